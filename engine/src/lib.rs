@@ -1,0 +1,5 @@
+//! The navigation library of Lodestep: samples in, events out.
+
+pub mod event;
+pub mod sample;
+pub mod session;
