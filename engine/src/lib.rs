@@ -1,5 +1,6 @@
 //! The navigation library of Lodestep: samples in, events out.
 
 pub mod event;
+pub mod parse;
 pub mod sample;
 pub mod session;

@@ -1,0 +1,11 @@
+//! Bytes that people and devices give, made into samples, markers and visits. Everything here is
+//! pure: bytes come as arguments, and what is wrong with them comes back as a [`ParseError`] that
+//! says where, what was expected, what was found and what to do.
+
+pub mod batch;
+pub mod error;
+pub mod frame;
+pub mod live_message;
+
+pub use batch::Batch;
+pub use error::{ParseError, ParseErrorKind};
