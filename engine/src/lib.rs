@@ -1,6 +1,8 @@
 //! The navigation library of Lodestep: samples in, events out.
 
 pub mod event;
+pub mod geo;
 pub mod parse;
 pub mod sample;
 pub mod session;
+pub mod sim;
