@@ -6,3 +6,4 @@ pub mod parse;
 pub mod sample;
 pub mod session;
 pub mod sim;
+pub mod track;

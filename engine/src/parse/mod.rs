@@ -5,7 +5,13 @@
 pub mod batch;
 pub mod error;
 pub mod frame;
+mod header;
+pub mod imu_csv;
 pub mod live_message;
+mod number;
+mod records;
+mod units_check;
 
 pub use batch::Batch;
 pub use error::{ParseError, ParseErrorKind};
+pub use imu_csv::ImuCsv;

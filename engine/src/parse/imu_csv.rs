@@ -1,0 +1,211 @@
+//! The canonical log of one foot: CSV with a header, any column order, one row a sample.
+
+use crate::parse::error::{ParseError, ParseErrorKind};
+use crate::parse::header::Header;
+use crate::parse::number::{bad_number, need_number, need_time_ns, number};
+use crate::parse::records::{Record, Records};
+use crate::parse::units_check::UnitsCheck;
+use crate::sample::ImuSample;
+
+/// The columns of the log, with their units: seconds, rad/s, m/s², µT, hPa.
+pub const COLUMNS: [&str; 11] = [
+    "t_s",
+    "gyr_x_rad_s",
+    "gyr_y_rad_s",
+    "gyr_z_rad_s",
+    "acc_x_m_s2",
+    "acc_y_m_s2",
+    "acc_z_m_s2",
+    "mag_x_ut",
+    "mag_y_ut",
+    "mag_z_ut",
+    "pressure_hpa",
+];
+
+/// A push parser: takes bytes in pieces of any size and gives the samples that they complete.
+pub struct ImuCsv {
+    records: Records,
+    rows: Rows,
+}
+
+impl ImuCsv {
+    /// A parser at the start of a file.
+    pub fn new() -> ImuCsv {
+        ImuCsv {
+            records: Records::new(),
+            rows: Rows { header: None, units: UnitsCheck::default(), samples: 0 },
+        }
+    }
+
+    /// Takes some bytes and appends the samples that they complete.
+    ///
+    /// # Errors
+    ///
+    /// At the first thing that is wrong; the parser is then of no further use.
+    pub fn push(&mut self, bytes: &[u8], samples: &mut Vec<ImuSample>) -> Result<(), ParseError> {
+        let ImuCsv { records, rows } = self;
+        let head = head_with(records.head(), bytes);
+        records.push(bytes, |record| rows.take(record, &head, samples))
+    }
+
+    /// The file is over: appends the last sample, when no line feed ends it, and says what is wrong
+    /// with the file as a whole.
+    ///
+    /// # Errors
+    ///
+    /// When the file holds no sample, or values that can only be in other units.
+    pub fn finish(&mut self, samples: &mut Vec<ImuSample>) -> Result<(), ParseError> {
+        let ImuCsv { records, rows } = self;
+        let head = records.head().to_vec();
+        records.finish(|record| rows.take(record, &head, samples))?;
+        if rows.samples == 0 {
+            let found = if rows.header.is_some() { "a header and no row" } else { "nothing" };
+            return Err(ParseError::new(
+                ParseErrorKind::EmptyFile,
+                format!("the header {} and a row for every sample", COLUMNS.join(",")),
+                found,
+                "check that the recorder wrote the log, and copy it again",
+            ));
+        }
+        rows.units.finish()
+    }
+
+    /// How many samples it has given so far.
+    pub fn samples(&self) -> u64 {
+        self.rows.samples
+    }
+
+    /// The columns of the file that say nothing to the engine and were left alone.
+    pub fn ignored_columns(&self) -> Vec<String> {
+        let Some((header, _)) = &self.rows.header else { return Vec::new() };
+        header.names().iter().filter(|name| !COLUMNS.contains(&name.as_str())).cloned().collect()
+    }
+}
+
+impl Default for ImuCsv {
+    fn default() -> Self {
+        ImuCsv::new()
+    }
+}
+
+impl std::fmt::Debug for ImuCsv {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("ImuCsv").field("samples", &self.rows.samples).finish_non_exhaustive()
+    }
+}
+
+/// The first bytes of the file once `bytes` will have been taken in.
+fn head_with(head: &[u8], bytes: &[u8]) -> Vec<u8> {
+    head.iter().chain(bytes).take(8).copied().collect()
+}
+
+struct Rows {
+    header: Option<(Header, Places)>,
+    units: UnitsCheck,
+    samples: u64,
+}
+
+/// Where each column stands in the file.
+struct Places {
+    time: usize,
+    inertial: [usize; 6],
+    mag: Option<[usize; 3]>,
+    pressure: Option<usize>,
+}
+
+impl Rows {
+    fn take(&mut self, record: &Record<'_>, head: &[u8], out: &mut Vec<ImuSample>) -> Result<(), ParseError> {
+        let Some((header, places)) = &self.header else {
+            let header = Header::read(record, head, &COLUMNS[..7].join(","))?;
+            let places = Places::find(&header)?;
+            self.header = Some((header, places));
+            return Ok(());
+        };
+        header.check_width(record)?;
+        let sample = places.sample(record)?;
+        self.units.take(&sample)?;
+        self.samples += 1;
+        out.push(sample);
+        Ok(())
+    }
+}
+
+impl Places {
+    fn find(header: &Header) -> Result<Places, ParseError> {
+        let need = |i: usize| header.need(COLUMNS[i], &COLUMNS);
+        let mut inertial = [0; 6];
+        for (i, place) in inertial.iter_mut().enumerate() {
+            *place = need(1 + i)?;
+        }
+        // One axis of the magnetometer says that the others are meant to be there.
+        let any_mag = COLUMNS[7..10].iter().any(|name| header.find(name).is_some());
+        let mag = if any_mag { Some([need(7)?, need(8)?, need(9)?]) } else { None };
+        Ok(Places { time: need(0)?, inertial, mag, pressure: header.find(COLUMNS[10]) })
+    }
+
+    fn sample(&self, record: &Record<'_>) -> Result<ImuSample, ParseError> {
+        let mut inertial = [0.0; 6];
+        for (i, value) in inertial.iter_mut().enumerate() {
+            *value = need_number(record, self.inertial[i], COLUMNS[1 + i])?;
+        }
+        let [gx, gy, gz, ax, ay, az] = inertial;
+        let mag_b_ut = match self.mag {
+            Some([x, y, z]) => {
+                let x = optional(record, x, COLUMNS[7])?;
+                let y = optional(record, y, COLUMNS[8])?;
+                let z = optional(record, z, COLUMNS[9])?;
+                x.zip(y).zip(z).map(|((x, y), z)| [x, y, z])
+            }
+            None => None,
+        };
+        let pressure_hpa = match self.pressure {
+            Some(index) => optional(record, index, COLUMNS[10])?,
+            None => None,
+        };
+        Ok(ImuSample {
+            t_ns: need_time_ns(record, self.time, COLUMNS[0])?,
+            w_ib_b_rad_s: [gx, gy, gz],
+            f_b_m_s2: [ax, ay, az],
+            mag_b_ut,
+            pressure_hpa,
+        })
+    }
+}
+
+/// A value that may be missing: an empty field, or NaN as the binary frame spells it.
+fn optional(record: &Record<'_>, index: usize, column: &str) -> Result<Option<f64>, ParseError> {
+    let field = record.field(index);
+    if field.is_empty() {
+        return Ok(None);
+    }
+    match number(field) {
+        Some(value) => Ok((!value.is_nan()).then_some(value)),
+        None if field.trim_ascii().is_empty() => Ok(None),
+        None => Err(bad_number(record, index, column)),
+    }
+}
+
+/// Appends samples as rows of the canonical log; `header` first writes the line of names.
+pub fn write(samples: &[ImuSample], header: bool, out: &mut String) {
+    use std::fmt::Write as _;
+    if header {
+        out.push_str(&COLUMNS.join(","));
+        out.push('\n');
+    }
+    for sample in samples {
+        crate::track::csv::push_seconds(sample.t_ns, out);
+        let inertial = sample.w_ib_b_rad_s.iter().chain(&sample.f_b_m_s2).map(|v| Some(*v));
+        let mag = (0..3).map(|i| sample.mag_b_ut.map(|m| m[i]));
+        for value in inertial.chain(mag).chain([sample.pressure_hpa]) {
+            out.push(',');
+            if let Some(value) = value {
+                write!(out, "{value}").expect("writing to a string cannot fail");
+            }
+        }
+        out.push('\n');
+    }
+}
+
+#[cfg(test)]
+#[path = "imu_csv_tests.rs"]
+mod tests;

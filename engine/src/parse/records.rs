@@ -1,0 +1,212 @@
+//! CSV records out of bytes that come in pieces of any size.
+
+use csv_core::{ReadRecordResult, Reader};
+
+use crate::parse::error::{ParseError, ParseErrorKind, quoted};
+
+/// The longest record, bytes: a hundred times an honest one.
+const MOST_RECORD_BYTES: usize = 16 * 1024;
+/// The most fields in a record.
+const MOST_FIELDS: usize = 256;
+/// How many of the first bytes tell what a file is.
+const HEAD_BYTES: usize = 8;
+
+/// One line of a file, taken apart.
+pub(super) struct Record<'a> {
+    /// The line, counted from 1.
+    pub(super) line: u64,
+    bytes: &'a [u8],
+    ends: &'a [usize],
+}
+
+impl<'a> Record<'a> {
+    pub(super) fn len(&self) -> usize {
+        self.ends.len()
+    }
+
+    /// The field at an index that is below [`Record::len`].
+    pub(super) fn field(&self, index: usize) -> &'a [u8] {
+        let start = if index == 0 { 0 } else { self.ends[index - 1] };
+        &self.bytes[start..self.ends[index]]
+    }
+
+    pub(super) fn fields(&self) -> impl Iterator<Item = &'a [u8]> {
+        (0..self.len()).map(|i| self.field(i))
+    }
+
+    /// A line of blanks, as editors leave them at the end of a file.
+    fn is_blank(&self) -> bool {
+        self.len() == 1 && self.field(0).trim_ascii().is_empty()
+    }
+}
+
+/// A push parser: hands each record to a closure as soon as it is complete.
+pub(super) struct Records {
+    reader: Reader,
+    bytes: Vec<u8>,
+    ends: Vec<usize>,
+    byte_count: usize,
+    end_count: usize,
+    head: Vec<u8>,
+}
+
+impl Records {
+    pub(super) fn new() -> Records {
+        Records {
+            reader: Reader::new(),
+            bytes: vec![0; MOST_RECORD_BYTES],
+            ends: vec![0; MOST_FIELDS],
+            byte_count: 0,
+            end_count: 0,
+            head: Vec::with_capacity(HEAD_BYTES),
+        }
+    }
+
+    /// Takes some bytes and hands on the records that they complete.
+    pub(super) fn push(
+        &mut self,
+        mut input: &[u8],
+        mut each: impl FnMut(&Record<'_>) -> Result<(), ParseError>,
+    ) -> Result<(), ParseError> {
+        let missing = HEAD_BYTES - self.head.len();
+        self.head.extend_from_slice(&input[..input.len().min(missing)]);
+        while !input.is_empty() {
+            input = &input[self.step(input, &mut each)?..];
+        }
+        Ok(())
+    }
+
+    /// Hands on the last record, when no line feed ends it.
+    pub(super) fn finish(
+        &mut self,
+        mut each: impl FnMut(&Record<'_>) -> Result<(), ParseError>,
+    ) -> Result<(), ParseError> {
+        // To the reader, empty input is the end of the file.
+        self.step(&[], &mut each).map(|_| ())
+    }
+
+    /// The first bytes of the file.
+    pub(super) fn head(&self) -> &[u8] {
+        &self.head
+    }
+
+    fn step(
+        &mut self,
+        input: &[u8],
+        each: &mut impl FnMut(&Record<'_>) -> Result<(), ParseError>,
+    ) -> Result<usize, ParseError> {
+        let (result, read, written, ended) = self.reader.read_record(
+            input,
+            &mut self.bytes[self.byte_count..],
+            &mut self.ends[self.end_count..],
+        );
+        self.byte_count += written;
+        self.end_count += ended;
+        match result {
+            ReadRecordResult::InputEmpty | ReadRecordResult::End => {}
+            ReadRecordResult::OutputFull => {
+                return Err(self.too_long(format!("at most {MOST_RECORD_BYTES} bytes in a line")));
+            }
+            ReadRecordResult::OutputEndsFull => {
+                return Err(self.too_long(format!("at most {MOST_FIELDS} fields in a line")));
+            }
+            ReadRecordResult::Record => {
+                // The reader has counted the line feed that ends the record, if it has read it.
+                let after_line_feed = read > 0 && input[read - 1] == b'\n';
+                let record = Record {
+                    line: self.reader.line() - u64::from(after_line_feed),
+                    bytes: &self.bytes[..self.byte_count],
+                    ends: &self.ends[..self.end_count],
+                };
+                self.byte_count = 0;
+                self.end_count = 0;
+                if !record.is_blank() {
+                    each(&record)?;
+                }
+            }
+        }
+        Ok(read)
+    }
+
+    fn too_long(&self, expected: String) -> ParseError {
+        if let Some(error) = not_text(&self.head, &self.bytes[..self.byte_count]) {
+            return error;
+        }
+        ParseError::new(
+            ParseErrorKind::TooLong,
+            expected,
+            "more",
+            "check that the file is a comma-separated table with one row a line",
+        )
+        .at_line(self.reader.line())
+    }
+}
+
+/// The error for bytes that are no text at all, if they are not; `head` is the start of the file.
+pub(super) fn not_text(head: &[u8], bytes: &[u8]) -> Option<ParseError> {
+    const MAGIC: [(&[u8], &str); 8] = [
+        (b"\x89PNG", "a PNG picture"),
+        (b"\xFF\xD8\xFF", "a JPEG picture"),
+        (b"GIF8", "a GIF picture"),
+        (b"%PDF", "a PDF document"),
+        (b"PK\x03\x04", "a ZIP archive or an office document"),
+        (b"\x1F\x8B", "a gzip stream inside the gzip stream"),
+        (b"\x28\xB5\x2F\xFD", "a zstd stream inside the zstd stream"),
+        (b"\x7FELF", "a program"),
+    ];
+    let utf16 = head.starts_with(b"\xFF\xFE") || head.starts_with(b"\xFE\xFF");
+    let found = match MAGIC.iter().find(|(magic, _)| head.starts_with(magic)) {
+        Some((_, what)) => (*what).to_owned(),
+        None if utf16 => "text in UTF-16".to_owned(),
+        None if bytes.contains(&0) => format!("binary data ({})", quoted(bytes)),
+        None => return None,
+    };
+    Some(ParseError::new(
+        ParseErrorKind::NotText,
+        "a CSV table, plain or compressed once with gzip or zstd",
+        found,
+        "choose the log file, or export the table as CSV in UTF-8",
+    ))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn all(text: &str, chunk: usize) -> Vec<(u64, Vec<String>)> {
+        let mut records = Records::new();
+        let mut out = Vec::new();
+        let mut each = |record: &Record<'_>| {
+            let fields = record.fields().map(|f| String::from_utf8_lossy(f).into_owned()).collect();
+            out.push((record.line, fields));
+            Ok(())
+        };
+        for piece in text.as_bytes().chunks(chunk) {
+            records.push(piece, &mut each).unwrap();
+        }
+        records.finish(&mut each).unwrap();
+        out
+    }
+
+    #[test]
+    fn lines_are_counted_whatever_ends_them_and_however_they_come() {
+        for end in ["\n", "\r\n"] {
+            let text = ["a,b", "1,2", "", "3,\"4 \"", "  ", "5,6"].join(end);
+            for chunk in 1..=text.len() {
+                let lines: Vec<u64> = all(&text, chunk).iter().map(|(line, _)| *line).collect();
+                assert_eq!(lines, [1, 2, 4, 6], "chunk {chunk}, end {end:?}");
+            }
+        }
+        assert_eq!(all("a\n1", 1)[1], (2, vec!["1".to_owned()]));
+    }
+
+    #[test]
+    fn a_line_without_end_is_refused() {
+        let mut records = Records::new();
+        let error = records.push(&vec![b'x'; 100_000], |_| Ok(())).unwrap_err();
+        assert_eq!(error.code(), "too_long");
+        let mut records = Records::new();
+        let error = records.push(&vec![b','; 1000], |_| Ok(())).unwrap_err();
+        assert_eq!(error.code(), "too_long");
+    }
+}
