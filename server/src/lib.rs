@@ -1,1 +1,20 @@
-//! x
+//! The Lodestep server: logs and streams in; tracks, findings and a live map out.
+//!
+//! Read in this order: [`serve`](mod@serve) puts the parts together, [`wire`] is what clients see,
+//! [`api`] answers them, [`live`] follows walks as they happen, [`store`] keeps everything.
+
+pub mod config;
+pub mod error;
+pub mod serve;
+pub mod site;
+pub mod state;
+pub mod wire;
+
+pub mod api;
+pub mod live;
+pub mod store;
+
+mod assets;
+mod headers;
+pub mod origin;
+pub mod utc;

@@ -1,1 +1,3 @@
-//! x
+//! What the tests share: a real server in a folder of its own.
+
+pub mod server;

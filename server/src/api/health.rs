@@ -1,0 +1,34 @@
+//! Whether the server is well, for the machines that watch it.
+
+use axum::Router;
+use axum::extract::State;
+use axum::http::{StatusCode, header};
+use axum::response::{IntoResponse, Response};
+use axum::routing::get;
+
+use crate::error::{Error, Result};
+use crate::state::App;
+use crate::store::inspectors;
+
+pub(super) fn routes() -> Router<App> {
+    Router::new().route("/healthz", get(health)).route("/metrics", get(figures))
+}
+
+/// `ok` when the database answers and the last write reached the disk.
+async fn health(State(app): State<App>) -> Result<&'static str> {
+    inspectors::list(app.store.read()).await?;
+    if !app.store.writer().is_healthy() {
+        return Err(Error::http(
+            StatusCode::SERVICE_UNAVAILABLE,
+            "disk",
+            "the last write did not reach the disk: see the server's log, and whether the disk is full",
+        ));
+    }
+    Ok("ok")
+}
+
+/// Prometheus text.
+async fn figures(State(app): State<App>) -> Response {
+    ([(header::CONTENT_TYPE, "text/plain; version=0.0.4; charset=utf-8")], app.metrics.render())
+        .into_response()
+}

@@ -1,0 +1,117 @@
+//! The people who walk.
+
+use axum::Router;
+use axum::extract::State;
+use axum::http::StatusCode;
+use axum::routing::get;
+use serde::Deserialize;
+use uuid::Uuid;
+
+use super::extract::{Json, Path};
+use crate::error::{Error, Result};
+use crate::state::App;
+use crate::store::inspectors::{self, Inspector};
+use crate::utc;
+use crate::wire::Change;
+
+pub(super) fn routes() -> Router<App> {
+    Router::new()
+        .route("/inspectors", get(list).post(create))
+        .route("/inspectors/{id}", get(show).patch(rename).delete(remove))
+}
+
+/// Letters in a name.
+const NAME_LENGTH: usize = 80;
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Named {
+    name: String,
+}
+
+impl Named {
+    /// The name without spaces around it, when it is one.
+    fn checked(self) -> Result<String> {
+        let name = self.name.trim();
+        let length = name.chars().count();
+        if length == 0 || length > NAME_LENGTH || name.chars().any(char::is_control) {
+            return Err(Error::invalid(
+                "wrong_name",
+                format!("expected a name of 1 to {NAME_LENGTH} letters without line breaks, found {name:?}"),
+            ));
+        }
+        Ok(name.to_owned())
+    }
+}
+
+async fn list(State(app): State<App>) -> Result<axum::Json<Vec<Inspector>>> {
+    Ok(axum::Json(inspectors::list(app.store.read()).await?))
+}
+
+async fn create(
+    State(app): State<App>,
+    Json(named): Json<Named>,
+) -> Result<(StatusCode, axum::Json<Inspector>)> {
+    let inspector = Inspector { id: Uuid::now_v7(), name: named.checked()?, created_at: utc::now() };
+    let row = inspector.clone();
+    app.store
+        .writer()
+        .run(move |db| Box::pin(async move { inspectors::insert(db, &row).await }))
+        .await
+        .map_err(|error| taken(error, &inspector.name))?;
+    app.hub.publish(Change::Inspectors);
+    Ok((StatusCode::CREATED, axum::Json(inspector)))
+}
+
+async fn show(State(app): State<App>, Path(id): Path<Uuid>) -> Result<axum::Json<Inspector>> {
+    let inspector = inspectors::get(app.store.read(), id).await?;
+    Ok(axum::Json(inspector.ok_or_else(|| Error::not_found("inspector", id))?))
+}
+
+async fn rename(
+    State(app): State<App>,
+    Path(id): Path<Uuid>,
+    Json(named): Json<Named>,
+) -> Result<axum::Json<Inspector>> {
+    let name = named.checked()?;
+    let new = name.clone();
+    let found = app
+        .store
+        .writer()
+        .run(move |db| Box::pin(async move { inspectors::rename(db, id, &new).await }))
+        .await
+        .map_err(|error| taken(error, &name))?;
+    if !found {
+        return Err(Error::not_found("inspector", id));
+    }
+    app.hub.publish(Change::Inspectors);
+    show(State(app), Path(id)).await
+}
+
+async fn remove(State(app): State<App>, Path(id): Path<Uuid>) -> Result<StatusCode> {
+    let deleted =
+        app.store.writer().run(move |db| Box::pin(async move { inspectors::delete(db, id).await })).await;
+    match deleted {
+        Ok(true) => {
+            app.hub.publish(Change::Inspectors);
+            Ok(StatusCode::NO_CONTENT)
+        }
+        Ok(false) => Err(Error::not_found("inspector", id)),
+        Err(error) if error.is_dangling() => Err(Error::conflict(
+            "inspector_has_sessions",
+            "this inspector has sessions or faults, which say who it was: delete those first, or rename the inspector",
+        )),
+        Err(error) => Err(error.into()),
+    }
+}
+
+/// A name that another has is the client's affair; anything else is ours.
+fn taken(error: crate::store::StoreError, name: &str) -> Error {
+    if error.is_duplicate() {
+        return Error::conflict(
+            "name_taken",
+            format!("there is already an inspector {name:?}: choose another name"),
+        );
+    }
+    error.into()
+}

@@ -1,0 +1,68 @@
+//! The routes, one file a noun; here they are merged and given their layers.
+
+use std::any::Any;
+use std::time::Duration;
+
+use axum::extract::{DefaultBodyLimit, Request};
+use axum::http::{HeaderName, StatusCode};
+use axum::response::{IntoResponse, Response};
+use axum::{Router, middleware};
+use tower::ServiceBuilder;
+use tower_http::catch_panic::CatchPanicLayer;
+use tower_http::compression::CompressionLayer;
+use tower_http::request_id::{MakeRequestUuid, PropagateRequestIdLayer, SetRequestIdLayer};
+use tower_http::timeout::TimeoutLayer;
+use tower_http::trace::TraceLayer;
+
+use crate::state::App;
+use crate::{assets, headers, live, origin};
+
+pub mod extract;
+
+mod health;
+mod inspectors;
+mod site;
+
+/// The header that names a request in the answer and in the log.
+const REQUEST_ID: HeaderName = HeaderName::from_static("x-request-id");
+
+/// Everything that this server answers.
+pub fn router(app: App) -> Router {
+    let v1 = Router::new().merge(site::routes()).merge(inspectors::routes()).merge(live::routes());
+    let layers = ServiceBuilder::new()
+        .layer(SetRequestIdLayer::new(REQUEST_ID, MakeRequestUuid))
+        .layer(TraceLayer::new_for_http().make_span_with(span))
+        .layer(PropagateRequestIdLayer::new(REQUEST_ID))
+        .layer(middleware::from_fn(headers::secure))
+        .layer(CompressionLayer::new())
+        .layer(middleware::from_fn(headers::problems))
+        .layer(CatchPanicLayer::custom(panicked))
+        .layer(middleware::from_fn(origin::guard))
+        .layer(TimeoutLayer::with_status_code(
+            StatusCode::SERVICE_UNAVAILABLE,
+            Duration::from_secs(app.config.request_s),
+        ))
+        .layer(DefaultBodyLimit::max(app.config.body_bytes));
+    Router::new()
+        .nest("/api/v1", v1)
+        .merge(health::routes())
+        .fallback(assets::serve)
+        .layer(layers)
+        .with_state(app)
+}
+
+/// The access log's span: identifiers as fields, no bodies, no query (it may name people).
+fn span(request: &Request) -> tracing::Span {
+    let id = request.headers().get(REQUEST_ID).and_then(|id| id.to_str().ok()).unwrap_or_default();
+    tracing::info_span!("request", id, method = %request.method(), path = request.uri().path())
+}
+
+/// A handler panicked: the log has the message, the client is told that it is not its fault.
+fn panicked(panic: Box<dyn Any + Send>) -> Response {
+    let why = panic
+        .downcast_ref::<String>()
+        .map(String::as_str)
+        .or_else(|| panic.downcast_ref::<&str>().copied())
+        .unwrap_or("no message");
+    crate::error::Error::Internal(anyhow::anyhow!("a handler panicked: {why}")).into_response()
+}

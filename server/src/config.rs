@@ -1,0 +1,74 @@
+//! Everything that can be set, in one place: flag, environment variable, default and unit.
+
+use std::net::{Ipv4Addr, SocketAddr};
+use std::path::{Path, PathBuf};
+
+use clap::Args;
+
+/// How the server is set up.
+#[derive(Clone, Debug, Args)]
+pub struct Config {
+    /// Address and port to listen on; a loopback address, until people can sign in.
+    #[arg(long, env = "LODESTEP_LISTEN", value_name = "ADDRESS:PORT", default_value = "127.0.0.1:8080")]
+    pub listen: SocketAddr,
+
+    /// Folder of the database and of uploads on their way; made when it is missing.
+    #[arg(long, env = "LODESTEP_DATA", value_name = "FOLDER", default_value = "data")]
+    pub data: PathBuf,
+
+    /// The site: a TOML file with name, latitude_deg, longitude_deg, height_m, gravity_m_s2 and
+    /// declination_deg; without it the server serves FAST.
+    #[arg(long, env = "LODESTEP_SITE", value_name = "FILE")]
+    pub site: Option<PathBuf>,
+
+    /// Largest log that may be uploaded, as sent, in bytes.
+    #[arg(long, env = "LODESTEP_UPLOAD_BYTES", value_name = "BYTES", default_value_t = 1 << 30)]
+    pub upload_bytes: u64,
+
+    /// Largest log after unpacking, in bytes.
+    #[arg(long, env = "LODESTEP_UNPACKED_BYTES", value_name = "BYTES", default_value_t = 2 << 30)]
+    pub unpacked_bytes: u64,
+
+    /// Largest body of any other request, in bytes.
+    #[arg(long, env = "LODESTEP_BODY_BYTES", value_name = "BYTES", default_value_t = 4 << 20)]
+    pub body_bytes: usize,
+
+    /// Points kept of a track, per second.
+    #[arg(long, env = "LODESTEP_TRACK_RATE_HZ", value_name = "HZ", default_value_t = 10.0)]
+    pub track_rate_hz: f64,
+
+    /// Longest time a request may take until its answer begins, in seconds.
+    #[arg(long, env = "LODESTEP_REQUEST_S", value_name = "SECONDS", default_value_t = 60)]
+    pub request_s: u64,
+
+    /// Connections to the database for reading.
+    #[arg(long, env = "LODESTEP_READERS", value_name = "COUNT", default_value_t = 4)]
+    pub readers: u32,
+}
+
+impl Config {
+    /// A server for a test: any free loopback port, everything in `data`.
+    pub fn for_testing(data: &Path) -> Config {
+        Config {
+            listen: SocketAddr::from((Ipv4Addr::LOCALHOST, 0)),
+            data: data.to_owned(),
+            site: None,
+            upload_bytes: 256 << 20,
+            unpacked_bytes: 512 << 20,
+            body_bytes: 4 << 20,
+            track_rate_hz: 10.0,
+            request_s: 60,
+            readers: 2,
+        }
+    }
+
+    /// The database file.
+    pub fn database(&self) -> PathBuf {
+        self.data.join("lodestep.db")
+    }
+
+    /// The folder of uploads on their way.
+    pub fn uploads(&self) -> PathBuf {
+        self.data.join("uploads")
+    }
+}

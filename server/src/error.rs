@@ -1,0 +1,164 @@
+//! What can go wrong with a request, as its client sees it: an RFC 9457 problem document.
+
+use axum::Json;
+use axum::http::{HeaderValue, StatusCode, header};
+use axum::response::{IntoResponse, Response};
+use serde::{Deserialize, Serialize};
+use uuid::Uuid;
+
+use crate::store::StoreError;
+
+/// What a handler gives back.
+pub type Result<T, E = Error> = std::result::Result<T, E>;
+
+/// Why a request was not done.
+#[derive(Debug, thiserror::Error)]
+pub enum Error {
+    /// What was asked for does not exist.
+    #[error("there is no {what} {id:?}")]
+    NotFound {
+        /// The kind of thing, in the words of the site.
+        what: &'static str,
+        /// The id or name that was asked for.
+        id: String,
+    },
+    /// The request is well formed, but what stands already speaks against it.
+    #[error("{detail}")]
+    Conflict {
+        /// One word for programs.
+        code: &'static str,
+        /// Expected, found, what to do.
+        detail: String,
+    },
+    /// The request says something that cannot be.
+    #[error("{detail}")]
+    Invalid {
+        /// One word for programs.
+        code: &'static str,
+        /// Expected, found, what to do.
+        detail: String,
+        /// Where in the input, when that can be said.
+        place: Option<Place>,
+    },
+    /// A status of HTTP's own, with its sentence.
+    #[error("{detail}")]
+    Http {
+        /// The status.
+        status: StatusCode,
+        /// One word for programs.
+        code: &'static str,
+        /// Expected, found, what to do.
+        detail: String,
+    },
+    /// The store failed; its words stay in the log.
+    #[error("the store failed: {0}")]
+    Store(#[from] StoreError),
+    /// Anything else that is the server's fault; its words stay in the log.
+    #[error("{0}")]
+    Internal(#[from] anyhow::Error),
+}
+
+/// Where in the input something is wrong.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Place {
+    /// Line, counted from 1.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub line: Option<u64>,
+    /// Column by its name.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub column: Option<String>,
+}
+
+/// An RFC 9457 problem document.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Problem {
+    /// Always `about:blank`: `code` says which problem it is.
+    #[serde(rename = "type")]
+    pub kind: String,
+    /// The status in words.
+    pub title: String,
+    /// The HTTP status.
+    pub status: u16,
+    /// One word for programs.
+    pub code: String,
+    /// What was expected, what was found, what to do.
+    pub detail: String,
+    /// Where in the input, when that can be said.
+    #[serde(rename = "where", skip_serializing_if = "Option::is_none")]
+    pub place: Option<Place>,
+}
+
+impl Error {
+    /// A thing of this kind and id does not exist.
+    pub fn not_found(what: &'static str, id: impl ToString) -> Error {
+        Error::NotFound { what, id: id.to_string() }
+    }
+
+    /// What stands already speaks against it.
+    pub fn conflict(code: &'static str, detail: impl Into<String>) -> Error {
+        Error::Conflict { code, detail: detail.into() }
+    }
+
+    /// The request says something that cannot be.
+    pub fn invalid(code: &'static str, detail: impl Into<String>) -> Error {
+        Error::Invalid { code, detail: detail.into(), place: None }
+    }
+
+    /// The request says something that cannot be, at this place.
+    pub fn invalid_at(code: &'static str, detail: impl Into<String>, place: Place) -> Error {
+        Error::Invalid { code, detail: detail.into(), place: Some(place) }
+    }
+
+    /// A status of HTTP's own.
+    pub fn http(status: StatusCode, code: &'static str, detail: impl Into<String>) -> Error {
+        Error::Http { status, code, detail: detail.into() }
+    }
+
+    /// What the client is told. A failure of ours is logged here, once, under an id that the client is
+    /// given instead of its words.
+    pub fn into_problem(self) -> Problem {
+        let detail = self.to_string();
+        let (status, code, detail, place) = match self {
+            Error::NotFound { what, .. } => {
+                let code = format!("{what}_not_found").replace(' ', "_");
+                (StatusCode::NOT_FOUND, code, detail, None)
+            }
+            Error::Conflict { code, .. } => (StatusCode::CONFLICT, code.to_owned(), detail, None),
+            Error::Invalid { code, place, .. } => {
+                (StatusCode::UNPROCESSABLE_ENTITY, code.to_owned(), detail, place)
+            }
+            Error::Http { status, code, .. } => (status, code.to_owned(), detail, None),
+            Error::Store(_) | Error::Internal(_) => {
+                let id = Uuid::now_v7();
+                tracing::error!(error_id = %id, error = ?self, "request failed, error_id={id}: {detail}");
+                let status = match &self {
+                    Error::Store(error) if error.is_passing() => StatusCode::SERVICE_UNAVAILABLE,
+                    _ => StatusCode::INTERNAL_SERVER_ERROR,
+                };
+                let told = format!(
+                    "the server could not do this and nothing was stored; its log tells why under id {id}: try again, or give that id to whoever runs it"
+                );
+                (status, "internal".to_owned(), told, None)
+            }
+        };
+        let title = status.canonical_reason().unwrap_or("Error").to_owned();
+        Problem { kind: "about:blank".to_owned(), title, status: status.as_u16(), code, detail, place }
+    }
+}
+
+impl IntoResponse for Error {
+    fn into_response(self) -> Response {
+        self.into_problem().into_response()
+    }
+}
+
+impl IntoResponse for Problem {
+    fn into_response(self) -> Response {
+        let status = StatusCode::from_u16(self.status).unwrap_or(StatusCode::INTERNAL_SERVER_ERROR);
+        let mut response = (status, Json(self)).into_response();
+        response
+            .headers_mut()
+            .insert(header::CONTENT_TYPE, HeaderValue::from_static("application/problem+json"));
+        response
+    }
+}

@@ -1,0 +1,130 @@
+//! Puts the parts together and runs them until told to stop.
+
+use std::future::Future;
+use std::net::SocketAddr;
+use std::sync::{Arc, OnceLock};
+
+use anyhow::{Context, Result, ensure};
+use metrics_exporter_prometheus::{PrometheusBuilder, PrometheusHandle};
+use tokio::net::TcpListener;
+use tokio_util::sync::CancellationToken;
+
+use crate::config::Config;
+use crate::live::hub::Hub;
+use crate::site::Site;
+use crate::state::{App, STOP_WITHIN, State};
+use crate::store::Store;
+use crate::{api, assets};
+
+/// Listens where the configuration says, once it is sure that it may.
+pub async fn bind(config: &Config) -> Result<TcpListener> {
+    loopback_only(config.listen)?;
+    TcpListener::bind(config.listen)
+        .await
+        .with_context(|| format!("could not listen on {}: is another server running there?", config.listen))
+}
+
+/// Serves until `shutdown` is ready, then ends what is open and closes the store.
+pub async fn serve(
+    config: Config,
+    listener: TcpListener,
+    shutdown: impl Future<Output = ()> + Send + 'static,
+) -> Result<()> {
+    let address = listener.local_addr().context("the listener has no address")?;
+    loopback_only(address)?;
+    let app = open(config).await?;
+    if let Some(sentence) = assets::missing() {
+        tracing::warn!("{sentence}");
+    }
+    tracing::info!(%address, "serving http://{address}/ for {}", app.site.name);
+
+    let stopping = app.stopping.clone();
+    let stop = {
+        let stopping = stopping.clone();
+        async move {
+            shutdown.await;
+            tracing::info!("stopping: open requests have {} s to end", STOP_WITHIN.as_secs());
+            stopping.cancel();
+        }
+    };
+    let server = axum::serve(listener, api::router(Arc::clone(&app))).with_graceful_shutdown(stop);
+    let overdue = {
+        let begun = stopping.clone().cancelled_owned();
+        async move {
+            begun.await;
+            tokio::time::sleep(STOP_WITHIN).await;
+        }
+    };
+    let served = tokio::select! {
+        served = server.into_future() => served.context("the server failed"),
+        () = overdue => {
+            tracing::warn!("some requests did not end in time and were cut off");
+            Ok(())
+        }
+    };
+    stopping.cancel();
+    app.store.close().await;
+    tracing::info!("stopped");
+    served
+}
+
+/// The state of a server with this configuration: its site read, its store open.
+async fn open(config: Config) -> Result<App> {
+    ensure!(
+        config.track_rate_hz > 0.0 && config.track_rate_hz.is_finite(),
+        "the track rate is {} Hz; expected a positive number",
+        config.track_rate_hz
+    );
+    let site = match &config.site {
+        None => Site::default(),
+        Some(path) => {
+            let text = std::fs::read_to_string(path)
+                .with_context(|| format!("could not read the site file {}", path.display()))?;
+            toml::from_str(&text).with_context(|| {
+                format!(
+                    "the site file {} is not as expected (name, latitude_deg, longitude_deg, height_m, gravity_m_s2, declination_deg)",
+                    path.display()
+                )
+            })?
+        }
+    };
+    std::fs::create_dir_all(config.uploads())
+        .with_context(|| format!("could not make the data folder {}", config.data.display()))?;
+    let database = config.database();
+    let store = Store::open(&database, config.readers)
+        .await
+        .with_context(|| format!("could not open the database {}", database.display()))?;
+    Ok(Arc::new(State {
+        config,
+        site,
+        store,
+        hub: Hub::default(),
+        metrics: metrics(),
+        stopping: CancellationToken::new(),
+    }))
+}
+
+/// Until people can sign in, everybody who reaches the server may do everything.
+fn loopback_only(address: SocketAddr) -> Result<()> {
+    ensure!(
+        address.ip().is_loopback(),
+        "will not listen on {address}: nobody can sign in yet, so whoever reaches the server may read and change everything; listen on a loopback address such as 127.0.0.1:{}, and reach it from elsewhere through an SSH tunnel",
+        address.port()
+    );
+    Ok(())
+}
+
+/// The process has one set of figures, however many servers a test starts in it.
+fn metrics() -> PrometheusHandle {
+    static HANDLE: OnceLock<PrometheusHandle> = OnceLock::new();
+    HANDLE
+        .get_or_init(|| {
+            let recorder = PrometheusBuilder::new().build_recorder();
+            let handle = recorder.handle();
+            if metrics::set_global_recorder(recorder).is_err() {
+                tracing::warn!("another recorder of figures is installed: /metrics will stay empty");
+            }
+            handle
+        })
+        .clone()
+}

@@ -1,0 +1,34 @@
+//! What every handler can reach.
+
+use std::sync::Arc;
+use std::time::Duration;
+
+use metrics_exporter_prometheus::PrometheusHandle;
+use tokio_util::sync::CancellationToken;
+
+use crate::config::Config;
+use crate::live::hub::Hub;
+use crate::site::Site;
+use crate::store::Store;
+
+/// The running server: shared by all handlers and tasks.
+pub type App = Arc<State>;
+
+/// What a running server consists of.
+pub struct State {
+    /// How it was set up.
+    pub config: Config,
+    /// The site it serves.
+    pub site: Site,
+    /// Everything that is kept.
+    pub store: Store,
+    /// Where changes are told, once they are on disk.
+    pub hub: Hub,
+    /// The figures behind `/metrics`.
+    pub metrics: PrometheusHandle,
+    /// Cancelled when the server begins to stop: sockets and jobs end what they are doing.
+    pub stopping: CancellationToken,
+}
+
+/// How long open requests, sockets and jobs may go on once the server stops.
+pub(crate) const STOP_WITHIN: Duration = Duration::from_secs(10);

@@ -1,0 +1,108 @@
+//! Trouble with sensors or their data.
+
+use serde::{Deserialize, Serialize};
+use sqlx::sqlite::SqliteRow;
+use sqlx::{FromRow, Row, SqliteExecutor};
+use uuid::Uuid;
+
+use lodestep_engine::event;
+
+use super::{StoreError, columns};
+
+/// An anomaly of a session.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Anomaly {
+    /// The walk.
+    pub session_id: Uuid,
+    /// What was found. Its kind stands as `anomaly`, for `kind` names the change that carries it.
+    #[serde(flatten, with = "found")]
+    pub found: event::Anomaly,
+}
+
+/// The wire's shape of an anomaly.
+mod found {
+    use lodestep_engine::event::{Anomaly, AnomalyKind};
+    use lodestep_engine::sample::Foot;
+    use serde::{Deserialize, Deserializer, Serialize, Serializer};
+
+    #[derive(Serialize, Deserialize)]
+    struct Shape {
+        anomaly: AnomalyKind,
+        foot: Option<Foot>,
+        t_start_ns: i64,
+        t_end_ns: i64,
+        samples: u64,
+        detail: String,
+    }
+
+    pub(super) fn serialize<S: Serializer>(found: &Anomaly, to: S) -> Result<S::Ok, S::Error> {
+        let Anomaly { kind, foot, t_start_ns, t_end_ns, samples, detail } = found.clone();
+        Shape { anomaly: kind, foot, t_start_ns, t_end_ns, samples, detail }.serialize(to)
+    }
+
+    pub(super) fn deserialize<'de, D: Deserializer<'de>>(from: D) -> Result<Anomaly, D::Error> {
+        let Shape { anomaly: kind, foot, t_start_ns, t_end_ns, samples, detail } = Shape::deserialize(from)?;
+        Ok(Anomaly { kind, foot, t_start_ns, t_end_ns, samples, detail })
+    }
+}
+
+impl FromRow<'_, SqliteRow> for Anomaly {
+    fn from_row(row: &SqliteRow) -> sqlx::Result<Self> {
+        Ok(Anomaly {
+            session_id: columns::id(row, "session_id")?,
+            found: event::Anomaly {
+                kind: columns::word(row, "kind")?,
+                foot: columns::optional_foot(row, "foot")?,
+                t_start_ns: row.try_get("t_start_ns")?,
+                t_end_ns: row.try_get("t_end_ns")?,
+                samples: columns::count(row, "samples")?,
+                detail: row.try_get("detail")?,
+            },
+        })
+    }
+}
+
+/// Those of a session, by time.
+pub async fn of_session(db: impl SqliteExecutor<'_>, session_id: Uuid) -> Result<Vec<Anomaly>, StoreError> {
+    let query = sqlx::query_as("select * from anomalies where session_id = ?1 order by t_start_ns, id")
+        .bind(session_id.to_string());
+    Ok(query.fetch_all(db).await?)
+}
+
+/// How many a session has.
+pub async fn count(db: impl SqliteExecutor<'_>, session_id: Uuid) -> Result<u64, StoreError> {
+    let query = sqlx::query("select count(*) as anomalies from anomalies where session_id = ?1")
+        .bind(session_id.to_string());
+    Ok(columns::count(&query.fetch_one(db).await?, "anomalies")?)
+}
+
+/// Adds one.
+pub async fn insert(
+    db: impl SqliteExecutor<'_>,
+    session_id: Uuid,
+    found: &event::Anomaly,
+) -> Result<(), StoreError> {
+    sqlx::query(
+        "insert into anomalies (session_id, kind, foot, t_start_ns, t_end_ns, samples, detail)
+         values (?1, ?2, ?3, ?4, ?5, ?6, ?7)",
+    )
+    .bind(session_id.to_string())
+    .bind(columns::to_word(found.kind))
+    .bind(found.foot.map(|foot| foot.name()))
+    .bind(found.t_start_ns)
+    .bind(found.t_end_ns)
+    .bind(columns::to_column(found.samples))
+    .bind(&found.detail)
+    .execute(db)
+    .await?;
+    Ok(())
+}
+
+/// Removes those of a session: a new run finds its own.
+pub async fn clear(db: impl SqliteExecutor<'_>, session_id: Uuid) -> Result<(), StoreError> {
+    sqlx::query("delete from anomalies where session_id = ?1")
+        .bind(session_id.to_string())
+        .execute(db)
+        .await?;
+    Ok(())
+}

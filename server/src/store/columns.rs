@@ -1,0 +1,102 @@
+//! How values are written into columns and read back.
+
+use sqlx::Row;
+use sqlx::sqlite::SqliteRow;
+use time::OffsetDateTime;
+use uuid::Uuid;
+
+use lodestep_engine::sample::Foot;
+
+use crate::utc;
+
+/// Reads a column's value and says which column it was when it cannot be.
+fn parse<T>(column: &str, text: &str, value: Option<T>) -> sqlx::Result<T> {
+    value.ok_or_else(|| sqlx::Error::ColumnDecode {
+        index: column.to_owned(),
+        source: format!("unexpected {text:?}").into(),
+    })
+}
+
+/// An id.
+pub(super) fn id(row: &SqliteRow, column: &str) -> sqlx::Result<Uuid> {
+    let text: &str = row.try_get(column)?;
+    parse(column, text, Uuid::parse_str(text).ok())
+}
+
+/// An id that may be null.
+pub(super) fn optional_id(row: &SqliteRow, column: &str) -> sqlx::Result<Option<Uuid>> {
+    let text: Option<&str> = row.try_get(column)?;
+    text.map(|text| parse(column, text, Uuid::parse_str(text).ok())).transpose()
+}
+
+/// An instant.
+pub(super) fn instant(row: &SqliteRow, column: &str) -> sqlx::Result<OffsetDateTime> {
+    Ok(utc::from_us(row.try_get(column)?))
+}
+
+/// An instant that may be null.
+pub(super) fn optional_instant(row: &SqliteRow, column: &str) -> sqlx::Result<Option<OffsetDateTime>> {
+    let us: Option<i64> = row.try_get(column)?;
+    Ok(us.map(utc::from_us))
+}
+
+/// A count, which the tables hold as a signed integer.
+pub(super) fn count(row: &SqliteRow, column: &str) -> sqlx::Result<u64> {
+    let value: i64 = row.try_get(column)?;
+    parse(column, &value.to_string(), u64::try_from(value).ok())
+}
+
+/// A count that may be null.
+pub(super) fn optional_count(row: &SqliteRow, column: &str) -> sqlx::Result<Option<u64>> {
+    let value: Option<i64> = row.try_get(column)?;
+    value.map(|value| parse(column, &value.to_string(), u64::try_from(value).ok())).transpose()
+}
+
+/// A count for a column; no count here comes near 2⁶³.
+pub(super) fn to_column(count: u64) -> i64 {
+    i64::try_from(count).unwrap_or(i64::MAX)
+}
+
+/// East, north, up from the columns `{prefix}e_m`, `{prefix}n_m`, `{prefix}u_m`; `None` where the
+/// first is null.
+pub(super) fn optional_enu(row: &SqliteRow, columns: [&str; 3]) -> sqlx::Result<Option<[f64; 3]>> {
+    let east: Option<f64> = row.try_get(columns[0])?;
+    let Some(east) = east else { return Ok(None) };
+    Ok(Some([east, row.try_get(columns[1])?, row.try_get(columns[2])?]))
+}
+
+/// East, north, up.
+pub(super) fn enu(row: &SqliteRow, columns: [&str; 3]) -> sqlx::Result<[f64; 3]> {
+    Ok([row.try_get(columns[0])?, row.try_get(columns[1])?, row.try_get(columns[2])?])
+}
+
+/// One foot by its name.
+pub(super) fn foot_named(name: &str) -> Option<Foot> {
+    Foot::BOTH.into_iter().find(|foot| foot.name() == name)
+}
+
+/// A foot.
+pub(super) fn foot(row: &SqliteRow, column: &str) -> sqlx::Result<Foot> {
+    let name: &str = row.try_get(column)?;
+    parse(column, name, foot_named(name))
+}
+
+/// A foot that may be null.
+pub(super) fn optional_foot(row: &SqliteRow, column: &str) -> sqlx::Result<Option<Foot>> {
+    let name: Option<&str> = row.try_get(column)?;
+    name.map(|name| parse(column, name, foot_named(name))).transpose()
+}
+
+/// A value that has a word of its own (an enum with `serde` names).
+pub(super) fn word<T: serde::de::DeserializeOwned>(row: &SqliteRow, column: &str) -> sqlx::Result<T> {
+    let text: &str = row.try_get(column)?;
+    parse(column, text, serde_json::from_value(serde_json::Value::from(text)).ok())
+}
+
+/// The word of a value, as `serde` names it.
+pub(super) fn to_word<T: serde::Serialize>(value: T) -> String {
+    match serde_json::to_value(value) {
+        Ok(serde_json::Value::String(word)) => word,
+        other => unreachable!("enums of the store are written as one word, not as {other:?}"),
+    }
+}

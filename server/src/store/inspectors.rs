@@ -1,0 +1,72 @@
+//! The people who walk.
+
+use serde::{Deserialize, Serialize};
+use sqlx::sqlite::SqliteRow;
+use sqlx::{FromRow, Row, SqliteExecutor};
+use time::OffsetDateTime;
+use uuid::Uuid;
+
+use super::{StoreError, columns};
+use crate::utc;
+
+/// One who walks.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Inspector {
+    /// Its id.
+    pub id: Uuid,
+    /// As it is shown; one person, one name.
+    pub name: String,
+    /// When it was added.
+    #[serde(with = "time::serde::rfc3339")]
+    pub created_at: OffsetDateTime,
+}
+
+impl FromRow<'_, SqliteRow> for Inspector {
+    fn from_row(row: &SqliteRow) -> sqlx::Result<Self> {
+        Ok(Inspector {
+            id: columns::id(row, "id")?,
+            name: row.try_get("name")?,
+            created_at: columns::instant(row, "created_at")?,
+        })
+    }
+}
+
+/// All, by name.
+pub async fn list(db: impl SqliteExecutor<'_>) -> Result<Vec<Inspector>, StoreError> {
+    Ok(sqlx::query_as("select * from inspectors order by name").fetch_all(db).await?)
+}
+
+/// The one with this id.
+pub async fn get(db: impl SqliteExecutor<'_>, id: Uuid) -> Result<Option<Inspector>, StoreError> {
+    let query = sqlx::query_as("select * from inspectors where id = ?1").bind(id.to_string());
+    Ok(query.fetch_optional(db).await?)
+}
+
+/// The one with this name.
+pub async fn by_name(db: impl SqliteExecutor<'_>, name: &str) -> Result<Option<Inspector>, StoreError> {
+    Ok(sqlx::query_as("select * from inspectors where name = ?1").bind(name).fetch_optional(db).await?)
+}
+
+/// Adds one.
+pub async fn insert(db: impl SqliteExecutor<'_>, inspector: &Inspector) -> Result<(), StoreError> {
+    sqlx::query("insert into inspectors (id, name, created_at) values (?1, ?2, ?3)")
+        .bind(inspector.id.to_string())
+        .bind(&inspector.name)
+        .bind(utc::to_us(inspector.created_at))
+        .execute(db)
+        .await?;
+    Ok(())
+}
+
+/// Gives one another name; `false` when there is none with this id.
+pub async fn rename(db: impl SqliteExecutor<'_>, id: Uuid, name: &str) -> Result<bool, StoreError> {
+    let query = sqlx::query("update inspectors set name = ?2 where id = ?1").bind(id.to_string()).bind(name);
+    Ok(query.execute(db).await?.rows_affected() > 0)
+}
+
+/// Removes one who never walked; `false` when there is none with this id. Fails on one with sessions
+/// or faults: those say who it was.
+pub async fn delete(db: impl SqliteExecutor<'_>, id: Uuid) -> Result<bool, StoreError> {
+    let query = sqlx::query("delete from inspectors where id = ?1").bind(id.to_string());
+    Ok(query.execute(db).await?.rows_affected() > 0)
+}

@@ -1,0 +1,136 @@
+//! Work on stored sessions that takes a while.
+
+use serde::{Deserialize, Serialize};
+use sqlx::sqlite::SqliteRow;
+use sqlx::{FromRow, Row, SqliteExecutor};
+use time::OffsetDateTime;
+use uuid::Uuid;
+
+use super::{StoreError, columns};
+use crate::utc;
+
+/// One run over a stored session.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Job {
+    /// Its id.
+    pub id: Uuid,
+    /// The walk it computes.
+    pub session_id: Uuid,
+    /// How far it has come.
+    pub state: JobState,
+    /// What it is doing, in a word.
+    pub stage: String,
+    /// From 0 to 1.
+    pub progress: f64,
+    /// Why it failed.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub error: Option<String>,
+    /// When it was asked for.
+    #[serde(with = "time::serde::rfc3339")]
+    pub created_at: OffsetDateTime,
+    /// When it began.
+    #[serde(with = "time::serde::rfc3339::option")]
+    pub started_at: Option<OffsetDateTime>,
+    /// When it ended.
+    #[serde(with = "time::serde::rfc3339::option")]
+    pub finished_at: Option<OffsetDateTime>,
+}
+
+/// How far a job has come.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum JobState {
+    /// It waits for its turn.
+    Queued,
+    /// It computes.
+    Running,
+    /// The track stands.
+    Finished,
+    /// It could not; `error` says why.
+    Failed,
+}
+
+impl FromRow<'_, SqliteRow> for Job {
+    fn from_row(row: &SqliteRow) -> sqlx::Result<Self> {
+        Ok(Job {
+            id: columns::id(row, "id")?,
+            session_id: columns::id(row, "session_id")?,
+            state: columns::word(row, "state")?,
+            stage: row.try_get("stage")?,
+            progress: row.try_get("progress")?,
+            error: row.try_get("error")?,
+            created_at: columns::instant(row, "created_at")?,
+            started_at: columns::optional_instant(row, "started_at")?,
+            finished_at: columns::optional_instant(row, "finished_at")?,
+        })
+    }
+}
+
+/// The newest ones, at most this many, newest first.
+pub async fn list(db: impl SqliteExecutor<'_>, at_most: u32) -> Result<Vec<Job>, StoreError> {
+    let query = sqlx::query_as("select * from jobs order by created_at desc, id desc limit ?1").bind(at_most);
+    Ok(query.fetch_all(db).await?)
+}
+
+/// Those that have not ended, oldest first: what a started server goes on with.
+pub async fn unfinished(db: impl SqliteExecutor<'_>) -> Result<Vec<Job>, StoreError> {
+    let query =
+        sqlx::query_as("select * from jobs where state in ('queued', 'running') order by created_at, id");
+    Ok(query.fetch_all(db).await?)
+}
+
+/// The one with this id.
+pub async fn get(db: impl SqliteExecutor<'_>, id: Uuid) -> Result<Option<Job>, StoreError> {
+    Ok(sqlx::query_as("select * from jobs where id = ?1").bind(id.to_string()).fetch_optional(db).await?)
+}
+
+/// The one of this session that has not ended.
+pub async fn unfinished_of_session(
+    db: impl SqliteExecutor<'_>,
+    session_id: Uuid,
+) -> Result<Option<Job>, StoreError> {
+    let query = sqlx::query_as(
+        "select * from jobs where session_id = ?1 and state in ('queued', 'running')
+         order by created_at desc limit 1",
+    )
+    .bind(session_id.to_string());
+    Ok(query.fetch_optional(db).await?)
+}
+
+/// Adds one.
+pub async fn insert(db: impl SqliteExecutor<'_>, job: &Job) -> Result<(), StoreError> {
+    write(
+        db,
+        job,
+        "insert into jobs (id, session_id, state, stage, progress, error, created_at, started_at, finished_at)
+         values (?1, ?2, ?3, ?4, ?5, ?6, ?7, ?8, ?9)",
+    )
+    .await
+}
+
+/// Writes one as it now stands.
+pub async fn update(db: impl SqliteExecutor<'_>, job: &Job) -> Result<(), StoreError> {
+    write(
+        db,
+        job,
+        "update jobs set state = ?3, stage = ?4, progress = ?5, error = ?6, started_at = ?8, finished_at = ?9
+         where id = ?1 and session_id = ?2 and created_at = ?7",
+    )
+    .await
+}
+
+async fn write(db: impl SqliteExecutor<'_>, job: &Job, sql: &'static str) -> Result<(), StoreError> {
+    sqlx::query(sql)
+        .bind(job.id.to_string())
+        .bind(job.session_id.to_string())
+        .bind(columns::to_word(job.state))
+        .bind(&job.stage)
+        .bind(job.progress)
+        .bind(&job.error)
+        .bind(utc::to_us(job.created_at))
+        .bind(job.started_at.map(utc::to_us))
+        .bind(job.finished_at.map(utc::to_us))
+        .execute(db)
+        .await?;
+    Ok(())
+}

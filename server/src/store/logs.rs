@@ -1,0 +1,212 @@
+//! Logs on their way and logs that were handed in, one foot each.
+
+use lodestep_engine::sample::Foot;
+use serde::{Deserialize, Serialize};
+use sqlx::sqlite::SqliteRow;
+use sqlx::{FromRow, Row, SqliteExecutor};
+use time::OffsetDateTime;
+use uuid::Uuid;
+
+use super::{StoreError, columns};
+use crate::utc;
+
+/// One foot's log.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Log {
+    /// Its id.
+    pub id: Uuid,
+    /// The walk it belongs to.
+    pub session_id: Uuid,
+    /// The foot it was recorded on.
+    pub foot: Foot,
+    /// How far it has come.
+    pub state: LogState,
+    /// As the sender calls it; shown, never used as a path.
+    pub file_name: Option<String>,
+    /// Bytes received and on disk, as sent.
+    pub offset_bytes: u64,
+    /// Bytes announced.
+    pub size_bytes: Option<u64>,
+    /// Of the bytes as sent, lower-case hex; `None` until announced or finished.
+    pub sha256: Option<String>,
+    /// How the bytes were packed; `None` until they were read.
+    pub codec: Option<Codec>,
+    /// Samples found in it.
+    pub samples: u64,
+    /// Time of the first sample, ns.
+    pub t_first_ns: Option<i64>,
+    /// Time of the last sample, ns.
+    pub t_last_ns: Option<i64>,
+    /// Why it failed.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub error: Option<String>,
+    /// When it was begun.
+    #[serde(with = "time::serde::rfc3339")]
+    pub created_at: OffsetDateTime,
+    /// When it was accepted or failed.
+    #[serde(with = "time::serde::rfc3339::option")]
+    pub finished_at: Option<OffsetDateTime>,
+}
+
+/// How far a log has come.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum LogState {
+    /// Bytes are on their way.
+    Receiving,
+    /// Read whole; its samples are on disk.
+    Accepted,
+    /// The session already held these very bytes.
+    Unchanged,
+    /// It could not be read; `error` says why, and nothing of it is kept.
+    Failed,
+}
+
+/// How a log was packed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Codec {
+    /// Not at all.
+    Plain,
+    /// gzip.
+    Gzip,
+    /// Zstandard.
+    Zstd,
+}
+
+impl FromRow<'_, SqliteRow> for Log {
+    fn from_row(row: &SqliteRow) -> sqlx::Result<Self> {
+        let codec: Option<&str> = row.try_get("codec")?;
+        Ok(Log {
+            id: columns::id(row, "id")?,
+            session_id: columns::id(row, "session_id")?,
+            foot: columns::foot(row, "foot")?,
+            state: columns::word(row, "state")?,
+            file_name: row.try_get("file_name")?,
+            offset_bytes: columns::count(row, "offset_bytes")?,
+            size_bytes: columns::optional_count(row, "size_bytes")?,
+            sha256: row.try_get("sha256")?,
+            codec: codec.map(|_| columns::word(row, "codec")).transpose()?,
+            samples: columns::count(row, "samples")?,
+            t_first_ns: row.try_get("t_first_ns")?,
+            t_last_ns: row.try_get("t_last_ns")?,
+            error: row.try_get("error")?,
+            created_at: columns::instant(row, "created_at")?,
+            finished_at: columns::optional_instant(row, "finished_at")?,
+        })
+    }
+}
+
+/// Those of a session, oldest first.
+pub async fn of_session(db: impl SqliteExecutor<'_>, session_id: Uuid) -> Result<Vec<Log>, StoreError> {
+    let query = sqlx::query_as("select * from logs where session_id = ?1 order by created_at, id")
+        .bind(session_id.to_string());
+    Ok(query.fetch_all(db).await?)
+}
+
+/// Those in this state, of all sessions, oldest first.
+pub async fn in_state(db: impl SqliteExecutor<'_>, state: LogState) -> Result<Vec<Log>, StoreError> {
+    let query = sqlx::query_as("select * from logs where state = ?1 order by created_at, id")
+        .bind(columns::to_word(state));
+    Ok(query.fetch_all(db).await?)
+}
+
+/// The one with this id.
+pub async fn get(db: impl SqliteExecutor<'_>, id: Uuid) -> Result<Option<Log>, StoreError> {
+    Ok(sqlx::query_as("select * from logs where id = ?1").bind(id.to_string()).fetch_optional(db).await?)
+}
+
+/// The accepted log of this session and foot with these bytes.
+pub async fn accepted_with(
+    db: impl SqliteExecutor<'_>,
+    session_id: Uuid,
+    foot: Foot,
+    sha256: &str,
+) -> Result<Option<Log>, StoreError> {
+    let query = sqlx::query_as(
+        "select * from logs where session_id = ?1 and foot = ?2 and sha256 = ?3 and state = 'accepted'",
+    )
+    .bind(session_id.to_string())
+    .bind(foot.name())
+    .bind(sha256);
+    Ok(query.fetch_optional(db).await?)
+}
+
+/// The log that stands for this foot: the one accepted last.
+pub async fn latest_accepted(
+    db: impl SqliteExecutor<'_>,
+    session_id: Uuid,
+    foot: Foot,
+) -> Result<Option<Log>, StoreError> {
+    let query = sqlx::query_as(
+        "select * from logs where session_id = ?1 and foot = ?2 and state = 'accepted'
+         order by finished_at desc, id desc limit 1",
+    )
+    .bind(session_id.to_string())
+    .bind(foot.name());
+    Ok(query.fetch_optional(db).await?)
+}
+
+/// Adds one.
+pub async fn insert(db: impl SqliteExecutor<'_>, log: &Log) -> Result<(), StoreError> {
+    write(
+        db,
+        log,
+        "insert into logs (
+            id, session_id, foot, state, file_name, offset_bytes, size_bytes, sha256, codec, samples,
+            t_first_ns, t_last_ns, error, created_at, finished_at
+         ) values (?1, ?2, ?3, ?4, ?5, ?6, ?7, ?8, ?9, ?10, ?11, ?12, ?13, ?14, ?15)",
+    )
+    .await
+}
+
+/// Writes one as it now stands; whose it is, which foot and when it began stay.
+pub async fn update(db: impl SqliteExecutor<'_>, log: &Log) -> Result<(), StoreError> {
+    write(
+        db,
+        log,
+        "update logs set
+            state = ?4, file_name = ?5, offset_bytes = ?6, size_bytes = ?7, sha256 = ?8, codec = ?9,
+            samples = ?10, t_first_ns = ?11, t_last_ns = ?12, error = ?13, finished_at = ?15
+         where id = ?1 and session_id = ?2 and foot = ?3 and created_at = ?14",
+    )
+    .await
+}
+
+async fn write(db: impl SqliteExecutor<'_>, log: &Log, sql: &'static str) -> Result<(), StoreError> {
+    sqlx::query(sql)
+        .bind(log.id.to_string())
+        .bind(log.session_id.to_string())
+        .bind(log.foot.name())
+        .bind(columns::to_word(log.state))
+        .bind(&log.file_name)
+        .bind(columns::to_column(log.offset_bytes))
+        .bind(log.size_bytes.map(columns::to_column))
+        .bind(&log.sha256)
+        .bind(log.codec.map(columns::to_word))
+        .bind(columns::to_column(log.samples))
+        .bind(log.t_first_ns)
+        .bind(log.t_last_ns)
+        .bind(&log.error)
+        .bind(utc::to_us(log.created_at))
+        .bind(log.finished_at.map(utc::to_us))
+        .execute(db)
+        .await?;
+    Ok(())
+}
+
+/// Notes how many bytes have reached the disk.
+pub async fn set_offset(db: impl SqliteExecutor<'_>, id: Uuid, offset_bytes: u64) -> Result<(), StoreError> {
+    sqlx::query("update logs set offset_bytes = ?2 where id = ?1")
+        .bind(id.to_string())
+        .bind(columns::to_column(offset_bytes))
+        .execute(db)
+        .await?;
+    Ok(())
+}
+
+/// Removes one; `false` when there is none with this id.
+pub async fn delete(db: impl SqliteExecutor<'_>, id: Uuid) -> Result<bool, StoreError> {
+    let query = sqlx::query("delete from logs where id = ?1").bind(id.to_string());
+    Ok(query.execute(db).await?.rows_affected() > 0)
+}

@@ -1,0 +1,99 @@
+//! Surveyed actuator anchors.
+
+use serde::{Deserialize, Serialize};
+use sqlx::sqlite::SqliteRow;
+use sqlx::{FromRow, Row, SqliteExecutor};
+use time::OffsetDateTime;
+
+use super::{StoreError, columns};
+use crate::utc;
+
+/// A fixed point that walks are tied to.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Marker {
+    /// Its name, such as A17; case matters.
+    pub name: String,
+    /// East, m.
+    pub e_m: f64,
+    /// North, m.
+    pub n_m: f64,
+    /// Up, m; `None` when its height was never surveyed.
+    pub u_m: Option<f64>,
+    /// When it was added.
+    #[serde(with = "time::serde::rfc3339")]
+    pub created_at: OffsetDateTime,
+    /// When a coordinate last changed.
+    #[serde(with = "time::serde::rfc3339")]
+    pub updated_at: OffsetDateTime,
+}
+
+impl FromRow<'_, SqliteRow> for Marker {
+    fn from_row(row: &SqliteRow) -> sqlx::Result<Self> {
+        Ok(Marker {
+            name: row.try_get("name")?,
+            e_m: row.try_get("e_m")?,
+            n_m: row.try_get("n_m")?,
+            u_m: row.try_get("u_m")?,
+            created_at: columns::instant(row, "created_at")?,
+            updated_at: columns::instant(row, "updated_at")?,
+        })
+    }
+}
+
+/// All, by name.
+pub async fn list(db: impl SqliteExecutor<'_>) -> Result<Vec<Marker>, StoreError> {
+    Ok(sqlx::query_as("select * from markers order by name").fetch_all(db).await?)
+}
+
+/// The one with this name.
+pub async fn get(db: impl SqliteExecutor<'_>, name: &str) -> Result<Option<Marker>, StoreError> {
+    Ok(sqlx::query_as("select * from markers where name = ?1").bind(name).fetch_optional(db).await?)
+}
+
+/// Adds one.
+pub async fn insert(db: impl SqliteExecutor<'_>, marker: &Marker) -> Result<(), StoreError> {
+    sqlx::query(
+        "insert into markers (name, e_m, n_m, u_m, created_at, updated_at) values (?1, ?2, ?3, ?4, ?5, ?6)",
+    )
+    .bind(&marker.name)
+    .bind(marker.e_m)
+    .bind(marker.n_m)
+    .bind(marker.u_m)
+    .bind(utc::to_us(marker.created_at))
+    .bind(utc::to_us(marker.updated_at))
+    .execute(db)
+    .await?;
+    Ok(())
+}
+
+/// Moves one; its name and when it was added stay. `false` when there is none with this name.
+pub async fn update(db: impl SqliteExecutor<'_>, marker: &Marker) -> Result<bool, StoreError> {
+    let query =
+        sqlx::query("update markers set e_m = ?2, n_m = ?3, u_m = ?4, updated_at = ?5 where name = ?1")
+            .bind(&marker.name)
+            .bind(marker.e_m)
+            .bind(marker.n_m)
+            .bind(marker.u_m)
+            .bind(utc::to_us(marker.updated_at));
+    Ok(query.execute(db).await?.rows_affected() > 0)
+}
+
+/// Removes one; `false` when there is none with this name.
+pub async fn delete(db: impl SqliteExecutor<'_>, name: &str) -> Result<bool, StoreError> {
+    Ok(sqlx::query("delete from markers where name = ?1").bind(name).execute(db).await?.rows_affected() > 0)
+}
+
+/// How often the table has changed.
+pub async fn revision(db: impl SqliteExecutor<'_>) -> Result<i64, StoreError> {
+    let row = sqlx::query("select revision from marker_revision where only = 1").fetch_one(db).await?;
+    Ok(row.try_get("revision")?)
+}
+
+/// Counts one more change of the table; belongs in the transaction of that change.
+pub async fn bump_revision(db: impl SqliteExecutor<'_>) -> Result<i64, StoreError> {
+    let row =
+        sqlx::query("update marker_revision set revision = revision + 1 where only = 1 returning revision")
+            .fetch_one(db)
+            .await?;
+    Ok(row.try_get("revision")?)
+}

@@ -1,0 +1,111 @@
+//! Everything that is kept: all SQL of the server is in this folder, one function a question.
+//!
+//! Reads go through a pool of read-only connections ([`Store::read`]); every write goes through the
+//! one [`Writer`]. The SQL keeps to the subset that SQLite and PostgreSQL share.
+
+pub mod anomalies;
+pub mod faults;
+pub mod inspectors;
+pub mod jobs;
+pub mod logs;
+pub mod markers;
+pub mod raw_chunks;
+pub mod sessions;
+pub mod track;
+pub mod visits;
+pub mod writer;
+
+mod columns;
+mod migrations;
+
+use std::path::Path;
+
+use sqlx::SqlitePool;
+use sqlx::sqlite::{SqliteConnectOptions, SqliteJournalMode, SqlitePoolOptions, SqliteSynchronous};
+
+pub use self::writer::{Record, Writer};
+
+/// Why the store did not do what it was asked.
+#[derive(Debug, thiserror::Error)]
+pub enum StoreError {
+    /// The database said no.
+    #[error(transparent)]
+    Database(#[from] sqlx::Error),
+    /// The database cannot be opened as it is.
+    #[error("{0}")]
+    Open(String),
+    /// The group that this write was committed with did not reach the disk: nothing of it is stored.
+    #[error("the write was not stored: {0}")]
+    NotCommitted(String),
+    /// The server is stopping.
+    #[error("the writer has stopped: the server is shutting down")]
+    Stopped,
+    /// Something in a table is not as this program writes it.
+    #[error("the stored {what} cannot be read: {why}")]
+    Damaged {
+        /// Which row or blob.
+        what: String,
+        /// What is wrong with it.
+        why: String,
+    },
+}
+
+impl StoreError {
+    /// Whether the same request may succeed later.
+    pub fn is_passing(&self) -> bool {
+        matches!(self, StoreError::NotCommitted(_) | StoreError::Stopped)
+    }
+
+    /// Whether it was turned down because such a row (by a unique column) stands already.
+    pub fn is_duplicate(&self) -> bool {
+        matches!(self, StoreError::Database(sqlx::Error::Database(error)) if error.is_unique_violation())
+    }
+
+    /// Whether it was turned down because it names a row that does not exist, or one that others name.
+    pub fn is_dangling(&self) -> bool {
+        matches!(self, StoreError::Database(sqlx::Error::Database(error)) if error.is_foreign_key_violation())
+    }
+}
+
+/// The open store.
+#[derive(Clone, Debug)]
+pub struct Store {
+    readers: SqlitePool,
+    writer: Writer,
+}
+
+impl Store {
+    /// Opens the database file, makes it when it is missing, and brings it up to this version.
+    pub async fn open(path: &Path, readers: u32) -> Result<Store, StoreError> {
+        let options = SqliteConnectOptions::new()
+            .filename(path)
+            .create_if_missing(true)
+            .journal_mode(SqliteJournalMode::Wal)
+            // FULL syncs the log at every commit: an acknowledgement means *on disk*.
+            .synchronous(SqliteSynchronous::Full)
+            .foreign_keys(true)
+            .busy_timeout(std::time::Duration::from_secs(10));
+        let writer = Writer::start(options.clone()).await?;
+        let readers = SqlitePoolOptions::new()
+            .max_connections(readers.max(1))
+            // Lazily: the writer has just shown that the file opens.
+            .connect_lazy_with(options.read_only(true).create_if_missing(false));
+        Ok(Store { readers, writer })
+    }
+
+    /// Where to read.
+    pub fn read(&self) -> &SqlitePool {
+        &self.readers
+    }
+
+    /// Where to write.
+    pub fn writer(&self) -> &Writer {
+        &self.writer
+    }
+
+    /// Writes what still waits, and closes.
+    pub async fn close(&self) {
+        self.writer.stop().await;
+        self.readers.close().await;
+    }
+}

@@ -1,0 +1,201 @@
+//! The samples as they were measured: written once, never changed.
+
+use std::cell::RefCell;
+
+use futures_util::{Stream, TryStreamExt};
+use lodestep_engine::sample::{Foot, ImuSample};
+use sqlx::sqlite::SqliteRow;
+use sqlx::{Row, SqliteExecutor};
+use uuid::Uuid;
+
+use super::{StoreError, columns};
+
+/// The layout of the unpacked samples, as the migration tells it.
+const ENCODING: i64 = 1;
+
+/// Bytes of one sample in that layout: the time and ten channels, eight bytes each.
+const SAMPLE_BYTES: usize = 88;
+
+/// Of zstd: fast enough for the live path, and within some percent of the slower levels on noise.
+const LEVEL: i32 = 1;
+
+/// Samples of one foot, in the order of its log.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Samples {
+    /// Whose.
+    pub foot: Foot,
+    /// Number of the first batch (stream) or of the chunk (log).
+    pub first_sequence: u64,
+    /// How many batches or chunks these are.
+    pub sequences: u64,
+    /// The samples.
+    pub samples: Vec<ImuSample>,
+}
+
+/// Samples packed for their column.
+#[derive(Clone, Debug)]
+pub struct Packed {
+    foot: Foot,
+    first_sequence: u64,
+    sequences: u64,
+    t_first_ns: i64,
+    samples: u64,
+    body: Vec<u8>,
+}
+
+thread_local! {
+    // A fresh compressor allocates and clears tables far larger than a live batch.
+    static COMPRESSOR: RefCell<Option<zstd::bulk::Compressor<'static>>> = const { RefCell::new(None) };
+}
+
+impl Packed {
+    /// Packs samples; done by the caller's thread, so that the one writer only writes.
+    pub fn new(batch: &Samples) -> Result<Packed, StoreError> {
+        let mut plain = Vec::with_capacity(batch.samples.len() * SAMPLE_BYTES);
+        for sample in &batch.samples {
+            plain.extend_from_slice(&sample.t_ns.to_le_bytes());
+            let mag_ut = sample.mag_b_ut.unwrap_or([f64::NAN; 3]);
+            let pressure_hpa = sample.pressure_hpa.unwrap_or(f64::NAN);
+            for value in [sample.w_ib_b_rad_s, sample.f_b_m_s2, mag_ut].as_flattened() {
+                plain.extend_from_slice(&value.to_le_bytes());
+            }
+            plain.extend_from_slice(&pressure_hpa.to_le_bytes());
+        }
+        let body = COMPRESSOR
+            .with_borrow_mut(|slot| {
+                let mut compressor = match slot.take() {
+                    Some(compressor) => compressor,
+                    None => zstd::bulk::Compressor::new(LEVEL)?,
+                };
+                let packed = compressor.compress(&plain);
+                *slot = Some(compressor);
+                packed
+            })
+            .map_err(|error| StoreError::NotCommitted(format!("the samples could not be packed: {error}")))?;
+        Ok(Packed {
+            foot: batch.foot,
+            first_sequence: batch.first_sequence,
+            sequences: batch.sequences,
+            t_first_ns: batch.samples.first().map_or(0, |sample| sample.t_ns),
+            samples: batch.samples.len() as u64,
+            body,
+        })
+    }
+
+    /// How many bytes it takes in the table.
+    pub fn bytes(&self) -> usize {
+        self.body.len()
+    }
+}
+
+/// Adds a chunk; `log_id` is `None` for the live stream.
+pub async fn insert(
+    db: impl SqliteExecutor<'_>,
+    session_id: Uuid,
+    log_id: Option<Uuid>,
+    chunk: Packed,
+) -> Result<(), StoreError> {
+    sqlx::query(
+        "insert into raw_chunks (
+            session_id, foot, log_id, first_sequence, sequences, t_first_ns, samples, encoding, body
+         ) values (?1, ?2, ?3, ?4, ?5, ?6, ?7, ?8, ?9)",
+    )
+    .bind(session_id.to_string())
+    .bind(chunk.foot.name())
+    .bind(log_id.map(|id| id.to_string()))
+    .bind(columns::to_column(chunk.first_sequence))
+    .bind(columns::to_column(chunk.sequences))
+    .bind(chunk.t_first_ns)
+    .bind(columns::to_column(chunk.samples))
+    .bind(ENCODING)
+    .bind(chunk.body)
+    .execute(db)
+    .await?;
+    Ok(())
+}
+
+/// The stream's next batch of this foot that is not on disk yet.
+pub async fn next_sequence(
+    db: impl SqliteExecutor<'_>,
+    session_id: Uuid,
+    foot: Foot,
+) -> Result<u64, StoreError> {
+    let query = sqlx::query(
+        "select coalesce(max(first_sequence + sequences), 0) as next from raw_chunks
+         where session_id = ?1 and foot = ?2 and log_id is null",
+    )
+    .bind(session_id.to_string())
+    .bind(foot.name());
+    Ok(columns::count(&query.fetch_one(db).await?, "next")?)
+}
+
+/// The streamed samples of one foot in order, chunk by chunk.
+pub fn of_stream<'a>(
+    db: impl SqliteExecutor<'a> + 'a,
+    session_id: Uuid,
+    foot: Foot,
+) -> impl Stream<Item = Result<Samples, StoreError>> + 'a {
+    sqlx::query(
+        "select * from raw_chunks where session_id = ?1 and foot = ?2 and log_id is null
+         order by first_sequence",
+    )
+    .bind(session_id.to_string())
+    .bind(foot.name())
+    .fetch(db)
+    .map_err(StoreError::from)
+    .and_then(|row| std::future::ready(unpack(&row)))
+}
+
+/// The samples of a log in order, chunk by chunk.
+pub fn of_log<'a>(
+    db: impl SqliteExecutor<'a> + 'a,
+    log_id: Uuid,
+) -> impl Stream<Item = Result<Samples, StoreError>> + 'a {
+    sqlx::query("select * from raw_chunks where log_id = ?1 order by first_sequence")
+        .bind(log_id.to_string())
+        .fetch(db)
+        .map_err(StoreError::from)
+        .and_then(|row| std::future::ready(unpack(&row)))
+}
+
+/// A row's samples.
+fn unpack(row: &SqliteRow) -> Result<Samples, StoreError> {
+    let id: i64 = row.try_get("id")?;
+    let damaged = |why: String| StoreError::Damaged { what: format!("raw chunk {id}"), why };
+    let encoding: i64 = row.try_get("encoding")?;
+    if encoding != ENCODING {
+        return Err(damaged(format!("expected encoding {ENCODING}, found {encoding}")));
+    }
+    let count = columns::count(row, "samples")?;
+    let expected = usize::try_from(count).ok().and_then(|count| count.checked_mul(SAMPLE_BYTES));
+    let expected = expected.ok_or_else(|| damaged(format!("{count} samples do not fit into memory")))?;
+    let body: &[u8] = row.try_get("body")?;
+    let plain = zstd::bulk::decompress(body, expected).map_err(|error| damaged(error.to_string()))?;
+    if plain.len() != expected {
+        return Err(damaged(format!("expected {expected} bytes, found {}", plain.len())));
+    }
+    Ok(Samples {
+        foot: columns::foot(row, "foot")?,
+        first_sequence: columns::count(row, "first_sequence")?,
+        sequences: columns::count(row, "sequences")?,
+        samples: plain.chunks_exact(SAMPLE_BYTES).map(sample).collect(),
+    })
+}
+
+/// One sample from its bytes.
+fn sample(bytes: &[u8]) -> ImuSample {
+    let mut words = bytes.as_chunks::<8>().0.iter().copied();
+    let t_ns = words.next().map_or(0, i64::from_le_bytes);
+    let mut next = || words.next().map_or(f64::NAN, f64::from_le_bytes);
+    let mut vector = || [next(), next(), next()];
+    let (w_ib_b_rad_s, f_b_m_s2, mag_b_ut) = (vector(), vector(), vector());
+    let pressure_hpa = next();
+    ImuSample {
+        t_ns,
+        w_ib_b_rad_s,
+        f_b_m_s2,
+        // Three NaN stand for a missing reading; one alone is a broken axis, and stays what it was.
+        mag_b_ut: (!mag_b_ut.iter().all(|value| value.is_nan())).then_some(mag_b_ut),
+        pressure_hpa: (!pressure_hpa.is_nan()).then_some(pressure_hpa),
+    }
+}

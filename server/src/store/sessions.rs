@@ -1,0 +1,226 @@
+//! Walks.
+
+use lodestep_engine::sample::Foot;
+use lodestep_engine::session::Summary;
+use serde::{Deserialize, Serialize};
+use sqlx::sqlite::SqliteRow;
+use sqlx::{FromRow, Row, SqliteExecutor};
+use time::OffsetDateTime;
+use uuid::Uuid;
+
+use super::{StoreError, columns};
+use crate::utc;
+
+/// One walk.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Session {
+    /// Its id.
+    pub id: Uuid,
+    /// Who walks.
+    pub inspector_id: Uuid,
+    /// Free words; may be empty.
+    pub title: String,
+    /// How far it has come.
+    pub state: SessionState,
+    /// The instant of `t_ns` = 0.
+    #[serde(with = "time::serde::rfc3339")]
+    pub started_at: OffsetDateTime,
+    /// The instant of its last point; `None` while it goes on.
+    #[serde(with = "time::serde::rfc3339::option")]
+    pub ended_at: Option<OffsetDateTime>,
+    /// Which feet carry a sensor, left first.
+    pub feet: Vec<Foot>,
+    /// Where it started.
+    pub start: Start,
+    /// Heading of the first sensor's x axis, clockwise from true north, degrees; `None`: from the magnetometer.
+    pub initial_heading_deg: Option<f64>,
+    /// IMU samples processed, both feet.
+    pub samples: u64,
+    /// Epochs the engine told.
+    pub epochs: u64,
+    /// From the first to the last point, s.
+    pub duration_s: f64,
+    /// Length of the path of the middle of the feet, m.
+    pub distance_m: f64,
+    /// Seconds since the last accepted visit, or since the start.
+    pub since_marker_s: f64,
+    /// Metres walked since then.
+    pub since_marker_m: f64,
+    /// Hash over every epoch of the main run, lower-case hex.
+    pub track_sha256: Option<String>,
+    /// Why it failed.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub error: Option<String>,
+    /// When it was made.
+    #[serde(with = "time::serde::rfc3339")]
+    pub created_at: OffsetDateTime,
+}
+
+/// Where a walk started.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Start {
+    /// The marker's name; `None` when coordinates were given.
+    pub marker: Option<String>,
+    /// Where the middle of the feet stood, east-north-up, m.
+    pub position_m: [f64; 3],
+}
+
+/// How far a session has come.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum SessionState {
+    /// Nothing has come yet.
+    Created,
+    /// Logs are being handed in.
+    Receiving,
+    /// A device streams.
+    Live,
+    /// A job computes its track.
+    Processing,
+    /// Its track stands.
+    Finished,
+    /// Its track could not be computed; `error` says why.
+    Failed,
+}
+
+impl FromRow<'_, SqliteRow> for Session {
+    fn from_row(row: &SqliteRow) -> sqlx::Result<Self> {
+        let feet: &str = row.try_get("feet")?;
+        Ok(Session {
+            id: columns::id(row, "id")?,
+            inspector_id: columns::id(row, "inspector_id")?,
+            title: row.try_get("title")?,
+            state: columns::word(row, "state")?,
+            started_at: columns::instant(row, "started_at")?,
+            ended_at: columns::optional_instant(row, "ended_at")?,
+            feet: feet.split(',').filter_map(columns::foot_named).collect(),
+            start: Start {
+                marker: row.try_get("start_marker")?,
+                position_m: columns::enu(row, ["start_e_m", "start_n_m", "start_u_m"])?,
+            },
+            initial_heading_deg: row.try_get("initial_heading_deg")?,
+            samples: columns::count(row, "samples")?,
+            epochs: columns::count(row, "epochs")?,
+            duration_s: row.try_get("duration_s")?,
+            distance_m: row.try_get("distance_m")?,
+            since_marker_s: row.try_get("since_marker_s")?,
+            since_marker_m: row.try_get("since_marker_m")?,
+            track_sha256: row.try_get("track_sha256")?,
+            error: row.try_get("error")?,
+            created_at: columns::instant(row, "created_at")?,
+        })
+    }
+}
+
+/// Which sessions to list; `None` asks for all.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Filter {
+    /// Those of this inspector.
+    pub inspector_id: Option<Uuid>,
+    /// Those in this state.
+    pub state: Option<SessionState>,
+}
+
+/// Those that pass the filter, newest first.
+pub async fn list(db: impl SqliteExecutor<'_>, filter: Filter) -> Result<Vec<Session>, StoreError> {
+    let query = sqlx::query_as(
+        "select * from sessions
+         where (?1 is null or inspector_id = ?1) and (?2 is null or state = ?2)
+         order by started_at desc, id desc",
+    )
+    .bind(filter.inspector_id.map(|id| id.to_string()))
+    .bind(filter.state.map(columns::to_word));
+    Ok(query.fetch_all(db).await?)
+}
+
+/// The one with this id.
+pub async fn get(db: impl SqliteExecutor<'_>, id: Uuid) -> Result<Option<Session>, StoreError> {
+    let query = sqlx::query_as("select * from sessions where id = ?1").bind(id.to_string());
+    Ok(query.fetch_optional(db).await?)
+}
+
+/// Adds one.
+pub async fn insert(db: impl SqliteExecutor<'_>, session: &Session) -> Result<(), StoreError> {
+    let feet = session.feet.iter().map(|foot| foot.name()).collect::<Vec<_>>().join(",");
+    sqlx::query(
+        "insert into sessions (
+            id, inspector_id, title, state, started_at, ended_at, feet,
+            start_marker, start_e_m, start_n_m, start_u_m, initial_heading_deg, created_at
+         ) values (?1, ?2, ?3, ?4, ?5, ?6, ?7, ?8, ?9, ?10, ?11, ?12, ?13)",
+    )
+    .bind(session.id.to_string())
+    .bind(session.inspector_id.to_string())
+    .bind(&session.title)
+    .bind(columns::to_word(session.state))
+    .bind(utc::to_us(session.started_at))
+    .bind(session.ended_at.map(utc::to_us))
+    .bind(feet)
+    .bind(&session.start.marker)
+    .bind(session.start.position_m[0])
+    .bind(session.start.position_m[1])
+    .bind(session.start.position_m[2])
+    .bind(session.initial_heading_deg)
+    .bind(utc::to_us(session.created_at))
+    .execute(db)
+    .await?;
+    Ok(())
+}
+
+/// Moves one on; `error` says why, with `Failed`, and is taken away otherwise.
+pub async fn set_state(
+    db: impl SqliteExecutor<'_>,
+    id: Uuid,
+    state: SessionState,
+    error: Option<&str>,
+) -> Result<(), StoreError> {
+    sqlx::query("update sessions set state = ?2, error = ?3 where id = ?1")
+        .bind(id.to_string())
+        .bind(columns::to_word(state))
+        .bind(error)
+        .execute(db)
+        .await?;
+    Ok(())
+}
+
+/// Notes what it amounts to so far.
+pub async fn set_summary(db: impl SqliteExecutor<'_>, id: Uuid, summary: &Summary) -> Result<(), StoreError> {
+    sqlx::query(
+        "update sessions set samples = ?2, epochs = ?3, duration_s = ?4, distance_m = ?5,
+            since_marker_s = ?6, since_marker_m = ?7
+         where id = ?1",
+    )
+    .bind(id.to_string())
+    .bind(columns::to_column(summary.samples))
+    .bind(columns::to_column(summary.epochs))
+    .bind(summary.duration_s)
+    .bind(summary.distance_m)
+    .bind(summary.since_marker_s)
+    .bind(summary.since_marker_m)
+    .execute(db)
+    .await?;
+    Ok(())
+}
+
+/// Closes one whose track stands: state `finished`, its end and the hash of its track.
+pub async fn finish(
+    db: impl SqliteExecutor<'_>,
+    id: Uuid,
+    ended_at: OffsetDateTime,
+    track_sha256: &str,
+) -> Result<(), StoreError> {
+    sqlx::query(
+        "update sessions set state = 'finished', error = null, ended_at = ?2, track_sha256 = ?3 where id = ?1",
+    )
+    .bind(id.to_string())
+    .bind(utc::to_us(ended_at))
+    .bind(track_sha256)
+    .execute(db)
+    .await?;
+    Ok(())
+}
+
+/// Removes one with everything that hangs on it; `false` when there is none with this id.
+pub async fn delete(db: impl SqliteExecutor<'_>, id: Uuid) -> Result<bool, StoreError> {
+    let query = sqlx::query("delete from sessions where id = ?1").bind(id.to_string());
+    Ok(query.execute(db).await?.rows_affected() > 0)
+}

@@ -1,0 +1,235 @@
+//! Where inspectors were.
+
+use futures_util::{Stream, TryStreamExt};
+use lodestep_engine::event::{FootPoint, TrackPoint};
+use serde::{Deserialize, Serialize};
+use sqlx::sqlite::SqliteRow;
+use sqlx::{AssertSqlSafe, FromRow, Row, SqliteConnection, SqliteExecutor};
+use uuid::Uuid;
+
+use super::{StoreError, columns};
+
+/// Which computation of a walk a track comes from.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Run {
+    /// With every aid that the data allow.
+    #[default]
+    Main,
+    /// The same walk with no visit used.
+    WithoutMarkers,
+}
+
+impl Run {
+    /// `main` or `without_markers`, as tables and the wire spell it.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Run::Main => "main",
+            Run::WithoutMarkers => "without_markers",
+        }
+    }
+}
+
+/// The columns of a point beside `session_id` and `run`, in the order in which they are bound.
+const POINT_COLUMNS: [&str; 18] = [
+    "t_ns",
+    "e_m",
+    "n_m",
+    "u_m",
+    "heading_rad",
+    "sigma_heading_rad",
+    "sigma_e_m",
+    "sigma_n_m",
+    "sigma_u_m",
+    "covariance_en_m2",
+    "left_e_m",
+    "left_n_m",
+    "left_u_m",
+    "right_e_m",
+    "right_n_m",
+    "right_u_m",
+    "left_stance",
+    "right_stance",
+];
+
+/// Points in one statement. One statement a row costs seven times as much; more rows than this gain
+/// nothing and come near the 32,766 parameters that SQLite allows.
+const POINTS_PER_STATEMENT: usize = 500;
+
+/// A point as `query_as` reads it.
+struct Stored(TrackPoint);
+
+impl FromRow<'_, SqliteRow> for Stored {
+    fn from_row(row: &SqliteRow) -> sqlx::Result<Self> {
+        let foot = |position: [&str; 3], stance: &str| -> sqlx::Result<Option<FootPoint>> {
+            let Some(position_n_m) = columns::optional_enu(row, position)? else { return Ok(None) };
+            Ok(Some(FootPoint { position_n_m, stance: row.try_get(stance)? }))
+        };
+        Ok(Stored(TrackPoint {
+            t_ns: row.try_get("t_ns")?,
+            position_n_m: columns::enu(row, ["e_m", "n_m", "u_m"])?,
+            heading_rad: row.try_get("heading_rad")?,
+            sigma_heading_rad: row.try_get("sigma_heading_rad")?,
+            sigma_n_m: columns::enu(row, ["sigma_e_m", "sigma_n_m", "sigma_u_m"])?,
+            covariance_en_m2: row.try_get("covariance_en_m2")?,
+            left: foot(["left_e_m", "left_n_m", "left_u_m"], "left_stance")?,
+            right: foot(["right_e_m", "right_n_m", "right_u_m"], "right_stance")?,
+        }))
+    }
+}
+
+/// A run's points by time, as they come from the disk: a long walk is never held whole.
+pub fn points<'a>(
+    db: impl SqliteExecutor<'a> + 'a,
+    session_id: Uuid,
+    run: Run,
+) -> impl Stream<Item = Result<TrackPoint, StoreError>> + 'a {
+    sqlx::query_as("select * from track_points where session_id = ?1 and run = ?2 order by t_ns")
+        .bind(session_id.to_string())
+        .bind(run.name())
+        .fetch(db)
+        .map_ok(|Stored(point)| point)
+        .map_err(StoreError::from)
+}
+
+/// A run's newest points from `since_ns` on, by time.
+pub async fn since(
+    db: impl SqliteExecutor<'_>,
+    session_id: Uuid,
+    run: Run,
+    since_ns: i64,
+) -> Result<Vec<TrackPoint>, StoreError> {
+    let query = sqlx::query_as(
+        "select * from track_points where session_id = ?1 and run = ?2 and t_ns >= ?3 order by t_ns",
+    )
+    .bind(session_id.to_string())
+    .bind(run.name())
+    .bind(since_ns);
+    let rows: Vec<Stored> = query.fetch_all(db).await?;
+    Ok(rows.into_iter().map(|Stored(point)| point).collect())
+}
+
+/// The main run's last point at or before `t_ns`.
+pub async fn last_at(
+    db: impl SqliteExecutor<'_>,
+    session_id: Uuid,
+    t_ns: i64,
+) -> Result<Option<TrackPoint>, StoreError> {
+    let query = sqlx::query_as(
+        "select * from track_points where session_id = ?1 and run = 'main' and t_ns <= ?2
+         order by t_ns desc limit 1",
+    )
+    .bind(session_id.to_string())
+    .bind(t_ns);
+    let row: Option<Stored> = query.fetch_optional(db).await?;
+    Ok(row.map(|Stored(point)| point))
+}
+
+/// Adds points, or puts them in the place of those of the same times.
+pub async fn upsert(
+    db: &mut SqliteConnection,
+    session_id: Uuid,
+    run: Run,
+    points: &[TrackPoint],
+) -> Result<(), StoreError> {
+    for rows in points.chunks(POINTS_PER_STATEMENT) {
+        let kept =
+            POINT_COLUMNS[1..].iter().map(|c| format!("{c} = excluded.{c}")).collect::<Vec<_>>().join(", ");
+        let sql = format!(
+            "insert into track_points (session_id, run, {}) values {} on conflict (session_id, run, t_ns) do update set {kept}",
+            POINT_COLUMNS.join(", "),
+            placeholders(rows.len(), "?1, ?2, "),
+        );
+        write(db, session_id, run, rows, sql).await?;
+    }
+    Ok(())
+}
+
+/// Corrects those of these points that are stored (a track keeps fewer points than there are epochs).
+pub async fn revise(
+    db: &mut SqliteConnection,
+    session_id: Uuid,
+    run: Run,
+    points: &[TrackPoint],
+) -> Result<(), StoreError> {
+    for rows in points.chunks(POINTS_PER_STATEMENT) {
+        let columns = POINT_COLUMNS.join(", ");
+        let kept =
+            POINT_COLUMNS[1..].iter().map(|c| format!("{c} = revised.{c}")).collect::<Vec<_>>().join(", ");
+        let sql = format!(
+            "with revised ({columns}) as (values {})
+             update track_points set {kept} from revised
+             where track_points.session_id = ?1 and track_points.run = ?2 and track_points.t_ns = revised.t_ns",
+            placeholders(rows.len(), ""),
+        );
+        write(db, session_id, run, rows, sql).await?;
+    }
+    Ok(())
+}
+
+/// Removes a run's points: a new computation takes their place.
+pub async fn clear(db: impl SqliteExecutor<'_>, session_id: Uuid, run: Run) -> Result<(), StoreError> {
+    sqlx::query("delete from track_points where session_id = ?1 and run = ?2")
+        .bind(session_id.to_string())
+        .bind(run.name())
+        .execute(db)
+        .await?;
+    Ok(())
+}
+
+/// `(?3, …), (?21, …), …`: one group a point, after what comes first in each.
+fn placeholders(rows: usize, first: &str) -> String {
+    let mut sql = String::with_capacity(rows * 120);
+    for row in 0..rows {
+        sql.push_str(if row == 0 { "(" } else { ", (" });
+        sql.push_str(first);
+        for column in 0..POINT_COLUMNS.len() {
+            if column > 0 {
+                sql.push_str(", ");
+            }
+            sql.push('?');
+            sql.push_str(&(3 + row * POINT_COLUMNS.len() + column).to_string());
+        }
+        sql.push(')');
+    }
+    sql
+}
+
+async fn write(
+    db: &mut SqliteConnection,
+    session_id: Uuid,
+    run: Run,
+    points: &[TrackPoint],
+    sql: String,
+) -> Result<(), StoreError> {
+    // Only full statements come again in the same shape; the others would fill the statement cache.
+    let persistent = points.len() == POINTS_PER_STATEMENT || points.len() <= 8;
+    // Safe: made of this file's column names and of numbers.
+    let mut query =
+        sqlx::query(AssertSqlSafe(sql)).persistent(persistent).bind(session_id.to_string()).bind(run.name());
+    for point in points {
+        let [e, n, u] = point.position_n_m;
+        let [sigma_e, sigma_n, sigma_u] = point.sigma_n_m;
+        query = query
+            .bind(point.t_ns)
+            .bind(e)
+            .bind(n)
+            .bind(u)
+            .bind(point.heading_rad)
+            .bind(point.sigma_heading_rad)
+            .bind(sigma_e)
+            .bind(sigma_n)
+            .bind(sigma_u)
+            .bind(point.covariance_en_m2);
+        for foot in [point.left, point.right] {
+            for axis in 0..3 {
+                query = query.bind(foot.map(|foot| foot.position_n_m[axis]));
+            }
+        }
+        for foot in [point.left, point.right] {
+            query = query.bind(foot.map(|foot| foot.stance));
+        }
+    }
+    query.execute(db).await?;
+    Ok(())
+}

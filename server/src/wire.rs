@@ -1,0 +1,122 @@
+//! What clients see, as `docs/wire.md` tells it. A row of the store that is shown as it is has its
+//! shape in `store`; what is put together for the wire has it here.
+
+use serde::{Deserialize, Serialize};
+use time::OffsetDateTime;
+use uuid::Uuid;
+
+use crate::store::anomalies::Anomaly;
+use crate::store::faults::Fault;
+use crate::store::jobs::Job;
+use crate::store::logs::Log;
+use crate::store::sessions::Session;
+use crate::store::visits::Visit;
+
+/// A session with what hangs on it: `GET /sessions/{id}`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct SessionView {
+    /// The session itself.
+    #[serde(flatten)]
+    pub session: Session,
+    /// Its logs, oldest first.
+    pub logs: Vec<Log>,
+    /// How many visits were told.
+    pub visits: u64,
+    /// How many anomalies were found.
+    pub anomalies: u64,
+}
+
+/// One thing that has changed: what the feed sends on. Published after it is on disk, never before.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(tag = "kind", rename_all = "snake_case")]
+pub enum Change {
+    /// An inspector is somewhere.
+    Position(Position),
+    /// A stretch of a trail was corrected in hindsight.
+    Revision {
+        /// Whose trail.
+        session_id: Uuid,
+        /// `[t_ns, e_m, n_m]`, oldest first; replaces the trail from the first to the last of these times.
+        points: Vec<(i64, f64, f64)>,
+    },
+    /// A session began, changed its state or its summary, or was deleted.
+    Session {
+        /// As it stands now; `None` only with `deleted`.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        session: Option<Session>,
+        /// The id of a session that is gone.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        deleted: Option<Uuid>,
+    },
+    /// A visit was told or weighed.
+    Visit {
+        /// As it stands now.
+        visit: Visit,
+    },
+    /// A sensor is in trouble.
+    Anomaly {
+        /// What was found.
+        anomaly: Anomaly,
+    },
+    /// A fault was reported or closed.
+    Fault {
+        /// As it stands now.
+        fault: Fault,
+    },
+    /// The marker table has changed: fetch it again.
+    Markers {
+        /// Counts its changes.
+        revision: i64,
+    },
+    /// A job has come further.
+    Job {
+        /// As it stands now.
+        job: Job,
+    },
+    /// An inspector was added, renamed or removed: fetch `/inspectors` again.
+    Inspectors,
+}
+
+/// Where an inspector is, and how sure that is.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Position {
+    /// The walk.
+    pub session_id: Uuid,
+    /// Who walks.
+    pub inspector_id: Uuid,
+    /// Time since the session's start, ns.
+    pub t_ns: i64,
+    /// East-north-up, m.
+    pub position_m: [f64; 3],
+    /// Clockwise from true north, rad.
+    pub heading_rad: f64,
+    /// Sigmas of east, north, up, m.
+    pub sigma_m: [f64; 3],
+    /// Covariance of east and north, m².
+    pub covariance_en_m2: f64,
+    /// Over the ground, m/s.
+    pub speed_m_s: f64,
+    /// What the inspector does.
+    pub state: Motion,
+    /// Seconds since the last accepted visit, or since the start.
+    pub since_marker_s: f64,
+    /// Metres walked since then.
+    pub since_marker_m: f64,
+    /// Metres walked since the start.
+    pub distance_m: f64,
+    /// When the server had it.
+    #[serde(with = "time::serde::rfc3339")]
+    pub received_at: OffsetDateTime,
+}
+
+/// What an inspector does, as far as the samples tell.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Motion {
+    /// The feet move.
+    Walking,
+    /// Both stand.
+    Standing,
+    /// Nothing has come for some seconds.
+    Silent,
+}

@@ -1,0 +1,4 @@
+//! A real server, asked over HTTP and websockets.
+
+mod inspectors;
+mod surroundings;
