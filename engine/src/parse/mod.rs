@@ -8,9 +8,13 @@ pub mod frame;
 mod header;
 pub mod imu_csv;
 pub mod live_message;
+pub mod markers_csv;
 mod number;
 mod records;
+mod table;
+pub mod truth_csv;
 mod units_check;
+pub mod visits_csv;
 
 pub use batch::Batch;
 pub use error::{ParseError, ParseErrorKind};

@@ -2,6 +2,7 @@
 //! bit, so that two tracks can be compared by their text.
 
 use std::fmt::Write as _;
+use std::io;
 
 use crate::event::{FootPoint, TrackPoint};
 
@@ -70,5 +71,71 @@ pub fn push_seconds(t_ns: i64, out: &mut String) {
     if rest != 0 {
         write!(out, ".{rest:09}").expect("writing to a string cannot fail");
         out.truncate(out.trim_end_matches('0').len());
+    }
+}
+
+/// Writes points, header first.
+///
+/// # Errors
+///
+/// When `out` does not take it.
+pub fn write<'a>(
+    points: impl IntoIterator<Item = &'a TrackPoint>,
+    out: &mut impl io::Write,
+) -> io::Result<()> {
+    const PIECE_BYTES: usize = 1 << 16;
+    let mut text = String::with_capacity(PIECE_BYTES + 1024);
+    push_header(&mut text);
+    for point in points {
+        push_row(point, &mut text);
+        if text.len() >= PIECE_BYTES {
+            out.write_all(text.as_bytes())?;
+            text.clear();
+        }
+    }
+    out.write_all(text.as_bytes())
+}
+
+#[cfg(test)]
+pub(super) mod tests {
+    use super::*;
+
+    pub(in crate::track) fn point() -> TrackPoint {
+        TrackPoint {
+            t_ns: 1_250_000_000,
+            position_n_m: [1.0, -2.5, 0.1],
+            heading_rad: 0.3,
+            sigma_heading_rad: 0.01,
+            sigma_n_m: [0.1, 0.2, 0.3],
+            covariance_en_m2: 0.001,
+            left: None,
+            right: Some(FootPoint { position_n_m: [1.1, -2.4, 0.0], stance: true }),
+        }
+    }
+
+    #[test]
+    fn a_missing_foot_is_empty_fields() {
+        let mut out = Vec::new();
+        write(&[point()], &mut out).unwrap();
+        assert_eq!(
+            String::from_utf8(out).unwrap(),
+            "t_s,e_m,n_m,u_m,heading_rad,sigma_e_m,sigma_n_m,sigma_u_m,left_e_m,left_n_m,left_u_m,\
+             right_e_m,right_n_m,right_u_m,left_stance,right_stance\n\
+             1.25,1,-2.5,0.1,0.3,0.1,0.2,0.3,,,,1.1,-2.4,0,,1\n"
+        );
+    }
+
+    #[test]
+    fn seconds_are_written_exactly() {
+        let text = |t_ns| {
+            let mut out = String::new();
+            push_seconds(t_ns, &mut out);
+            out
+        };
+        assert_eq!(text(0), "0");
+        assert_eq!(text(-1_500_000_000), "-1.5");
+        assert_eq!(text(100_000_000_000), "100");
+        assert_eq!(text(i64::MIN), "-9223372036.854775808");
+        assert_eq!(text(1), "0.000000001");
     }
 }

@@ -1,0 +1,95 @@
+//! Small tables, read whole: markers, visits, truth.
+
+use crate::parse::error::{ParseError, ParseErrorKind};
+use crate::parse::header::Header;
+use crate::parse::records::{Record, Records};
+
+/// Reads a table row by row. `places` finds the columns in the header, `row` reads a record with
+/// them; a table without rows is an empty list.
+pub(super) fn read<P, T>(
+    bytes: &[u8],
+    example: &str,
+    places: impl Fn(&Header) -> Result<P, ParseError>,
+    mut row: impl FnMut(&P, &Record<'_>) -> Result<T, ParseError>,
+) -> Result<Vec<T>, ParseError> {
+    let mut header: Option<(Header, P)> = None;
+    let mut rows = Vec::new();
+    let mut each = |record: &Record<'_>| {
+        match &header {
+            None => {
+                let found = Header::read(record, &bytes[..bytes.len().min(8)], example)?;
+                let places = places(&found)?;
+                header = Some((found, places));
+            }
+            Some((header, places)) => {
+                header.check_width(record)?;
+                rows.push(row(places, record)?);
+            }
+        }
+        Ok(())
+    };
+    let mut records = Records::new();
+    records.push(bytes, &mut each)?;
+    records.finish(&mut each)?;
+    if header.is_none() {
+        return Err(ParseError::new(
+            ParseErrorKind::EmptyFile,
+            format!("a header such as \"{example}\""),
+            "nothing",
+            "check that this is the file you meant",
+        ));
+    }
+    Ok(rows)
+}
+
+/// The text of a cell without the blanks around it. A spreadsheet guard, the apostrophe that keeps
+/// `=1+1` from being a formula, is taken off again.
+pub(super) fn name(record: &Record<'_>, index: usize, column: &str) -> Result<String, ParseError> {
+    const MOST_CHARS: usize = 100;
+    let text = String::from_utf8_lossy(record.field(index));
+    let text = text.trim();
+    let text = match text.strip_prefix('\'') {
+        Some(guarded) if starts_formula(guarded) => guarded,
+        _ => text,
+    };
+    let error = |kind, found: String| {
+        ParseError::new(
+            kind,
+            format!("a name of 1 to {MOST_CHARS} printable characters"),
+            found,
+            "correct the name",
+        )
+        .at_line(record.line)
+        .in_column(column)
+    };
+    if text.is_empty() {
+        return Err(error(ParseErrorKind::EmptyField, "an empty field".to_owned()));
+    }
+    let chars = text.chars().count();
+    if chars > MOST_CHARS {
+        return Err(error(ParseErrorKind::TooLong, format!("{chars} characters")));
+    }
+    if text.chars().any(char::is_control) {
+        return Err(error(ParseErrorKind::NotText, "a control character".to_owned()));
+    }
+    Ok(text.to_owned())
+}
+
+/// Appends a name as a CSV cell: quoted where it must be, and guarded where a spreadsheet would take
+/// it for a formula.
+pub(super) fn push_name(name: &str, out: &mut String) {
+    let guard = if starts_formula(name) { "'" } else { "" };
+    if name.contains([',', '"', '\n', '\r']) {
+        out.push('"');
+        out.push_str(guard);
+        out.push_str(&name.replace('"', "\"\""));
+        out.push('"');
+    } else {
+        out.push_str(guard);
+        out.push_str(name);
+    }
+}
+
+fn starts_formula(text: &str) -> bool {
+    text.starts_with(['=', '+', '-', '@'])
+}
