@@ -22,7 +22,7 @@ pub fn write<'a>(
     out: &mut impl Write,
 ) -> io::Result<()> {
     let started_at = place.utc(0);
-    write!(out, "{{\"type\":\"FeatureCollection\",\"features\":[\n")?;
+    writeln!(out, "{{\"type\":\"FeatureCollection\",\"features\":[")?;
     write!(
         out,
         "{{\"type\":\"Feature\",\"properties\":{{\"name\":{},\"started_at\":{},\"t_s\":[",
@@ -99,7 +99,7 @@ mod tests {
         };
         for count in [1, 3] {
             let mut out = Vec::new();
-            write(&vec![point(); count], &[visit.clone()], &place(Some(0)), &mut out).unwrap();
+            write(&vec![point(); count], std::slice::from_ref(&visit), &place(Some(0)), &mut out).unwrap();
             let value: serde_json::Value = serde_json::from_slice(&out).unwrap();
             let line = &value["features"][0];
             assert_eq!(line["properties"]["started_at"], "1970-01-01T00:00:00Z");
