@@ -1,5 +1,6 @@
 //! The navigation library of Lodestep: samples in, events out.
 
+pub mod evaluate;
 pub mod event;
 pub mod geo;
 pub mod parse;

@@ -1,0 +1,71 @@
+//! A track against surveyed ground points in a frame of their own.
+
+use serde::Serialize;
+
+use crate::evaluate::position_at;
+use crate::evaluate::rigid_fit::RigidFit;
+use crate::evaluate::statistics::Spread;
+use crate::event::TrackPoint;
+use crate::parse::truth_csv::KnownPlace;
+
+/// Distances in plan to ground points after a rigid fit.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct GroundPointErrors {
+    /// Of the points inside the track.
+    pub distance: Spread,
+}
+
+/// Lays the track upon the points by a turn and a shift and measures what is left; `None` when fewer
+/// than two points lie inside the track.
+pub fn ground_points(points: &[TrackPoint], known: &[KnownPlace]) -> Option<GroundPointErrors> {
+    let pairs: Vec<([f64; 2], [f64; 2])> = known
+        .iter()
+        .filter_map(|place| {
+            let [e, n, _] = position_at(points, place.t_ns)?;
+            Some(([e, n], [place.position_m[0], place.position_m[1]]))
+        })
+        .collect();
+    let fit = RigidFit::new(&pairs)?;
+    let distances: Vec<f64> = pairs
+        .iter()
+        .map(|(found, place)| {
+            let [x, y] = fit.apply(*found);
+            libm::hypot(x - place[0], y - place[1])
+        })
+        .collect();
+    Some(GroundPointErrors { distance: Spread::of(&distances)? })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::evaluate::tests::points;
+
+    fn known(positions: &[[f64; 2]]) -> Vec<KnownPlace> {
+        (0..)
+            .zip(positions)
+            .map(|(i, p)| KnownPlace { t_ns: i * 10_000_000, position_m: [p[0], p[1], 0.0] })
+            .collect()
+    }
+
+    #[test]
+    fn a_turn_and_a_shift_are_no_error() {
+        let square = [[0.0, 0.0], [4.0, 0.0], [4.0, 4.0], [0.0, 4.0]];
+        let (sin, cos) = 2.0_f64.sin_cos();
+        let turned = square.map(|[x, y]| [cos * x - sin * y + 9.0, sin * x + cos * y - 5.0, 1.0]);
+        let errors = ground_points(&points(turned), &known(&square)).unwrap();
+        assert!(errors.distance.max_m < 1e-12, "{errors:?}");
+    }
+
+    #[test]
+    fn a_wrong_scale_and_a_mirror_are_errors() {
+        let square = [[0.0, 0.0], [4.0, 0.0], [4.0, 4.0], [0.0, 4.0]];
+        let scaled =
+            ground_points(&points(square.map(|[x, y]| [1.5 * x, 1.5 * y, 0.0])), &known(&square)).unwrap();
+        assert!((scaled.distance.mean_m - 2.0_f64.sqrt()).abs() < 1e-12);
+        let kite = [[0.0, 0.0], [4.0, 0.0], [4.0, 3.0], [0.0, 9.0]];
+        let mirrored = ground_points(&points(kite.map(|[x, y]| [-x, y, 0.0])), &known(&kite)).unwrap();
+        assert!(mirrored.distance.mean_m > 0.5);
+        assert_eq!(ground_points(&points([[0.0; 3]]), &known(&[[0.0, 0.0]])), None);
+    }
+}
