@@ -1,12 +1,32 @@
 //! Walks as they happen: the device socket in, the feed out.
+//!
+//! In the order of the data: [`device_socket`] speaks with a device; [`registry`] knows the actor of
+//! each live session; an [`actor`] owns one [`walk`] (the engine's session), numbers its batches with
+//! [`sequence`], chooses by [`grid`] what is stored and shown, and can be made again from the stored
+//! log by [`rebuild`]. What is on disk goes to the [`hub`], which keeps the [`board`] with its
+//! [`trail`]s and is what the [`feed`] sends to dashboards.
 
 use axum::Router;
+use axum::routing::get;
 
 use crate::state::App;
 
+pub mod board;
 pub mod hub;
+pub mod registry;
+pub mod trail;
+
+mod actor;
+mod device;
+mod device_socket;
+mod feed;
+mod grid;
+mod opening;
+mod rebuild;
+mod sequence;
+mod walk;
 
 /// The routes below `/api/v1`.
 pub(crate) fn routes() -> Router<App> {
-    Router::new()
+    Router::new().route("/live", get(device_socket::open)).route("/feed", get(feed::open))
 }

@@ -1,0 +1,477 @@
+//! One task for each live session: it alone owns the walk, so batches, visits and the end of a
+//! session happen in one order, the one in which they are stored.
+//!
+//! Write first, then tell: what comes out of a batch goes to the writer together with the batch, and
+//! only when that is on disk does the device hear its acknowledgement and the hub of the changes. The
+//! actor does not wait for the disk in between: several batches may be underway in one commit.
+
+use std::time::Duration;
+
+use futures_util::StreamExt;
+use futures_util::future::{BoxFuture, FutureExt};
+use futures_util::stream::FuturesOrdered;
+use lodestep_engine::parse::batch::Batch;
+use lodestep_engine::parse::live_message::{Answer, FaultMessage, NextSequence, VisitMessage};
+use lodestep_engine::sample::Foot;
+use time::OffsetDateTime;
+use tokio::sync::mpsc;
+use tokio::time::{Instant, MissedTickBehavior, interval};
+use uuid::Uuid;
+
+use super::device::{self, Device, ToDevice};
+use super::rebuild;
+use super::sequence::{Arrival, Sequence};
+use super::walk::{Findings, Shown, Walk};
+use crate::error::Error;
+use crate::state::App;
+use crate::store::raw_chunks::Samples;
+use crate::store::sessions::{Session, SessionState};
+use crate::store::stream_visits::{self, StreamVisit};
+use crate::store::visits::{self, Outcome, Visit};
+use crate::store::{Record, StoreError, anomalies, markers, sessions, track};
+use crate::utc;
+use crate::wire::{Change, Motion, Position};
+
+/// Batches that may be on their way to the disk; more make the device wait.
+const MOST_UNDERWAY: usize = 32;
+/// An inspector of whom nothing comes for this long is shown as silent.
+const SILENT_AFTER: Duration = Duration::from_secs(3);
+/// A session that no device asks for is put away after this long; it comes back from the disk.
+const PUT_AWAY_AFTER: Duration = Duration::from_secs(15 * 60);
+/// The session's row learns how far the walk has come this often.
+const SUMMARY_EVERY: Duration = Duration::from_secs(1);
+
+/// What an actor is asked to do.
+#[derive(Debug)]
+pub(crate) enum Command {
+    /// A device has come; it takes the place of the one before.
+    Attach(Device),
+    /// The socket of this number has closed.
+    Detach(u64),
+    /// Samples, and when they came.
+    Batch(Batch, OffsetDateTime),
+    /// The inspector stood at a marker.
+    Visit(VisitMessage),
+    /// The inspector found a fault.
+    Fault(FaultMessage),
+    /// The walk is over.
+    Finish,
+}
+
+/// Runs a live session until it is finished, put away, or the disk fails.
+pub(super) async fn run(app: App, session: Session, mut inbox: mpsc::Receiver<Command>) {
+    let config = super::opening::session_config(&app, &session);
+    match rebuild::from_store(&app.store, session.id, config, app.config.track_rate_hz).await {
+        Ok(rebuilt) => Actor::new(app, session, rebuilt).run(inbox).await,
+        Err(error) => {
+            let told = device::told(Error::from(error).into_problem());
+            inbox.close();
+            while let Some(command) = inbox.recv().await {
+                if let Command::Attach(device) = command {
+                    device.send(ToDevice::Last(told.clone()));
+                }
+            }
+        }
+    }
+}
+
+struct Actor {
+    app: App,
+    session: Session,
+    walk: Walk,
+    sequences: [Sequence; 2],
+    told: Vec<StreamVisit>,
+    device: Option<Device>,
+    underway: FuturesOrdered<BoxFuture<'static, Written>>,
+    newest: Option<Position>,
+    heard_at: Instant,
+    summary_at: Instant,
+}
+
+/// A write that has ended, and what was to follow it.
+struct Written {
+    result: Result<(), StoreError>,
+    submitted_at: Instant,
+    then: Then,
+}
+
+/// What follows when something is on disk.
+#[derive(Default)]
+struct Then {
+    batch: Option<(Foot, u64)>,
+    answers: Vec<Answer>,
+    changes: Vec<Change>,
+    finished: bool,
+}
+
+/// Whether the actor goes on.
+enum Go {
+    On,
+    Ended,
+}
+
+impl Actor {
+    fn new(app: App, session: Session, rebuilt: rebuild::Rebuilt) -> Actor {
+        Actor {
+            app,
+            session,
+            walk: rebuilt.walk,
+            sequences: rebuilt.sequences,
+            told: rebuilt.told,
+            device: None,
+            underway: FuturesOrdered::new(),
+            newest: None,
+            heard_at: Instant::now(),
+            summary_at: Instant::now(),
+        }
+    }
+
+    async fn run(mut self, mut inbox: mpsc::Receiver<Command>) {
+        let stopping = self.app.stopping.clone();
+        let mut every_second = interval(Duration::from_secs(1));
+        every_second.set_missed_tick_behavior(MissedTickBehavior::Delay);
+        let mut finishing = false;
+        loop {
+            let go = tokio::select! {
+                Some(written) = self.underway.next(), if !self.underway.is_empty() => self.on_written(written),
+                command = inbox.recv(), if !finishing && self.underway.len() < MOST_UNDERWAY => match command {
+                    Some(Command::Finish) => {
+                        finishing = true;
+                        self.on_finish()
+                    }
+                    Some(command) => self.on_command(command).await,
+                    None => Go::Ended,
+                },
+                _ = every_second.tick() => self.on_tick(),
+                () = stopping.cancelled() => Go::Ended,
+            };
+            if let Go::Ended = go {
+                break;
+            }
+        }
+        // The server stops: what is underway is still written and acknowledged.
+        while let Some(written) = self.underway.next().await {
+            if let Go::Ended = self.on_written(written) {
+                break;
+            }
+        }
+    }
+
+    async fn on_command(&mut self, command: Command) -> Go {
+        match command {
+            Command::Attach(device) => self.on_attach(device),
+            Command::Detach(connection) => {
+                if self.device.as_ref().is_some_and(|device| device.connection == connection) {
+                    self.device = None;
+                }
+            }
+            Command::Batch(batch, received_at) => self.on_batch(batch, received_at),
+            Command::Visit(visit) => self.on_visit(visit).await,
+            Command::Fault(fault) => self.on_fault(fault).await,
+            Command::Finish => unreachable!("the loop takes it"),
+        }
+        Go::On
+    }
+
+    fn on_attach(&mut self, device: Device) {
+        if let Some(before) = self.device.take() {
+            let gone = Error::conflict(
+                "taken_over",
+                "another connection goes on with this session: expected one device a session, found a second; close the one that is not needed",
+            );
+            before.send(ToDevice::Last(device::told(gone.into_problem())));
+        }
+        let [left, right] = self.sequences.map(|foot| foot.next_on_disk());
+        device.send(ToDevice::Answer(Answer::Welcome {
+            session_id: self.session.id.to_string(),
+            next_sequence: NextSequence { left, right },
+        }));
+        self.device = Some(device);
+        self.heard_at = Instant::now();
+        if self.session.state != SessionState::Live {
+            self.session.state = SessionState::Live;
+            let id = self.session.id;
+            let write = self.app.store.writer().clone();
+            let written = async move {
+                write
+                    .run(move |db| {
+                        async move { sessions::set_state(db, id, SessionState::Live, None).await }.boxed()
+                    })
+                    .await
+            };
+            let told = Change::Session { session: Some(self.session.clone()), deleted: None };
+            self.submit(written, Then { changes: vec![told], ..Then::default() });
+        }
+    }
+
+    fn on_batch(&mut self, batch: Batch, received_at: OffsetDateTime) {
+        self.heard_at = Instant::now();
+        let Batch { foot, sequence, samples } = batch;
+        if !self.session.feet.contains(&foot) {
+            let wrong = Error::invalid(
+                "wrong_foot",
+                format!("expected samples of the feet that the session was begun with, found the {} foot: begin a session with both feet", foot.name()),
+            );
+            return self.answer(device::told(wrong.into_problem()));
+        }
+        match self.sequences[foot.index()].judge(sequence) {
+            Arrival::OnDisk => {
+                if let Some(sequence) = self.sequences[foot.index()].last_on_disk() {
+                    self.answer(Answer::Ack { foot, sequence });
+                }
+            }
+            Arrival::Underway => {}
+            Arrival::Gap { expected } => self.answer(device::sequence_gap(foot, sequence, expected)),
+            Arrival::Next => {
+                self.sequences[foot.index()].taken();
+                metrics::counter!("lodestep_live_batches_total").increment(1);
+                metrics::counter!("lodestep_live_samples_total").increment(samples.len() as u64);
+                let findings = self.walk.take(foot, &samples);
+                let then = Then {
+                    batch: Some((foot, sequence)),
+                    changes: self.changes(&findings, received_at),
+                    ..Then::default()
+                };
+                let raw = vec![Samples { foot, first_sequence: sequence, sequences: 1, samples }];
+                self.record(raw, findings, then);
+            }
+        }
+    }
+
+    /// Hands samples and what came out of them to the writer.
+    fn record(&mut self, raw: Vec<Samples>, findings: Findings, then: Then) {
+        let summary = (then.finished || self.summary_at.elapsed() >= SUMMARY_EVERY).then(|| {
+            self.summary_at = Instant::now();
+            self.walk.summary()
+        });
+        let record = Record {
+            session_id: self.session.id,
+            raw,
+            points: findings.points.into_values().collect(),
+            revised: Vec::new(),
+            visits: findings.visits,
+            anomalies: findings.anomalies,
+            summary,
+        };
+        let writer = self.app.store.writer().clone();
+        self.submit(async move { writer.record(record).await }, then);
+    }
+
+    fn submit(
+        &mut self,
+        write: impl Future<Output = Result<(), StoreError>> + Send + 'static,
+        then: Then,
+    ) {
+        let submitted_at = Instant::now();
+        self.underway.push_back(
+            async move { Written { result: write.await, submitted_at, then } }.boxed(),
+        );
+    }
+
+    /// Something is on disk, or is not.
+    fn on_written(&mut self, first: Written) -> Go {
+        let mut acknowledged = [None; 2];
+        let mut next = Some(first);
+        let mut go = Go::On;
+        while let Some(Written { result, submitted_at, then }) = next.take() {
+            metrics::histogram!("lodestep_live_commit_seconds").record(submitted_at.elapsed().as_secs_f64());
+            if let Err(error) = result {
+                // What is on disk and what the walk has taken have parted: start again from the disk.
+                let told = device::told(Error::from(error).into_problem());
+                self.last_answer(told);
+                return Go::Ended;
+            }
+            if let Some((foot, sequence)) = then.batch {
+                self.sequences[foot.index()].on_disk(sequence);
+                acknowledged[foot.index()] = Some(Answer::Ack { foot, sequence });
+            }
+            self.app.hub.publish_all(then.changes);
+            for answer in then.answers {
+                self.answer(answer);
+            }
+            if then.finished {
+                go = Go::Ended;
+            }
+            // One acknowledgement stands for all batches of one commit.
+            next = self.underway.next().now_or_never().flatten();
+        }
+        for answer in acknowledged.into_iter().flatten() {
+            metrics::counter!("lodestep_live_acks_total").increment(1);
+            self.answer(answer);
+        }
+        if let Go::Ended = go {
+            self.last_answer(Answer::Finished);
+        }
+        go
+    }
+
+    async fn on_visit(&mut self, message: VisitMessage) {
+        let known = |told: &&StreamVisit| {
+            told.visit.marker == message.marker && told.visit.t_start_ns == message.t_start_ns
+        };
+        if let Some(told) = self.told.iter().find(known) {
+            // It was sent again after a lost link.
+            return self.answer(device::event(&Change::Visit(told.visit.clone())));
+        }
+        if message.t_end_ns < message.t_start_ns {
+            let wrong = Error::invalid(
+                "visit_times",
+                format!(
+                    "expected t_end_ns at or after t_start_ns, found {} before {}: send when the inspector arrived and left",
+                    message.t_end_ns, message.t_start_ns
+                ),
+            );
+            return self.answer(device::told(wrong.into_problem()));
+        }
+        let marker = match markers::get(self.app.store.read(), &message.marker).await {
+            Ok(Some(marker)) => marker,
+            Ok(None) => {
+                let unknown = Error::not_found("marker", &message.marker);
+                return self.answer(device::told(unknown.into_problem()));
+            }
+            Err(error) => return self.answer(device::told(Error::from(error).into_problem())),
+        };
+        let told = StreamVisit {
+            visit: Visit {
+                id: Uuid::now_v7(),
+                session_id: self.session.id,
+                marker: message.marker,
+                t_start_ns: message.t_start_ns,
+                t_end_ns: message.t_end_ns,
+                created_at: utc::now(),
+                outcome: None,
+            },
+            after_samples: self.walk.samples_taken(),
+            marker_position_m: (marker.e_m, marker.n_m, marker.u_m),
+        };
+        self.told.push(told.clone());
+        let findings = self.walk.visit(told.for_engine());
+        let change = Change::Visit(told.visit.clone());
+        let answers = vec![device::event(&change)];
+        let mut changes = vec![change];
+        changes.extend(self.changes(&findings, utc::now()));
+        let writer = self.app.store.writer().clone();
+        let write = async move { writer.run(move |db| write_visit(db, told, findings).boxed()).await };
+        self.submit(write, Then { answers, changes, ..Then::default() });
+    }
+
+    async fn on_fault(&mut self, message: FaultMessage) {
+        // What is underway may hold the inspector's position at that time.
+        while let Some(written) = self.underway.next().await {
+            if let Go::Ended = self.on_written(written) {
+                return;
+            }
+        }
+        let told = match crate::api::faults::report_live(&self.app, &self.session, message).await {
+            Ok(fault) => device::event(&Change::Fault { fault }),
+            Err(error) => device::told(error.into_problem()),
+        };
+        self.answer(told);
+    }
+
+    fn on_finish(&mut self) -> Go {
+        let findings = self.walk.finish();
+        let changes = self.changes(&findings, utc::now());
+        self.record(Vec::new(), findings, Then { changes, ..Then::default() });
+        let app = self.app.clone();
+        let id = self.session.id;
+        // The stored log is run again from its start, as for an upload: the final track.
+        let write = async move {
+            crate::jobs::enqueue(&app, id).await.map(|_job| ())
+        };
+        self.submit(write, Then { finished: true, ..Then::default() });
+        Go::On
+    }
+
+    fn on_tick(&mut self) -> Go {
+        if self.heard_at.elapsed() >= SILENT_AFTER
+            && let Some(position) = &mut self.newest
+            && position.state != Motion::Silent
+        {
+            position.state = Motion::Silent;
+            position.speed_m_s = 0.0;
+            self.app.hub.publish(Change::Position(position.clone()));
+        }
+        if self.device.is_none() && self.heard_at.elapsed() >= PUT_AWAY_AFTER { Go::Ended } else { Go::On }
+    }
+
+    /// What the feed is told of findings once they are on disk.
+    fn changes(&mut self, findings: &Findings, received_at: OffsetDateTime) -> Vec<Change> {
+        let session_id = self.session.id;
+        let mut changes = Vec::new();
+        for shown in &findings.shown {
+            changes.push(match shown {
+                Shown::Revision(points) => Change::Revision { session_id, points: points.clone() },
+                Shown::Position(newest) => {
+                    let position = Position {
+                        session_id,
+                        inspector_id: self.session.inspector_id,
+                        t_ns: newest.point.t_ns,
+                        position_m: newest.point.position_n_m,
+                        heading_rad: newest.point.heading_rad,
+                        sigma_m: newest.point.sigma_n_m,
+                        covariance_en_m2: newest.point.covariance_en_m2,
+                        speed_m_s: newest.speed_m_s,
+                        state: newest.motion,
+                        since_marker_s: newest.summary.since_marker_s,
+                        since_marker_m: newest.summary.since_marker_m,
+                        distance_m: newest.summary.distance_m,
+                        received_at,
+                    };
+                    self.newest = Some(position.clone());
+                    Change::Position(position)
+                }
+            });
+        }
+        for told in &findings.visits {
+            let weighed = self.told.iter_mut().find(|known| {
+                known.visit.marker == told.marker
+                    && (known.visit.t_start_ns..=known.visit.t_end_ns).contains(&told.t_ns)
+            });
+            if let Some(known) = weighed {
+                known.visit.outcome = Some(Outcome::from(told));
+                changes.push(Change::Visit(known.visit.clone()));
+            }
+        }
+        changes.extend(findings.anomalies.iter().map(|found| {
+            Change::Anomaly(anomalies::Anomaly { session_id, found: found.clone() })
+        }));
+        changes
+    }
+
+    fn answer(&mut self, answer: Answer) {
+        if let Some(device) = &self.device
+            && !device.send(ToDevice::Answer(answer))
+        {
+            // It takes no answers: without its outbox the socket closes, and the device comes back.
+            self.device = None;
+        }
+    }
+
+    fn last_answer(&mut self, answer: Answer) {
+        if let Some(device) = self.device.take() {
+            device.send(ToDevice::Last(answer));
+        }
+    }
+}
+
+/// A visit and what the walk made of it, all or nothing.
+async fn write_visit(
+    db: &mut sqlx::SqliteConnection,
+    told: StreamVisit,
+    findings: Findings,
+) -> Result<(), StoreError> {
+    let session_id = told.visit.session_id;
+    if visits::insert(&mut *db, &told.visit).await? {
+        stream_visits::insert(&mut *db, &told).await?;
+    }
+    let points: Vec<_> = findings.points.into_values().collect();
+    track::upsert(db, session_id, track::Run::Main, &points).await?;
+    for outcome in &findings.visits {
+        visits::set_outcome(&mut *db, session_id, outcome).await?;
+    }
+    for found in &findings.anomalies {
+        anomalies::insert(&mut *db, session_id, found).await?;
+    }
+    Ok(())
+}

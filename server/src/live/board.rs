@@ -1,0 +1,158 @@
+//! The picture that a new client is given: what all changes so far add up to.
+
+use std::collections::{BTreeMap, VecDeque};
+
+use serde::Serialize;
+use uuid::Uuid;
+
+use super::trail::{Trail, TrailPoint};
+use crate::store::anomalies::Anomaly;
+use crate::store::faults::{Fault, FaultState};
+use crate::store::inspectors::Inspector;
+use crate::store::sessions::{Session, SessionState};
+use crate::store::visits::Visit;
+use crate::wire::{Change, Position};
+
+/// Sessions that nobody streams any more (or not yet) and that are shown all the same.
+pub(super) const RESTING_SHOWN: usize = 20;
+/// Visits and anomalies shown for each session.
+const RECENT_SHOWN: usize = 50;
+
+/// The state of everything that the live page shows.
+#[derive(Clone, Debug, Default)]
+pub struct Board {
+    inspectors: Vec<Inspector>,
+    sessions: BTreeMap<Uuid, Walk>,
+    faults: BTreeMap<Uuid, Fault>,
+    markers_revision: i64,
+}
+
+/// One session on the board.
+#[derive(Clone, Debug)]
+struct Walk {
+    session: Session,
+    trail: Trail,
+    position: Option<Position>,
+    visits: VecDeque<Visit>,
+    anomalies: VecDeque<Anomaly>,
+}
+
+/// The picture, ready to be sent.
+#[derive(Clone, Debug, Serialize)]
+pub struct Picture {
+    inspectors: Vec<Inspector>,
+    sessions: Vec<WalkPicture>,
+    faults: Vec<Fault>,
+    markers_revision: i64,
+}
+
+/// One session in the picture.
+#[derive(Clone, Debug, Serialize)]
+struct WalkPicture {
+    #[serde(flatten)]
+    session: Session,
+    trail: Vec<TrailPoint>,
+    position: Option<Position>,
+    visits: Vec<Visit>,
+    anomalies: Vec<Anomaly>,
+}
+
+impl Board {
+    /// Takes in one change. The picture after it is what a client has that was told the change.
+    pub fn apply(&mut self, change: &Change) {
+        match change {
+            Change::Position(position) => {
+                if let Some(walk) = self.sessions.get_mut(&position.session_id) {
+                    let [east_m, north_m, _] = position.position_m;
+                    walk.trail.push((position.t_ns, east_m, north_m));
+                    walk.position = Some(position.clone());
+                }
+            }
+            Change::Revision { session_id, points } => {
+                if let Some(walk) = self.sessions.get_mut(session_id) {
+                    walk.trail.revise(points);
+                }
+            }
+            Change::Session { session, deleted } => {
+                if let Some(session) = session {
+                    self.apply_session(session);
+                }
+                if let Some(id) = deleted {
+                    self.sessions.remove(id);
+                }
+            }
+            Change::Inspectors { inspectors } => self.inspectors.clone_from(inspectors),
+            Change::Visit(visit) => {
+                if let Some(walk) = self.sessions.get_mut(&visit.session_id) {
+                    walk.visits.retain(|known| known.id != visit.id);
+                    keep_recent(&mut walk.visits, visit.clone());
+                }
+            }
+            Change::Anomaly(anomaly) => {
+                if let Some(walk) = self.sessions.get_mut(&anomaly.session_id) {
+                    keep_recent(&mut walk.anomalies, anomaly.clone());
+                }
+            }
+            Change::Fault { fault } => {
+                if fault.state == FaultState::Open {
+                    self.faults.insert(fault.id, fault.clone());
+                } else {
+                    self.faults.remove(&fault.id);
+                }
+            }
+            Change::Markers { revision } => self.markers_revision = *revision,
+            Change::Job { .. } => {}
+        }
+    }
+
+    fn apply_session(&mut self, session: &Session) {
+        self.sessions
+            .entry(session.id)
+            .and_modify(|walk| walk.session = session.clone())
+            .or_insert_with(|| Walk {
+                session: session.clone(),
+                trail: Trail::default(),
+                position: None,
+                visits: VecDeque::new(),
+                anomalies: VecDeque::new(),
+            });
+        self.forget_the_oldest_at_rest();
+    }
+
+    fn forget_the_oldest_at_rest(&mut self) {
+        let resting = self.sessions.values().filter(|walk| walk.session.state != SessionState::Live);
+        let mut resting: Vec<_> =
+            resting.map(|walk| (walk.session.started_at, walk.session.id)).collect();
+        resting.sort_unstable();
+        for (_, id) in resting.iter().rev().skip(RESTING_SHOWN) {
+            self.sessions.remove(id);
+        }
+    }
+
+    /// The picture as it is now.
+    pub fn picture(&self) -> Picture {
+        Picture {
+            inspectors: self.inspectors.clone(),
+            sessions: self
+                .sessions
+                .values()
+                .map(|walk| WalkPicture {
+                    session: walk.session.clone(),
+                    trail: walk.trail.simplified(),
+                    position: walk.position.clone(),
+                    visits: walk.visits.iter().cloned().collect(),
+                    anomalies: walk.anomalies.iter().cloned().collect(),
+                })
+                .collect(),
+            faults: self.faults.values().cloned().collect(),
+            markers_revision: self.markers_revision,
+        }
+    }
+}
+
+fn keep_recent<T>(recent: &mut VecDeque<T>, newest: T) {
+    recent.push_back(newest);
+    while recent.len() > RECENT_SHOWN {
+        recent.pop_front();
+    }
+}

@@ -1,0 +1,226 @@
+//! `GET /api/v1/live`: speaks with one device, as `docs/wire.md` tells it.
+
+use std::ops::ControlFlow;
+use std::time::Duration;
+
+use axum::extract::State;
+use axum::extract::ws::{CloseFrame, Message, WebSocket, WebSocketUpgrade, close_code};
+use axum::response::Response;
+use bytes::Bytes;
+use lodestep_engine::parse::frame;
+use lodestep_engine::parse::live_message::{Answer, DeviceMessage, NextSequence};
+use tokio::sync::mpsc;
+use tokio::time::{Instant, MissedTickBehavior, interval, timeout};
+use uuid::Uuid;
+
+use super::actor::Command;
+use super::device::{self, Device, MOST_ANSWERS_WAITING, ToDevice};
+use super::opening::{self, Opened};
+use crate::error::{Error, Result};
+use crate::state::App;
+use crate::utc;
+
+/// The largest message that is read: a frame of 1,000 samples has 88,016 bytes, the same as JSON some
+/// 250,000. What is larger is turned away without being read.
+const LARGEST_MESSAGE_BYTES: usize = 1 << 20;
+/// A device has this long to say hello.
+const HELLO_WITHIN: Duration = Duration::from_secs(10);
+/// A ping goes out this often.
+const PING_EVERY: Duration = Duration::from_secs(10);
+/// A device from which not even a pong comes for this long is gone.
+const GONE_AFTER: Duration = Duration::from_secs(30);
+/// A device that takes no byte for this long is gone.
+const STUCK_AFTER: Duration = Duration::from_secs(10);
+/// Messages that may be wrong, one after the other, before the device is sent away.
+const MOST_WRONG_IN_A_ROW: u32 = 20;
+
+/// Upgrades to the device socket.
+pub(crate) async fn open(State(app): State<App>, upgrade: WebSocketUpgrade) -> Response {
+    upgrade.max_message_size(LARGEST_MESSAGE_BYTES).max_frame_size(LARGEST_MESSAGE_BYTES).on_upgrade(
+        |socket| async move {
+            let devices = metrics::gauge!("lodestep_live_devices");
+            devices.increment(1);
+            Connection { app, socket }.serve().await;
+            devices.decrement(1);
+        },
+    )
+}
+
+struct Connection {
+    app: App,
+    socket: WebSocket,
+}
+
+/// Goes on, or has said its last.
+type Flow = ControlFlow<()>;
+
+impl Connection {
+    async fn serve(mut self) {
+        let session = match timeout(HELLO_WITHIN, self.hello()).await {
+            Ok(Ok(Some(Opened::Live(session)))) => session,
+            Ok(Ok(Some(Opened::Over(session_id, next_sequence)))) => {
+                let session_id = session_id.to_string();
+                if self.send(Answer::Welcome { session_id, next_sequence }).await.is_continue() {
+                    self.end(Answer::Finished).await;
+                }
+                return;
+            }
+            Ok(Ok(None)) => return,
+            Ok(Err(error)) => return self.end(device::told(error.into_problem())).await,
+            Err(_) => {
+                let late = Error::invalid("hello_missing", format!("expected a hello within {} s, found none: send it first", HELLO_WITHIN.as_secs()));
+                return self.end(device::told(late.into_problem())).await;
+            }
+        };
+        let connection = self.app.live.next_connection();
+        let (outbox, answers) = mpsc::channel(MOST_ANSWERS_WAITING);
+        let device = Device { connection, outbox };
+        let app = self.app.clone();
+        let actor = app.live.attach(&app, &session, device).await;
+        self.follow(&actor, answers).await;
+        // An actor that has ended needs no word.
+        let _ = actor.send(Command::Detach(connection)).await;
+    }
+
+    /// Reads the first message; `None` when the device went away before it.
+    async fn hello(&mut self) -> Result<Option<Opened>> {
+        loop {
+            let text = match self.socket.recv().await {
+                Some(Ok(Message::Text(text))) => text,
+                Some(Ok(Message::Ping(_) | Message::Pong(_))) => continue,
+                Some(Ok(Message::Binary(_))) => {
+                    return Err(Error::invalid("hello_missing", "expected a hello in text first, found a binary frame: send the hello, wait for the welcome, then send frames"));
+                }
+                Some(Ok(Message::Close(_)) | Err(_)) | None => return Ok(None),
+            };
+            return match DeviceMessage::from_json(text.as_str()) {
+                Ok(DeviceMessage::Hello(hello)) => opening::open(&self.app, hello).await.map(Some),
+                Ok(_) => Err(Error::invalid("hello_missing", "expected a hello first, found another message: send the hello and wait for the welcome")),
+                Err(error) => Err(device::wrong_message(&error)),
+            };
+        }
+    }
+
+    /// Carries messages both ways until one side ends.
+    async fn follow(&mut self, actor: &mpsc::Sender<Command>, mut answers: mpsc::Receiver<ToDevice>) {
+        let stopping = self.app.stopping.clone();
+        let mut ping = interval(PING_EVERY);
+        ping.set_missed_tick_behavior(MissedTickBehavior::Delay);
+        let mut heard_at = Instant::now();
+        let mut wrong_in_a_row = 0;
+        loop {
+            let flow = tokio::select! {
+                answer = answers.recv() => match answer {
+                    Some(ToDevice::Answer(answer)) => self.send(answer).await,
+                    Some(ToDevice::Last(answer)) => return self.end(answer).await,
+                    None => return self.close(close_code::AGAIN, "come back with the session's id").await,
+                },
+                message = self.socket.recv() => {
+                    heard_at = Instant::now();
+                    match self.take(message, actor).await {
+                        Ok(flow) => {
+                            wrong_in_a_row = 0;
+                            flow
+                        }
+                        Err(error) => {
+                            wrong_in_a_row += 1;
+                            let told = device::told(error.into_problem());
+                            if wrong_in_a_row >= MOST_WRONG_IN_A_ROW {
+                                return self.end(told).await;
+                            }
+                            self.send(told).await
+                        }
+                    }
+                }
+                _ = ping.tick() => {
+                    if heard_at.elapsed() >= GONE_AFTER {
+                        return;
+                    }
+                    self.put(Message::Ping(Bytes::new())).await
+                }
+                () = stopping.cancelled() => {
+                    return self.close(close_code::AWAY, "the server is stopping: come back with the session's id").await;
+                }
+            };
+            if flow.is_break() {
+                return;
+            }
+        }
+    }
+
+    /// Takes one message of the device to its actor.
+    async fn take(
+        &mut self,
+        message: Option<Result<Message, axum::Error>>,
+        actor: &mpsc::Sender<Command>,
+    ) -> Result<Flow> {
+        let command = match message {
+            Some(Ok(Message::Binary(bytes))) => {
+                let batch = frame::decode(&bytes).map_err(|error| device::wrong_message(&error))?;
+                Command::Batch(batch, utc::now())
+            }
+            Some(Ok(Message::Text(text))) => {
+                let message = DeviceMessage::from_json(text.as_str());
+                match message.map_err(|error| device::wrong_message(&error))? {
+                    DeviceMessage::Batch(batch) => Command::Batch(batch, utc::now()),
+                    DeviceMessage::Visit(visit) => Command::Visit(visit),
+                    DeviceMessage::Fault(fault) => Command::Fault(fault),
+                    DeviceMessage::Finish => Command::Finish,
+                    DeviceMessage::Hello(_) => {
+                        return Err(Error::invalid("hello_twice", "expected batches, visits, faults or finish after the welcome, found another hello: open a second socket for a second session"));
+                    }
+                }
+            }
+            Some(Ok(Message::Ping(_) | Message::Pong(_))) => return Ok(Flow::Continue(())),
+            Some(Err(error)) if is_too_large(&error) => {
+                let wrong = Error::invalid("message_too_large", format!("expected messages of at most {LARGEST_MESSAGE_BYTES} bytes, found a larger one: send at most 1,000 samples in a batch"));
+                self.end(device::told(wrong.into_problem())).await;
+                return Ok(Flow::Break(()));
+            }
+            Some(Ok(Message::Close(_)) | Err(_)) | None => return Ok(Flow::Break(())),
+        };
+        // Waits while the session has enough to do: the device then waits, too.
+        match actor.send(command).await {
+            Ok(()) => Ok(Flow::Continue(())),
+            // It has ended and will have said why.
+            Err(_) => Ok(Flow::Continue(())),
+        }
+    }
+
+    async fn send(&mut self, answer: Answer) -> Flow {
+        let text = serde_json::to_string(&answer).expect("answers hold strings and numbers only");
+        self.put(Message::Text(text.into())).await
+    }
+
+    async fn put(&mut self, message: Message) -> Flow {
+        match timeout(STUCK_AFTER, self.socket.send(message)).await {
+            Ok(Ok(())) => Flow::Continue(()),
+            Ok(Err(_)) | Err(_) => Flow::Break(()),
+        }
+    }
+
+    /// Sends the last message and closes.
+    async fn end(&mut self, last: Answer) {
+        let code = if last == Answer::Finished { close_code::NORMAL } else { close_code::POLICY };
+        if self.send(last).await.is_continue() {
+            self.close(code, "").await;
+        }
+    }
+
+    async fn close(&mut self, code: u16, reason: &'static str) {
+        let frame = CloseFrame { code, reason: reason.into() };
+        // Reads on until the device has closed, too: closing with bytes unread would reset the link,
+        // and what was sent last might not arrive.
+        if self.put(Message::Close(Some(frame))).await.is_continue() {
+            let drained = async { while let Some(Ok(_)) = self.socket.recv().await {} };
+            let _ = timeout(STUCK_AFTER, drained).await;
+        }
+    }
+}
+
+fn is_too_large(error: &axum::Error) -> bool {
+    use std::error::Error as _;
+    use tokio_tungstenite::tungstenite::Error::Capacity;
+    let cause = error.source().and_then(|cause| cause.downcast_ref());
+    matches!(cause, Some(Capacity(_)))
+}

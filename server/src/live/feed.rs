@@ -1,0 +1,157 @@
+//! `GET /api/v1/feed`: what dashboards listen to. The picture first, then every change.
+
+use std::sync::Arc;
+use std::time::Duration;
+
+use axum::extract::State;
+use axum::extract::ws::{Message, Utf8Bytes, WebSocket, WebSocketUpgrade};
+use axum::response::Response;
+use serde::Deserialize;
+use tokio_util::sync::CancellationToken;
+use tokio::time::{MissedTickBehavior, interval, timeout};
+
+use super::hub::{Hub, Next};
+use crate::state::App;
+
+/// A sign of life goes out this often.
+const HEARTBEAT_EVERY: Duration = Duration::from_secs(5);
+/// A client has this long to say hello.
+const HELLO_WITHIN: Duration = Duration::from_secs(10);
+/// A client that takes no byte for this long is gone.
+const STUCK_AFTER: Duration = Duration::from_secs(30);
+/// A client has only its hello to say.
+const LARGEST_MESSAGE_BYTES: usize = 4 << 10;
+
+/// What a client says first, and again when it wants to start over.
+#[derive(Debug, Deserialize)]
+#[serde(tag = "type", rename_all = "lowercase", deny_unknown_fields)]
+enum FromClient {
+    Hello {
+        /// The last message it saw.
+        since: Option<u64>,
+        /// The run of the server that it saw it from.
+        boot: Option<String>,
+    },
+}
+
+/// Upgrades to the feed.
+pub(crate) async fn open(State(app): State<App>, upgrade: WebSocketUpgrade) -> Response {
+    upgrade
+        .max_message_size(LARGEST_MESSAGE_BYTES)
+        .max_frame_size(LARGEST_MESSAGE_BYTES)
+        .on_upgrade(|socket| async move {
+            let clients = metrics::gauge!("lodestep_feed_clients");
+            clients.increment(1);
+            let mut client = Client { hub: Arc::clone(&app.hub), socket, seen: 0, stopping: app.stopping.clone() };
+            if let Err(reason) = client.serve().await {
+                tracing::debug!(%reason, "a feed client has gone");
+            }
+            clients.decrement(1);
+        })
+}
+
+struct Client {
+    hub: Arc<Hub>,
+    socket: WebSocket,
+    /// The last message that it was sent, or that was in its picture.
+    seen: u64,
+    stopping: CancellationToken,
+}
+
+/// Why a client is served no longer.
+type Gone = &'static str;
+
+impl Client {
+    async fn serve(&mut self) -> Result<(), Gone> {
+        let hub = Arc::clone(&self.hub);
+        let mut newest = hub.newest();
+        let first = timeout(HELLO_WITHIN, self.socket.recv()).await.map_err(|_| "it said no hello")?;
+        self.on_message(first).await?;
+        let mut heartbeat = interval(HEARTBEAT_EVERY);
+        heartbeat.set_missed_tick_behavior(MissedTickBehavior::Delay);
+        heartbeat.reset();
+        let stopping = self.stopping.clone();
+        loop {
+            tokio::select! {
+                () = stopping.cancelled() => return Err("the server is going down"),
+                told = newest.changed() => {
+                    told.map_err(|_| "the bus is gone")?;
+                    newest.mark_unchanged();
+                    self.catch_up().await?;
+                }
+                _ = heartbeat.tick() => {
+                    let sign_of_life = hub.heartbeat(self.seen);
+                    self.send(sign_of_life).await?;
+                }
+                message = self.socket.recv() => self.on_message(message).await?,
+            }
+        }
+    }
+
+    async fn on_message(&mut self, message: Option<Result<Message, axum::Error>>) -> Result<(), Gone> {
+        match message {
+            Some(Ok(Message::Text(text))) => match serde_json::from_str(text.as_str()) {
+                Ok(FromClient::Hello { since, boot }) => self.welcome(since, boot).await,
+                Err(wrong) => {
+                    let error = serde_json::json!({
+                        "type": "error",
+                        "code": "wrong_message",
+                        "title": "That is no message that the feed knows",
+                        "detail": format!(
+                            r#"expected {{"type":"hello"}} with "since" and "boot" of the last message seen, or without: {wrong}"#
+                        ),
+                    });
+                    self.send(error.to_string().into()).await
+                }
+            },
+            Some(Ok(Message::Ping(_) | Message::Pong(_))) => Ok(()),
+            Some(Ok(Message::Binary(_))) => Err("it sent a binary message"),
+            Some(Ok(Message::Close(_))) | None => Err("it has closed"),
+            Some(Err(_)) => Err("its link is broken"),
+        }
+    }
+
+    async fn welcome(&mut self, since: Option<u64>, boot: Option<String>) -> Result<(), Gone> {
+        match (since, boot) {
+            (Some(since), Some(boot)) if self.hub.can_resume(&boot, since) => {
+                self.seen = since;
+                // A client that missed nothing is told so, too.
+                let sign_of_life = self.hub.heartbeat(since);
+                self.send(sign_of_life).await?;
+                self.catch_up().await
+            }
+            _ => self.send_picture().await,
+        }
+    }
+
+    async fn catch_up(&mut self) -> Result<(), Gone> {
+        loop {
+            match self.hub.after(self.seen) {
+                Next::Nothing => return Ok(()),
+                Next::Message(message) => {
+                    self.send(message).await?;
+                    self.seen += 1;
+                }
+                Next::Picture => {
+                    metrics::counter!("lodestep_feed_resynchronised_total").increment(1);
+                    self.send_picture().await?;
+                }
+            }
+        }
+    }
+
+    async fn send_picture(&mut self) -> Result<(), Gone> {
+        let (seq, snapshot) = self.hub.snapshot();
+        self.send(snapshot).await?;
+        self.seen = seq;
+        Ok(())
+    }
+
+    async fn send(&mut self, text: Utf8Bytes) -> Result<(), Gone> {
+        match timeout(STUCK_AFTER, self.socket.send(Message::Text(text))).await {
+            Ok(Ok(())) => Ok(()),
+            Ok(Err(_)) => Err("its link is broken"),
+            Err(_) => Err("it takes nothing"),
+        }
+    }
+}

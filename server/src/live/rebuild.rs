@@ -1,0 +1,51 @@
+//! Makes a live session's walk again from what is on disk.
+//!
+//! The engine is a function of what it is given, so samples and visits are given in the order in which
+//! they were taken the first time; the walk then goes on as if the server had never stopped.
+
+use futures_util::TryStreamExt;
+use lodestep_engine::sample::Foot;
+use lodestep_engine::session::SessionConfig;
+use uuid::Uuid;
+
+use super::sequence::Sequence;
+use super::walk::Walk;
+use crate::store::stream_visits::{self, StreamVisit};
+use crate::store::{Store, StoreError, raw_chunks};
+
+/// A walk, and where its device goes on.
+#[derive(Debug)]
+pub(super) struct Rebuilt {
+    pub(super) walk: Walk,
+    /// By foot.
+    pub(super) sequences: [Sequence; 2],
+    /// Visits that the walk has been told.
+    pub(super) told: Vec<StreamVisit>,
+}
+
+/// Replays the stored stream of a session.
+pub(super) async fn from_store(
+    store: &Store,
+    session_id: Uuid,
+    config: SessionConfig,
+    stored_hz: f64,
+) -> Result<Rebuilt, StoreError> {
+    let told = stream_visits::of_session(store.read(), session_id).await?;
+    let mut walk = Walk::new(config, stored_hz);
+    let mut next = [0; 2];
+    let mut visits = told.iter().peekable();
+    let chunks = raw_chunks::of_stream_as_received(store.read(), session_id);
+    let mut chunks = std::pin::pin!(chunks);
+    while let Some(chunk) = chunks.try_next().await? {
+        while let Some(earlier) = visits.next_if(|visit| visit.after_samples <= walk.samples_taken()) {
+            walk.visit(earlier.for_engine());
+        }
+        walk.take(chunk.foot, &chunk.samples);
+        next[chunk.foot.index()] = chunk.first_sequence + chunk.sequences;
+    }
+    for visit in visits {
+        walk.visit(visit.for_engine());
+    }
+    let sequences = Foot::BOTH.map(|foot| Sequence::resumed_at(next[foot.index()]));
+    Ok(Rebuilt { walk, sequences, told })
+}

@@ -1,0 +1,192 @@
+//! One walk as it comes in: the engine's session, and what of its events is kept and what is shown.
+//!
+//! A function of the samples and visits alone, in the order in which they were taken: fed again from
+//! the stored log it comes to the same state, to the last bit. Nothing here waits, reads or writes.
+
+use std::collections::{BTreeMap, VecDeque};
+
+use lodestep_engine::event::{Anomaly, Event, TrackPoint, VisitOutcome};
+use lodestep_engine::sample::{Foot, ImuSample};
+use lodestep_engine::session::{Session, SessionConfig, Summary, Visit};
+
+use super::grid::{Choice, Grid};
+use super::trail::TrailPoint;
+use crate::wire::Motion;
+
+/// The speed that is shown is the mean over this time, ns.
+const SPEED_OVER_NS: i64 = 1_000_000_000;
+/// Both feet have to stand for this long until the inspector counts as standing, ns: longer than the
+/// moments in which both feet are on the ground while walking.
+const STANDING_AFTER_NS: i64 = 700_000_000;
+
+/// A walk in progress.
+#[derive(Debug)]
+pub(crate) struct Walk {
+    session: Session,
+    grid: Grid,
+    shown: VecDeque<TrailPoint>,
+    moved_ns: i64,
+    samples_taken: u64,
+    events: Vec<Event>,
+}
+
+/// What came out of some samples or a visit.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(crate) struct Findings {
+    /// Points to be stored, by their time; they replace what is stored for it.
+    pub(crate) points: BTreeMap<i64, TrackPoint>,
+    /// What is shown, in the order in which it became known.
+    pub(crate) shown: Vec<Shown>,
+    /// What became of visits.
+    pub(crate) visits: Vec<VisitOutcome>,
+    /// What is wrong with the sensors.
+    pub(crate) anomalies: Vec<Anomaly>,
+}
+
+/// Something for the map.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) enum Shown {
+    /// The newest point.
+    Position(NewestPoint),
+    /// A corrected stretch of the trail, oldest vertex first.
+    Revision(Vec<TrailPoint>),
+}
+
+/// The newest point, with what is told beside it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct NewestPoint {
+    pub(crate) point: TrackPoint,
+    pub(crate) speed_m_s: f64,
+    pub(crate) motion: Motion,
+    pub(crate) summary: Summary,
+}
+
+impl Walk {
+    /// A walk that waits for its first samples, of which so many points a second are stored.
+    pub(crate) fn new(config: SessionConfig, stored_hz: f64) -> Walk {
+        Walk {
+            session: Session::new(config),
+            grid: Grid::new(stored_hz),
+            shown: VecDeque::new(),
+            moved_ns: i64::MIN,
+            samples_taken: 0,
+            events: Vec::new(),
+        }
+    }
+
+    /// Takes the next samples of a foot.
+    pub(crate) fn take(&mut self, foot: Foot, samples: &[ImuSample]) -> Findings {
+        let mut findings = Findings::default();
+        for sample in samples {
+            self.session.push(foot, sample, &mut self.events);
+            self.samples_taken += 1;
+            self.sort_events(&mut findings);
+        }
+        findings
+    }
+
+    /// Takes a visit.
+    pub(crate) fn visit(&mut self, visit: Visit) -> Findings {
+        let mut findings = Findings::default();
+        self.session.visit(visit, &mut self.events);
+        self.sort_events(&mut findings);
+        findings
+    }
+
+    /// No more samples will come.
+    pub(crate) fn finish(&mut self) -> Findings {
+        let mut findings = Findings::default();
+        for foot in self.session.config().feet.clone() {
+            self.session.end_foot(foot, &mut self.events);
+        }
+        self.session.finish(&mut self.events);
+        self.sort_events(&mut findings);
+        findings
+    }
+
+    /// What it amounts to so far.
+    pub(crate) fn summary(&self) -> Summary {
+        self.session.summary()
+    }
+
+    /// Samples that it was given, both feet: the place in the stream.
+    pub(crate) fn samples_taken(&self) -> u64 {
+        self.samples_taken
+    }
+
+    fn sort_events(&mut self, findings: &mut Findings) {
+        let mut events = std::mem::take(&mut self.events);
+        for event in events.drain(..) {
+            match event {
+                Event::Point(point) => self.on_point(point, findings),
+                Event::Revision { points } => self.on_revision(&points, findings),
+                Event::Visit(outcome) => findings.visits.push(outcome),
+                Event::Anomaly(anomaly) => findings.anomalies.push(anomaly),
+                // Of interest to a navigation engineer, who has the report of the final run.
+                Event::Aligned(_) | Event::Aid(_) => {}
+            }
+        }
+        self.events = events;
+    }
+
+    fn on_point(&mut self, point: TrackPoint, findings: &mut Findings) {
+        let stands = |foot: Option<lodestep_engine::event::FootPoint>| foot.is_none_or(|foot| foot.stance);
+        if !(stands(point.left) && stands(point.right)) {
+            self.moved_ns = point.t_ns;
+        }
+        let choice = self.grid.choose(point.t_ns);
+        if choice == Choice::Skipped {
+            return;
+        }
+        findings.points.insert(point.t_ns, point);
+        if choice == Choice::Shown {
+            self.shown.push_back(vertex(&point));
+            while self.shown.len() > 2 && self.shown[1].0 <= point.t_ns - SPEED_OVER_NS {
+                self.shown.pop_front();
+            }
+            findings.shown.push(Shown::Position(NewestPoint {
+                point,
+                speed_m_s: self.speed_m_s(),
+                motion: if point.t_ns.saturating_sub(self.moved_ns) >= STANDING_AFTER_NS {
+                    Motion::Standing
+                } else {
+                    Motion::Walking
+                },
+                summary: self.session.summary(),
+            }));
+        }
+    }
+
+    fn on_revision(&mut self, points: &[TrackPoint], findings: &mut Findings) {
+        let mut stretch = Vec::new();
+        for point in points {
+            let choice = self.grid.chosen(point.t_ns);
+            if choice != Choice::Skipped {
+                findings.points.insert(point.t_ns, *point);
+            }
+            if choice == Choice::Shown {
+                stretch.push(vertex(point));
+                if let Ok(at) = self.shown.binary_search_by_key(&point.t_ns, |vertex| vertex.0) {
+                    self.shown[at] = vertex(point);
+                }
+            }
+        }
+        if !stretch.is_empty() {
+            findings.shown.push(Shown::Revision(stretch));
+        }
+    }
+
+    fn speed_m_s(&self) -> f64 {
+        match (self.shown.front(), self.shown.back()) {
+            (Some(from), Some(to)) if to.0 > from.0 => {
+                (to.1 - from.1).hypot(to.2 - from.2) / ((to.0 - from.0) as f64 * 1e-9)
+            }
+            _ => 0.0,
+        }
+    }
+}
+
+/// A point as a vertex of the trail.
+pub(crate) fn vertex(point: &TrackPoint) -> TrailPoint {
+    (point.t_ns, point.position_n_m[0], point.position_n_m[1])
+}
