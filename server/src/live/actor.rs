@@ -270,7 +270,7 @@ impl Actor {
 
     /// Something is on disk, or is not.
     fn on_written(&mut self, first: Written) -> Go {
-        let mut acknowledged = [None; 2];
+        let mut acknowledged = [const { None }; 2];
         let mut next = Some(first);
         let mut go = Go::On;
         while let Some(Written { result, submitted_at, then }) = next.take() {

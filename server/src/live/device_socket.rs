@@ -8,10 +8,9 @@ use axum::extract::ws::{CloseFrame, Message, WebSocket, WebSocketUpgrade, close_
 use axum::response::Response;
 use bytes::Bytes;
 use lodestep_engine::parse::frame;
-use lodestep_engine::parse::live_message::{Answer, DeviceMessage, NextSequence};
+use lodestep_engine::parse::live_message::{Answer, DeviceMessage};
 use tokio::sync::mpsc;
 use tokio::time::{Instant, MissedTickBehavior, interval, timeout};
-use uuid::Uuid;
 
 use super::actor::Command;
 use super::device::{self, Device, MOST_ANSWERS_WAITING, ToDevice};

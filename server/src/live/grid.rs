@@ -36,7 +36,7 @@ impl Grid {
     /// A grid that stores at most so many points a second.
     pub(crate) fn new(stored_hz: f64) -> Grid {
         let stored_cell_ns = ((1e9 / stored_hz).round() as i64).max(1);
-        let shown_cell_ns = (1_000_000_000 / SHOWN_HZ).div_ceil(stored_cell_ns) * stored_cell_ns;
+        let shown_cell_ns = ((1_000_000_000 / SHOWN_HZ + stored_cell_ns - 1) / stored_cell_ns) * stored_cell_ns;
         Grid { stored_cell_ns, shown_cell_ns, recent: VecDeque::new(), last_shown_ns: None }
     }
 

@@ -15,10 +15,10 @@ use serde::Serialize;
 use time::OffsetDateTime;
 use tokio::sync::{Notify, watch};
 use tokio::time::Instant;
+use tokio_util::sync::CancellationToken;
 use uuid::Uuid;
 
 use super::board::{Board, Picture};
-use super::trail::TrailPoint;
 use crate::utc;
 use crate::wire::Change;
 
@@ -127,11 +127,15 @@ impl Hub {
         }
     }
 
-    /// Sends what has been gathered, again and again; runs as long as the server does.
-    pub async fn run(&self) {
+    /// Sends what is gathered, again and again, until the server stops.
+    pub async fn run(self: Arc<Hub>, stopping: CancellationToken) {
         let mut last_sent = Instant::now() - GATHERED_FOR;
         loop {
-            self.work.notified().await;
+            tokio::select! {
+                () = self.work.notified() => {}
+                () = stopping.cancelled() => return,
+            }
+            // The first change after a pause goes out at once; those that follow it, together.
             tokio::time::sleep_until(last_sent + GATHERED_FOR).await;
             last_sent = Instant::now();
             self.send_gathered();

@@ -17,6 +17,7 @@ pub mod registry;
 pub mod trail;
 
 mod actor;
+mod board_from_store;
 mod device;
 mod device_socket;
 mod feed;
@@ -25,6 +26,8 @@ mod opening;
 mod rebuild;
 mod sequence;
 mod walk;
+
+pub use board_from_store::{board_from_store, session_changes};
 
 /// The routes below `/api/v1`.
 pub(crate) fn routes() -> Router<App> {

@@ -1,0 +1,62 @@
+//! The picture with which a server starts: what was on disk when it stopped.
+
+use super::board::{Board, RESTING_SHOWN};
+use crate::store::faults::FaultState;
+use crate::store::sessions::{Filter, Session, SessionState};
+use crate::store::track::Run;
+use crate::store::{Store, StoreError, anomalies, faults, inspectors, markers, sessions, track, visits};
+use crate::utc;
+use crate::wire::{Change, Motion, Position};
+
+/// Reads the picture.
+pub async fn board_from_store(store: &Store) -> Result<Board, StoreError> {
+    let db = store.read();
+    let mut board = Board::default();
+    board.apply(&Change::Inspectors { inspectors: inspectors::list(db).await? });
+    board.apply(&Change::Markers { revision: markers::revision(db).await? });
+    for fault in faults::list(db, Some(FaultState::Open)).await? {
+        board.apply(&Change::Fault { fault });
+    }
+    let (live, resting): (Vec<_>, Vec<_>) = sessions::list(db, Filter::default())
+        .await?
+        .into_iter()
+        .partition(|session| session.state == SessionState::Live);
+    for session in live.into_iter().chain(resting.into_iter().take(RESTING_SHOWN)) {
+        for change in session_changes(store, session).await? {
+            board.apply(&change);
+        }
+    }
+    Ok(board)
+}
+
+/// A stored session as the changes that show it: the session, its trail, where it was last, its visits
+/// and anomalies. For a server that starts, and for a track that was computed anew.
+pub async fn session_changes(store: &Store, session: Session) -> Result<Vec<Change>, StoreError> {
+    let db = store.read();
+    let session_id = session.id;
+    let mut changes = vec![Change::Session { session: Some(session.clone()), deleted: None }];
+    let points = track::trail(db, session_id, Run::Main).await?;
+    if !points.is_empty() {
+        changes.push(Change::Revision { session_id, points });
+    }
+    if let Some(last) = track::last_at(db, session_id, i64::MAX).await? {
+        changes.push(Change::Position(Position {
+            session_id,
+            inspector_id: session.inspector_id,
+            t_ns: last.t_ns,
+            position_m: last.position_n_m,
+            heading_rad: last.heading_rad,
+            sigma_m: last.sigma_n_m,
+            covariance_en_m2: last.covariance_en_m2,
+            speed_m_s: 0.0,
+            state: Motion::Silent,
+            since_marker_s: session.since_marker_s,
+            since_marker_m: session.since_marker_m,
+            distance_m: session.distance_m,
+            received_at: utc::at(session.started_at, last.t_ns),
+        }));
+    }
+    changes.extend(visits::of_session(db, session_id).await?.into_iter().map(Change::Visit));
+    changes.extend(anomalies::of_session(db, session_id).await?.into_iter().map(Change::Anomaly));
+    Ok(changes)
+}
