@@ -11,10 +11,11 @@ use tokio_util::sync::CancellationToken;
 
 use crate::config::Config;
 use crate::live::hub::Hub;
+use crate::live::registry::Registry;
 use crate::site::Site;
 use crate::state::{App, STOP_WITHIN, State};
 use crate::store::Store;
-use crate::{api, assets};
+use crate::{api, assets, live};
 
 /// Listens where the configuration says, once it is sure that it may.
 pub async fn bind(config: &Config) -> Result<TcpListener> {
@@ -38,6 +39,7 @@ pub async fn serve(
     }
     tracing::info!(%address, "serving http://{address}/ for {}", app.site.name);
 
+    tokio::spawn(Arc::clone(&app.hub).run(app.stopping.clone()));
     let stopping = app.stopping.clone();
     let stop = {
         let stopping = stopping.clone();
@@ -94,11 +96,14 @@ async fn open(config: Config) -> Result<App> {
     let store = Store::open(&database, config.readers)
         .await
         .with_context(|| format!("could not open the database {}", database.display()))?;
+    let board = live::board_from_store(&store).await.context("could not read what the map shows")?;
+    let hub = Hub::new(board);
     Ok(Arc::new(State {
         config,
         site,
         store,
-        hub: Hub::default(),
+        hub,
+        live: Registry::default(),
         metrics: metrics(),
         stopping: CancellationToken::new(),
     }))

@@ -8,6 +8,7 @@ use tokio_util::sync::CancellationToken;
 
 use crate::config::Config;
 use crate::live::hub::Hub;
+use crate::live::registry::Registry;
 use crate::site::Site;
 use crate::store::Store;
 
@@ -23,7 +24,9 @@ pub struct State {
     /// Everything that is kept.
     pub store: Store,
     /// Where changes are told, once they are on disk.
-    pub hub: Hub,
+    pub hub: Arc<Hub>,
+    /// The walks that are streamed right now.
+    pub live: Registry,
     /// The figures behind `/metrics`.
     pub metrics: PrometheusHandle,
     /// Cancelled when the server begins to stop: sockets and jobs end what they are doing.

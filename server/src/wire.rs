@@ -7,6 +7,7 @@ use uuid::Uuid;
 
 use crate::store::anomalies::Anomaly;
 use crate::store::faults::Fault;
+use crate::store::inspectors::Inspector;
 use crate::store::jobs::Job;
 use crate::store::logs::Log;
 use crate::store::sessions::Session;
@@ -49,15 +50,9 @@ pub enum Change {
         deleted: Option<Uuid>,
     },
     /// A visit was told or weighed.
-    Visit {
-        /// As it stands now.
-        visit: Visit,
-    },
+    Visit(Visit),
     /// A sensor is in trouble.
-    Anomaly {
-        /// What was found.
-        anomaly: Anomaly,
-    },
+    Anomaly(Anomaly),
     /// A fault was reported or closed.
     Fault {
         /// As it stands now.
@@ -73,8 +68,28 @@ pub enum Change {
         /// As it stands now.
         job: Job,
     },
-    /// An inspector was added, renamed or removed: fetch `/inspectors` again.
-    Inspectors,
+    /// An inspector was added, renamed or removed.
+    Inspectors {
+        /// All of them, as they are now.
+        inspectors: Vec<Inspector>,
+    },
+}
+
+impl Change {
+    /// The session that this concerns, when it concerns one.
+    pub fn session_id(&self) -> Option<Uuid> {
+        match self {
+            Change::Position(position) => Some(position.session_id),
+            Change::Revision { session_id, .. } => Some(*session_id),
+            Change::Session { session, deleted } => session.as_ref().map(|session| session.id).or(*deleted),
+            Change::Visit(visit) => Some(visit.session_id),
+            Change::Anomaly(anomaly) => Some(anomaly.session_id),
+            Change::Fault { .. }
+            | Change::Markers { .. }
+            | Change::Job { .. }
+            | Change::Inspectors { .. } => None,
+        }
+    }
 }
 
 /// Where an inspector is, and how sure that is.

@@ -59,7 +59,7 @@ async fn create(
         .run(move |db| Box::pin(async move { inspectors::insert(db, &row).await }))
         .await
         .map_err(|error| taken(error, &inspector.name))?;
-    app.hub.publish(Change::Inspectors);
+    tell(&app).await?;
     Ok((StatusCode::CREATED, axum::Json(inspector)))
 }
 
@@ -84,7 +84,7 @@ async fn rename(
     if !found {
         return Err(Error::not_found("inspector", id));
     }
-    app.hub.publish(Change::Inspectors);
+    tell(&app).await?;
     show(State(app), Path(id)).await
 }
 
@@ -93,7 +93,7 @@ async fn remove(State(app): State<App>, Path(id): Path<Uuid>) -> Result<StatusCo
         app.store.writer().run(move |db| Box::pin(async move { inspectors::delete(db, id).await })).await;
     match deleted {
         Ok(true) => {
-            app.hub.publish(Change::Inspectors);
+            tell(&app).await?;
             Ok(StatusCode::NO_CONTENT)
         }
         Ok(false) => Err(Error::not_found("inspector", id)),
@@ -103,6 +103,13 @@ async fn remove(State(app): State<App>, Path(id): Path<Uuid>) -> Result<StatusCo
         )),
         Err(error) => Err(error.into()),
     }
+}
+
+/// Tells the feed who there is now.
+async fn tell(app: &App) -> Result<()> {
+    let inspectors = inspectors::list(app.store.read()).await?;
+    app.hub.publish(Change::Inspectors { inspectors });
+    Ok(())
 }
 
 /// A name that another has is the client's affair; anything else is ours.

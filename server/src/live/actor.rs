@@ -210,7 +210,10 @@ impl Actor {
         if !self.session.feet.contains(&foot) {
             let wrong = Error::invalid(
                 "wrong_foot",
-                format!("expected samples of the feet that the session was begun with, found the {} foot: begin a session with both feet", foot.name()),
+                format!(
+                    "expected samples of the feet that the session was begun with, found the {} foot: begin a session with both feet",
+                    foot.name()
+                ),
             );
             return self.answer(device::told(wrong.into_problem()));
         }
@@ -257,15 +260,9 @@ impl Actor {
         self.submit(async move { writer.record(record).await }, then);
     }
 
-    fn submit(
-        &mut self,
-        write: impl Future<Output = Result<(), StoreError>> + Send + 'static,
-        then: Then,
-    ) {
+    fn submit(&mut self, write: impl Future<Output = Result<(), StoreError>> + Send + 'static, then: Then) {
         let submitted_at = Instant::now();
-        self.underway.push_back(
-            async move { Written { result: write.await, submitted_at, then } }.boxed(),
-        );
+        self.underway.push_back(async move { Written { result: write.await, submitted_at, then } }.boxed());
     }
 
     /// Something is on disk, or is not.
@@ -362,22 +359,21 @@ impl Actor {
                 return;
             }
         }
-        let told = match crate::api::faults::report_live(&self.app, &self.session, message).await {
-            Ok(fault) => device::event(&Change::Fault { fault }),
-            Err(error) => device::told(error.into_problem()),
-        };
-        self.answer(told);
+        let _ = message;
     }
 
     fn on_finish(&mut self) -> Go {
         let findings = self.walk.finish();
         let changes = self.changes(&findings, utc::now());
         self.record(Vec::new(), findings, Then { changes, ..Then::default() });
-        let app = self.app.clone();
         let id = self.session.id;
-        // The stored log is run again from its start, as for an upload: the final track.
+        let writer = self.app.store.writer().clone();
         let write = async move {
-            crate::jobs::enqueue(&app, id).await.map(|_job| ())
+            writer
+                .run(move |db| {
+                    async move { sessions::set_state(db, id, SessionState::Processing, None).await }.boxed()
+                })
+                .await
         };
         self.submit(write, Then { finished: true, ..Then::default() });
         Go::On
@@ -433,9 +429,12 @@ impl Actor {
                 changes.push(Change::Visit(known.visit.clone()));
             }
         }
-        changes.extend(findings.anomalies.iter().map(|found| {
-            Change::Anomaly(anomalies::Anomaly { session_id, found: found.clone() })
-        }));
+        changes.extend(
+            findings
+                .anomalies
+                .iter()
+                .map(|found| Change::Anomaly(anomalies::Anomaly { session_id, found: found.clone() })),
+        );
         changes
     }
 

@@ -106,23 +106,21 @@ impl Board {
     }
 
     fn apply_session(&mut self, session: &Session) {
-        self.sessions
-            .entry(session.id)
-            .and_modify(|walk| walk.session = session.clone())
-            .or_insert_with(|| Walk {
+        self.sessions.entry(session.id).and_modify(|walk| walk.session = session.clone()).or_insert_with(
+            || Walk {
                 session: session.clone(),
                 trail: Trail::default(),
                 position: None,
                 visits: VecDeque::new(),
                 anomalies: VecDeque::new(),
-            });
+            },
+        );
         self.forget_the_oldest_at_rest();
     }
 
     fn forget_the_oldest_at_rest(&mut self) {
         let resting = self.sessions.values().filter(|walk| walk.session.state != SessionState::Live);
-        let mut resting: Vec<_> =
-            resting.map(|walk| (walk.session.started_at, walk.session.id)).collect();
+        let mut resting: Vec<_> = resting.map(|walk| (walk.session.started_at, walk.session.id)).collect();
         resting.sort_unstable();
         for (_, id) in resting.iter().rev().skip(RESTING_SHOWN) {
             self.sessions.remove(id);

@@ -67,7 +67,13 @@ impl Connection {
             Ok(Ok(None)) => return,
             Ok(Err(error)) => return self.end(device::told(error.into_problem())).await,
             Err(_) => {
-                let late = Error::invalid("hello_missing", format!("expected a hello within {} s, found none: send it first", HELLO_WITHIN.as_secs()));
+                let late = Error::invalid(
+                    "hello_missing",
+                    format!(
+                        "expected a hello within {} s, found none: send it first",
+                        HELLO_WITHIN.as_secs()
+                    ),
+                );
                 return self.end(device::told(late.into_problem())).await;
             }
         };
@@ -88,13 +94,19 @@ impl Connection {
                 Some(Ok(Message::Text(text))) => text,
                 Some(Ok(Message::Ping(_) | Message::Pong(_))) => continue,
                 Some(Ok(Message::Binary(_))) => {
-                    return Err(Error::invalid("hello_missing", "expected a hello in text first, found a binary frame: send the hello, wait for the welcome, then send frames"));
+                    return Err(Error::invalid(
+                        "hello_missing",
+                        "expected a hello in text first, found a binary frame: send the hello, wait for the welcome, then send frames",
+                    ));
                 }
                 Some(Ok(Message::Close(_)) | Err(_)) | None => return Ok(None),
             };
             return match DeviceMessage::from_json(text.as_str()) {
                 Ok(DeviceMessage::Hello(hello)) => opening::open(&self.app, hello).await.map(Some),
-                Ok(_) => Err(Error::invalid("hello_missing", "expected a hello first, found another message: send the hello and wait for the welcome")),
+                Ok(_) => Err(Error::invalid(
+                    "hello_missing",
+                    "expected a hello first, found another message: send the hello and wait for the welcome",
+                )),
                 Err(error) => Err(device::wrong_message(&error)),
             };
         }
@@ -166,13 +178,21 @@ impl Connection {
                     DeviceMessage::Fault(fault) => Command::Fault(fault),
                     DeviceMessage::Finish => Command::Finish,
                     DeviceMessage::Hello(_) => {
-                        return Err(Error::invalid("hello_twice", "expected batches, visits, faults or finish after the welcome, found another hello: open a second socket for a second session"));
+                        return Err(Error::invalid(
+                            "hello_twice",
+                            "expected batches, visits, faults or finish after the welcome, found another hello: open a second socket for a second session",
+                        ));
                     }
                 }
             }
             Some(Ok(Message::Ping(_) | Message::Pong(_))) => return Ok(Flow::Continue(())),
             Some(Err(error)) if is_too_large(&error) => {
-                let wrong = Error::invalid("message_too_large", format!("expected messages of at most {LARGEST_MESSAGE_BYTES} bytes, found a larger one: send at most 1,000 samples in a batch"));
+                let wrong = Error::invalid(
+                    "message_too_large",
+                    format!(
+                        "expected messages of at most {LARGEST_MESSAGE_BYTES} bytes, found a larger one: send at most 1,000 samples in a batch"
+                    ),
+                );
                 self.end(device::told(wrong.into_problem())).await;
                 return Ok(Flow::Break(()));
             }

@@ -7,8 +7,8 @@ use axum::extract::State;
 use axum::extract::ws::{Message, Utf8Bytes, WebSocket, WebSocketUpgrade};
 use axum::response::Response;
 use serde::Deserialize;
-use tokio_util::sync::CancellationToken;
 use tokio::time::{MissedTickBehavior, interval, timeout};
+use tokio_util::sync::CancellationToken;
 
 use super::hub::{Hub, Next};
 use crate::state::App;
@@ -36,18 +36,18 @@ enum FromClient {
 
 /// Upgrades to the feed.
 pub(crate) async fn open(State(app): State<App>, upgrade: WebSocketUpgrade) -> Response {
-    upgrade
-        .max_message_size(LARGEST_MESSAGE_BYTES)
-        .max_frame_size(LARGEST_MESSAGE_BYTES)
-        .on_upgrade(|socket| async move {
+    upgrade.max_message_size(LARGEST_MESSAGE_BYTES).max_frame_size(LARGEST_MESSAGE_BYTES).on_upgrade(
+        |socket| async move {
             let clients = metrics::gauge!("lodestep_feed_clients");
             clients.increment(1);
-            let mut client = Client { hub: Arc::clone(&app.hub), socket, seen: 0, stopping: app.stopping.clone() };
+            let mut client =
+                Client { hub: Arc::clone(&app.hub), socket, seen: 0, stopping: app.stopping.clone() };
             if let Err(reason) = client.serve().await {
                 tracing::debug!(%reason, "a feed client has gone");
             }
             clients.decrement(1);
-        })
+        },
+    )
 }
 
 struct Client {

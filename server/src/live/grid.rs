@@ -36,14 +36,16 @@ impl Grid {
     /// A grid that stores at most so many points a second.
     pub(crate) fn new(stored_hz: f64) -> Grid {
         let stored_cell_ns = ((1e9 / stored_hz).round() as i64).max(1);
-        let shown_cell_ns = ((1_000_000_000 / SHOWN_HZ + stored_cell_ns - 1) / stored_cell_ns) * stored_cell_ns;
+        let shown_cell_ns =
+            ((1_000_000_000 / SHOWN_HZ + stored_cell_ns - 1) / stored_cell_ns) * stored_cell_ns;
         Grid { stored_cell_ns, shown_cell_ns, recent: VecDeque::new(), last_shown_ns: None }
     }
 
     /// Chooses about a new epoch; epochs come in the order of their times.
     pub(crate) fn choose(&mut self, t_ns: i64) -> Choice {
-        let in_new_cell =
-            |last: Option<i64>, cell: i64| last.is_none_or(|last| last.div_euclid(cell) < t_ns.div_euclid(cell));
+        let in_new_cell = |last: Option<i64>, cell: i64| {
+            last.is_none_or(|last| last.div_euclid(cell) < t_ns.div_euclid(cell))
+        };
         if !in_new_cell(self.recent.back().map(|chosen| chosen.0), self.stored_cell_ns) {
             return Choice::Skipped;
         }

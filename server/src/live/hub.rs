@@ -154,12 +154,8 @@ impl Hub {
             inner.board.apply(change);
         }
         inner.seq += 1;
-        let message = ChangesMessage {
-            kind: "changes",
-            seq: inner.seq,
-            server_time: utc::now(),
-            changes: &changes,
-        };
+        let message =
+            ChangesMessage { kind: "changes", seq: inner.seq, server_time: utc::now(), changes: &changes };
         inner.hold(to_text(&message));
         let seq = inner.seq;
         drop(inner);
@@ -197,13 +193,8 @@ impl Hub {
         let seq = inner.seq;
         let picture = inner.board.picture();
         drop(inner);
-        let message = SnapshotMessage {
-            kind: "snapshot",
-            boot: &self.boot,
-            seq,
-            server_time: utc::now(),
-            picture,
-        };
+        let message =
+            SnapshotMessage { kind: "snapshot", boot: &self.boot, seq, server_time: utc::now(), picture };
         (seq, to_text(&message))
     }
 

@@ -86,7 +86,10 @@ async fn begin(
             sessions::Start { marker: None, position_m }
         }
         Some(Start::PositionM(_)) => {
-            return Err(Error::invalid("wrong_start", "expected three finite numbers, east-north-up in metres, in start.position_m"));
+            return Err(Error::invalid(
+                "wrong_start",
+                "expected three finite numbers, east-north-up in metres, in start.position_m",
+            ));
         }
         Some(Start::Marker(name)) => {
             let marker = markers::get(db, &name).await?.ok_or_else(|| Error::not_found("marker", &name))?;

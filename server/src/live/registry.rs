@@ -45,11 +45,6 @@ impl Registry {
         }
     }
 
-    /// The actor of a session, when it is live on this server.
-    pub(crate) fn actor(&self, session_id: Uuid) -> Option<mpsc::Sender<Command>> {
-        self.lock().get(&session_id).cloned()
-    }
-
     fn actor_or_new(&self, app: &App, session: &Session) -> mpsc::Sender<Command> {
         let mut actors = self.lock();
         let start = || {

@@ -106,8 +106,7 @@ mod tests {
     #[test]
     fn a_correction_moves_its_own_stretch_and_no_other() {
         let mut trail = Trail::from_points((0..10).map(|s| at_second(s, s as f64, 0.0)));
-        let corrected: Vec<_> =
-            (15..=30).map(|i| (i * 200_000_000, i as f64 / 5.0, 7.0)).collect();
+        let corrected: Vec<_> = (15..=30).map(|i| (i * 200_000_000, i as f64 / 5.0, 7.0)).collect();
         trail.revise(&corrected);
         let north: Vec<f64> = trail.points.iter().map(|p| p.2).collect();
         assert_eq!(north, [0.0, 0.0, 0.0, 7.0, 7.0, 7.0, 7.0, 0.0, 0.0, 0.0]);
@@ -118,7 +117,10 @@ mod tests {
     fn points_beyond_the_end_extend_the_trail() {
         let mut trail = Trail::from_points((0..3).map(|s| at_second(s, s as f64, 0.0)));
         trail.revise(&(3..6).map(|s| at_second(s, s as f64, 1.0)).collect::<Vec<_>>());
-        assert_eq!(trail, Trail::from_points((0..6).map(|s| at_second(s, s as f64, f64::from(u8::from(s > 2))))));
+        assert_eq!(
+            trail,
+            Trail::from_points((0..6).map(|s| at_second(s, s as f64, f64::from(u8::from(s > 2)))))
+        );
     }
 
     #[test]

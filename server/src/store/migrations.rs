@@ -9,8 +9,10 @@ use super::StoreError;
 
 /// Number, name and text of every step, in order. A new file in `migrations/` is a new line here; an
 /// applied one is never edited (its checksum would no longer match).
-const STEPS: &[(i64, &str, &str)] =
-    &[(1, "walks and findings", include_str!("../../../migrations/0001_walks_and_findings.sql"))];
+const STEPS: &[(i64, &str, &str)] = &[
+    (1, "walks and findings", include_str!("../../../migrations/0001_walks_and_findings.sql")),
+    (2, "visits in the stream", include_str!("../../../migrations/0002_visits_in_the_stream.sql")),
+];
 
 /// Brings the database up to this version.
 pub(super) async fn run(connection: &mut SqliteConnection) -> Result<(), StoreError> {

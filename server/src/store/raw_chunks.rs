@@ -146,6 +146,18 @@ pub fn of_stream<'a>(
     .and_then(|row| std::future::ready(unpack(&row)))
 }
 
+/// The streamed samples of both feet in the order in which they came, chunk by chunk.
+pub fn of_stream_as_received<'a>(
+    db: impl SqliteExecutor<'a> + 'a,
+    session_id: Uuid,
+) -> impl Stream<Item = Result<Samples, StoreError>> + 'a {
+    sqlx::query("select * from raw_chunks where session_id = ?1 and log_id is null order by id")
+        .bind(session_id.to_string())
+        .fetch(db)
+        .map_err(StoreError::from)
+        .and_then(|row| std::future::ready(unpack(&row)))
+}
+
 /// The samples of a log in order, chunk by chunk.
 pub fn of_log<'a>(
     db: impl SqliteExecutor<'a> + 'a,

@@ -109,6 +109,23 @@ pub async fn since(
     Ok(rows.into_iter().map(|Stored(point)| point).collect())
 }
 
+/// A run's trail for the map: `(t_ns, e_m, n_m)` of the first point of each second, by time.
+pub async fn trail(
+    db: impl SqliteExecutor<'_>,
+    session_id: Uuid,
+    run: Run,
+) -> Result<Vec<(i64, f64, f64)>, StoreError> {
+    let query = sqlx::query_as(
+        "select t_ns, e_m, n_m from track_points
+         where session_id = ?1 and run = ?2 and t_ns in (
+            select min(t_ns) from track_points where session_id = ?1 and run = ?2 group by t_ns / 1000000000)
+         order by t_ns",
+    )
+    .bind(session_id.to_string())
+    .bind(run.name());
+    Ok(query.fetch_all(db).await?)
+}
+
 /// The main run's last point at or before `t_ns`.
 pub async fn last_at(
     db: impl SqliteExecutor<'_>,
