@@ -2,8 +2,12 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::event::Event;
+use crate::event::{Anomaly, AnomalyKind, Event};
 use crate::sample::{Foot, ImuSample};
+use crate::systems::pedestrian::history::History;
+use crate::systems::pedestrian::line::FootLine;
+use crate::systems::pedestrian::start::{self, Starts};
+use crate::systems::pedestrian::tuning::Tuning;
 
 /// What a session is told before its first sample.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -25,6 +29,8 @@ pub struct SessionConfig {
     /// How far one foot's samples may run ahead of the other's before the session goes on without
     /// it, ns; `None` waits for ever, as is right for logs that are complete.
     pub max_lead_ns: Option<i64>,
+    /// The parameters of the filter and its detectors.
+    pub tuning: Tuning,
 }
 
 impl Default for SessionConfig {
@@ -37,6 +43,7 @@ impl Default for SessionConfig {
             gravity_m_s2: 9.80665,
             aids: Aids::default(),
             max_lead_ns: None,
+            tuning: Tuning::default(),
         }
     }
 }
@@ -98,16 +105,65 @@ pub struct Summary {
 }
 
 /// One walk in progress.
+///
+/// What is known depends on the samples alone, not on how they were cut into batches: a log that is
+/// uploaded, streamed or read by the command line gives the same events to the last bit.
 #[derive(Clone, Debug)]
 pub struct Session {
     config: SessionConfig,
+    lines: Vec<FootLine>,
+    walk: Walk,
+    /// Visits that wait for the alignment.
+    early_visits: Vec<Visit>,
     summary: Summary,
+    merged_ns: i64,
+    epoch: EpochGrouping,
+    first_point_ns: Option<i64>,
+}
+
+/// The filter, for as many feet as there are.
+#[derive(Clone, Debug)]
+enum Walk {
+    Waiting,
+    OneFoot(Box<History<5, 1>>),
+    TwoFeet(Box<History<10, 2>>),
+}
+
+/// An epoch is a run of samples in which no foot appears twice.
+#[derive(Clone, Copy, Debug, Default)]
+struct EpochGrouping {
+    members: [bool; 2],
+}
+
+impl EpochGrouping {
+    fn opens(&mut self, sensor: usize) -> bool {
+        let opens = self.members == [false; 2] || self.members[sensor];
+        if opens {
+            self.members = [false; 2];
+        }
+        self.members[sensor] = true;
+        opens
+    }
 }
 
 impl Session {
     /// A session that waits for its first samples.
     pub fn new(config: SessionConfig) -> Session {
-        Session { config, summary: Summary::default() }
+        let lines = config
+            .feet
+            .iter()
+            .map(|foot| FootLine::new(*foot, config.tuning.longest_alignment_s))
+            .collect();
+        Session {
+            config,
+            lines,
+            walk: Walk::Waiting,
+            early_visits: Vec::new(),
+            summary: Summary::default(),
+            merged_ns: i64::MIN,
+            epoch: EpochGrouping::default(),
+            first_point_ns: None,
+        }
     }
 
     /// What it was told at the start.
@@ -116,30 +172,176 @@ impl Session {
     }
 
     /// Takes one sample of one foot; the samples of a foot come in the order of its log. Appends
-    /// what became known to `events`.
+    /// what became known to `events`. Samples of a foot that the session does not have are left out.
     pub fn push(&mut self, foot: Foot, sample: &ImuSample, events: &mut Vec<Event>) {
-        let _ = (foot, sample, events);
+        let known = events.len();
         self.summary.samples += 1;
+        let Some(line) = self.lines.iter_mut().find(|line| line.foot() == foot) else { return };
+        line.push(sample, events);
+        self.go_on(events);
+        self.sum_up(&events[known..]);
     }
 
     /// Tells of a visit, before or after its time; one that is older than the history is turned
     /// down with a reason, and a run over the stored log will use it.
     pub fn visit(&mut self, visit: Visit, events: &mut Vec<Event>) {
-        let _ = (visit, events);
+        let known = events.len();
+        match &mut self.walk {
+            Walk::Waiting => self.early_visits.push(visit),
+            Walk::OneFoot(history) => history.visit(visit, events),
+            Walk::TwoFeet(history) => history.visit(visit, events),
+        }
+        self.sum_up(&events[known..]);
     }
 
     /// No more samples of this foot will come: the other need not wait for it.
     pub fn end_foot(&mut self, foot: Foot, events: &mut Vec<Event>) {
-        let _ = (foot, events);
+        let known = events.len();
+        if let Some(line) = self.lines.iter_mut().find(|line| line.foot() == foot) {
+            line.end(events);
+        }
+        self.go_on(events);
+        self.sum_up(&events[known..]);
     }
 
     /// No more samples will come: what waits is processed and told.
     pub fn finish(&mut self, events: &mut Vec<Event>) {
-        let _ = events;
+        let known = events.len();
+        for line in &mut self.lines {
+            line.end(events);
+        }
+        self.go_on(events);
+        match &mut self.walk {
+            Walk::Waiting => {}
+            Walk::OneFoot(history) => history.finish(events),
+            Walk::TwoFeet(history) => history.finish(events),
+        }
+        self.sum_up(&events[known..]);
     }
 
     /// What it amounts to so far.
     pub fn summary(&self) -> Summary {
         self.summary
     }
+
+    fn go_on(&mut self, events: &mut Vec<Event>) {
+        if matches!(self.walk, Walk::Waiting) {
+            if !self.ready_to_align() {
+                return;
+            }
+            self.align(events);
+        }
+        while let Some(sensor) = self.next_line() {
+            let Some(mut step) = self.lines[sensor].take() else { return };
+            if step.t_ns < self.merged_ns {
+                self.summary.late_samples += 1;
+                continue;
+            }
+            self.merged_ns = step.t_ns;
+            step.sensor = sensor;
+            step.opens_epoch = self.epoch.opens(sensor);
+            match &mut self.walk {
+                Walk::Waiting => {}
+                Walk::OneFoot(history) => history.push(step, events),
+                Walk::TwoFeet(history) => history.push(step, events),
+            }
+        }
+    }
+
+    /// Every foot has shown its standing start, or will not, or keeps the other waiting too long.
+    fn ready_to_align(&self) -> bool {
+        let newest_ns = self.lines.iter().filter_map(FootLine::newest_ns).max();
+        let Some(newest_ns) = newest_ns else { return false };
+        let any = self.lines.iter().any(|line| line.is_aligned() && line.newest_ns().is_some());
+        any && self.lines.iter().all(|line| {
+            line.is_aligned()
+                || self.config.max_lead_ns.is_some_and(|lead_ns| match line.newest_ns() {
+                    Some(own_ns) => newest_ns - own_ns > lead_ns,
+                    None => self.lines.iter().any(|other| other.span_ns() > lead_ns && other.is_aligned()),
+                })
+        })
+    }
+
+    /// Fixes the feet that take part, and starts the filter.
+    fn align(&mut self, events: &mut Vec<Event>) {
+        for line in &mut self.lines {
+            line.align();
+        }
+        let absent: Vec<Foot> =
+            self.lines.iter().filter(|line| line.start().is_none()).map(FootLine::foot).collect();
+        self.lines.retain(|line| line.start().is_some());
+        for foot in absent {
+            events.push(foot_missing(foot, self.lines[0].first_ns(), "has no samples at all"));
+        }
+        let starts = start::resolve(&self.config, &mut self.lines, events);
+        self.walk = match starts {
+            Starts::One(filter, setting) => Walk::OneFoot(Box::new(History::new(setting, filter))),
+            Starts::Two(filter, setting) => Walk::TwoFeet(Box::new(History::new(setting, filter))),
+        };
+        for visit in std::mem::take(&mut self.early_visits) {
+            match &mut self.walk {
+                Walk::Waiting => {}
+                Walk::OneFoot(history) => history.visit(visit, events),
+                Walk::TwoFeet(history) => history.visit(visit, events),
+            }
+        }
+    }
+
+    /// The line whose next step is the earliest, when it is certain that no earlier one will come.
+    fn next_line(&self) -> Option<usize> {
+        let mut earliest: Option<(i64, usize)> = None;
+        for (sensor, line) in self.lines.iter().enumerate() {
+            if let Some(t_ns) = line.next_ns()
+                && earliest.is_none_or(|(best_ns, _)| t_ns < best_ns)
+            {
+                earliest = Some((t_ns, sensor));
+            }
+        }
+        let (t_ns, sensor) = earliest?;
+        let certain = self.lines.iter().all(|line| {
+            line.next_ns().is_some()
+                || line.has_ended()
+                || self
+                    .config
+                    .max_lead_ns
+                    .is_some_and(|lead_ns| line.newest_ns().is_none_or(|own_ns| t_ns - own_ns > lead_ns))
+        });
+        certain.then_some(sensor)
+    }
+
+    fn sum_up(&mut self, told: &[Event]) {
+        let mut last_ns = None;
+        for event in told {
+            if let Event::Point(point) = event {
+                self.first_point_ns.get_or_insert(point.t_ns);
+                self.summary.epochs += 1;
+                last_ns = Some(point.t_ns);
+            }
+        }
+        let Some(last_ns) = last_ns else { return };
+        let (distance_m, (marker_ns, marker_m)) = match &self.walk {
+            Walk::Waiting => return,
+            Walk::OneFoot(history) => (history.filter().distance_m(), history.filter().last_marker),
+            Walk::TwoFeet(history) => (history.filter().distance_m(), history.filter().last_marker),
+        };
+        self.summary.distance_m = distance_m;
+        self.summary.duration_s = seconds(last_ns - self.first_point_ns.unwrap_or(last_ns));
+        self.summary.since_marker_s = seconds(last_ns - marker_ns);
+        self.summary.since_marker_m = distance_m - marker_m;
+    }
+}
+
+fn foot_missing(foot: Foot, t_ns: i64, what: &str) -> Event {
+    Event::Anomaly(Anomaly {
+        kind: AnomalyKind::FootMissing,
+        foot: Some(foot),
+        t_start_ns: t_ns,
+        t_end_ns: t_ns,
+        samples: 0,
+        detail: format!("the {} foot {what}; the other goes on alone", foot.name()),
+    })
+}
+
+fn seconds(ns: i64) -> f64 {
+    ns as f64 * 1e-9
 }

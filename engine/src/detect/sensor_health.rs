@@ -1,0 +1,241 @@
+//! Whether the samples of one sensor can be believed, judged one by one as they come.
+
+use crate::event::{Anomaly, AnomalyKind};
+use crate::sample::{Foot, ImuSample};
+
+/// Occurrences of one kind that are nearer than this belong together, ns.
+const TOGETHER_NS: i64 = 2_000_000_000;
+/// Trouble that goes on is told again after this long, ns.
+const TELL_AGAIN_NS: i64 = 60_000_000_000;
+/// An axis that repeats itself to the bit for so long does not measure, ns.
+const STUCK_NS: i64 = 1_000_000_000;
+/// … and for at least so many samples.
+const STUCK_SAMPLES: u32 = 50;
+/// A rate that is clipped lies above this, rad/s (the smallest usual range is ±500 °/s).
+const SMALLEST_RATE_RANGE_RAD_S: f64 = 8.5;
+/// A specific force that is clipped lies above this, m/s² (the smallest usual range is ±2 g).
+const SMALLEST_FORCE_RANGE_M_S2: f64 = 19.0;
+/// No foot turns faster than this: the reading is broken, rad/s.
+const IMPOSSIBLE_RATE_RAD_S: f64 = 90.0;
+/// No foot is pushed harder than this: the reading is broken, m/s².
+const IMPOSSIBLE_FORCE_M_S2: f64 = 2000.0;
+
+const KINDS: usize = 7;
+
+/// Watches the samples of one foot.
+#[derive(Clone, Debug)]
+pub struct SensorHealth {
+    foot: Foot,
+    last_t_ns: Option<i64>,
+    last: [f64; 6],
+    same_for: [u32; 6],
+    same_since_ns: [i64; 6],
+    interval_ns: i64,
+    open: [Option<Anomaly>; KINDS],
+}
+
+impl SensorHealth {
+    /// For the samples of `foot`.
+    pub fn new(foot: Foot) -> Self {
+        SensorHealth {
+            foot,
+            last_t_ns: None,
+            last: [f64::NAN; 6],
+            same_for: [0; 6],
+            same_since_ns: [0; 6],
+            interval_ns: 10_000_000,
+            open: std::array::from_fn(|_| None),
+        }
+    }
+
+    /// The sample as it may be used: without a magnetometer or pressure value that is no number;
+    /// `None` when it must not be used at all. Anomalies that have come to their end are appended.
+    pub fn admit(&mut self, sample: &ImuSample, told: &mut Vec<Anomaly>) -> Option<ImuSample> {
+        let t_ns = sample.t_ns;
+        if let Some(last_ns) = self.last_t_ns {
+            let step_ns = t_ns - last_ns;
+            if step_ns <= 0 {
+                let kind = if step_ns == 0 { AnomalyKind::RepeatedTime } else { AnomalyKind::BackwardTime };
+                let detail = if step_ns == 0 {
+                    "the time stamp equals the one before; the sample is left out".to_owned()
+                } else {
+                    format!("the time goes back by {:.4} s; samples are left out until it passes where it was", -seconds(step_ns))
+                };
+                self.note(kind, last_ns, detail, told);
+                return None;
+            }
+            self.watch_interval(last_ns, step_ns, told);
+        }
+        self.close_old(t_ns, told);
+        let channels = channels(sample);
+        if channels.iter().any(|x| !x.is_finite()) {
+            self.note(AnomalyKind::NotFinite, t_ns, "a rate or specific force is not a finite number; the sample is left out".to_owned(), told);
+            return None;
+        }
+        if channels[..3].iter().any(|x| x.abs() > IMPOSSIBLE_RATE_RAD_S)
+            || channels[3..].iter().any(|x| x.abs() > IMPOSSIBLE_FORCE_M_S2)
+        {
+            let detail = format!(
+                "a rate above {IMPOSSIBLE_RATE_RAD_S} rad/s or a specific force above {IMPOSSIBLE_FORCE_M_S2} m/s²; the sample is left out"
+            );
+            self.note(AnomalyKind::Saturation, t_ns, detail, told);
+            return None;
+        }
+        self.watch_axes(t_ns, &channels, told);
+        self.last_t_ns = Some(t_ns);
+        let mut admitted = *sample;
+        admitted.mag_b_ut = sample.mag_b_ut.filter(|mag| mag.iter().all(|x| x.is_finite()));
+        admitted.pressure_hpa = sample.pressure_hpa.filter(|p| p.is_finite());
+        if admitted.mag_b_ut != sample.mag_b_ut && sample.mag_b_ut.is_some() {
+            self.note(AnomalyKind::NotFinite, t_ns, "a magnetic value is not a finite number; it counts as missing".to_owned(), told);
+        }
+        Some(admitted)
+    }
+
+    /// No more samples come: tells what is still open.
+    pub fn finish(&mut self, told: &mut Vec<Anomaly>) {
+        told.extend(self.open.iter_mut().filter_map(Option::take));
+    }
+
+    fn watch_interval(&mut self, last_ns: i64, step_ns: i64, told: &mut Vec<Anomaly>) {
+        let usual_ns = self.interval_ns;
+        if step_ns > (usual_ns * 7 / 2).max(50_000_000) {
+            told.push(Anomaly {
+                kind: AnomalyKind::Gap,
+                foot: Some(self.foot),
+                t_start_ns: last_ns,
+                t_end_ns: last_ns + step_ns,
+                samples: (step_ns / usual_ns.max(1)).max(1) as u64 - 1,
+                detail: format!("no samples for {:.3} s, where one comes every {:.4} s", seconds(step_ns), seconds(usual_ns)),
+            });
+        } else {
+            // Follows the usual interval, slowly enough not to follow jitter.
+            self.interval_ns += (step_ns - usual_ns) / 32;
+        }
+    }
+
+    fn watch_axes(&mut self, t_ns: i64, channels: &[f64; 6], told: &mut Vec<Anomaly>) {
+        for (axis, value) in channels.iter().enumerate() {
+            if *value != self.last[axis] {
+                self.last[axis] = *value;
+                self.same_for[axis] = 1;
+                self.same_since_ns[axis] = t_ns;
+                continue;
+            }
+            self.same_for[axis] += 1;
+            let smallest_range = if axis < 3 { SMALLEST_RATE_RANGE_RAD_S } else { SMALLEST_FORCE_RANGE_M_S2 };
+            let name = NAMES[axis];
+            if self.same_for[axis] >= 2 && value.abs() > smallest_range && self.same_for[axis] < STUCK_SAMPLES {
+                self.note(AnomalyKind::Saturation, t_ns, format!("{name} stays at {value:.2}, the end of its range"), told);
+            }
+            if self.same_for[axis] >= STUCK_SAMPLES && t_ns - self.same_since_ns[axis] >= STUCK_NS {
+                self.note(AnomalyKind::StuckAxis, t_ns, format!("{name} has read {value} without any change for a second and more"), told);
+            }
+        }
+    }
+
+    fn note(&mut self, kind: AnomalyKind, t_ns: i64, detail: String, told: &mut Vec<Anomaly>) {
+        let slot = slot(kind);
+        if let Some(open) = &mut self.open[slot] {
+            open.t_end_ns = t_ns;
+            open.samples += 1;
+            if t_ns - open.t_start_ns > TELL_AGAIN_NS {
+                told.extend(self.open[slot].take());
+            }
+            return;
+        }
+        self.open[slot] =
+            Some(Anomaly { kind, foot: Some(self.foot), t_start_ns: t_ns, t_end_ns: t_ns, samples: 1, detail });
+    }
+
+    fn close_old(&mut self, t_ns: i64, told: &mut Vec<Anomaly>) {
+        for open in &mut self.open {
+            if open.as_ref().is_some_and(|anomaly| t_ns - anomaly.t_end_ns > TOGETHER_NS) {
+                told.extend(open.take());
+            }
+        }
+    }
+}
+
+const NAMES: [&str; 6] =
+    ["gyr_x_rad_s", "gyr_y_rad_s", "gyr_z_rad_s", "acc_x_m_s2", "acc_y_m_s2", "acc_z_m_s2"];
+
+fn channels(sample: &ImuSample) -> [f64; 6] {
+    let ([gx, gy, gz], [ax, ay, az]) = (sample.w_ib_b_rad_s, sample.f_b_m_s2);
+    [gx, gy, gz, ax, ay, az]
+}
+
+fn slot(kind: AnomalyKind) -> usize {
+    match kind {
+        AnomalyKind::RepeatedTime => 0,
+        AnomalyKind::BackwardTime => 1,
+        AnomalyKind::Saturation => 2,
+        AnomalyKind::StuckAxis => 3,
+        AnomalyKind::NotFinite => 4,
+        AnomalyKind::MagneticField => 5,
+        _ => 6,
+    }
+}
+
+fn seconds(ns: i64) -> f64 {
+    ns as f64 * 1e-9
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn quiet(k: i64) -> ImuSample {
+        let wobble = ((k * 7919) % 1009) as f64 * 1e-5;
+        ImuSample {
+            t_ns: k * 10_000_000,
+            w_ib_b_rad_s: [wobble, -wobble, 2.0 * wobble],
+            f_b_m_s2: [wobble, 3.0 * wobble, 9.8 + wobble],
+            mag_b_ut: None,
+            pressure_hpa: None,
+        }
+    }
+
+    fn found(change: impl Fn(i64, &mut ImuSample)) -> (Vec<Anomaly>, usize) {
+        let mut health = SensorHealth::new(Foot::Left);
+        let (mut told, mut admitted) = (Vec::new(), 0);
+        for k in 0..600 {
+            let mut sample = quiet(k);
+            change(k, &mut sample);
+            admitted += usize::from(health.admit(&sample, &mut told).is_some());
+        }
+        health.finish(&mut told);
+        (told, admitted)
+    }
+
+    #[test]
+    fn a_healthy_sensor_has_nothing_to_tell() {
+        assert_eq!(found(|_, _| {}), (vec![], 600));
+    }
+
+    #[test]
+    fn each_trouble_is_named_with_its_time_and_foot() {
+        let cases: [(AnomalyKind, fn(i64, &mut ImuSample), usize); 6] = [
+            (AnomalyKind::Gap, |k, s| if k >= 300 { s.t_ns += 700_000_000 }, 600),
+            (AnomalyKind::RepeatedTime, |k, s| if k == 300 { s.t_ns -= 10_000_000 }, 599),
+            (AnomalyKind::BackwardTime, |k, s| if k == 300 { s.t_ns -= 50_000_000 }, 599),
+            (AnomalyKind::Saturation, |k, s| if (300..305).contains(&k) { s.w_ib_b_rad_s[1] = 34.9 }, 600),
+            (AnomalyKind::StuckAxis, |k, s| if (300..450).contains(&k) { s.f_b_m_s2[0] = 0.125 }, 600),
+            (AnomalyKind::NotFinite, |k, s| if k == 300 { s.f_b_m_s2[2] = f64::NAN }, 599),
+        ];
+        for (kind, change, admitted) in cases {
+            let (told, let_in) = found(change);
+            assert_eq!(told.iter().map(|a| a.kind).collect::<Vec<_>>(), [kind]);
+            assert_eq!(let_in, admitted, "{kind:?}");
+            assert_eq!(told[0].foot, Some(Foot::Left));
+            assert!((2_900_000_000..=3_500_000_000).contains(&told[0].t_start_ns) || kind == AnomalyKind::StuckAxis, "{told:?}");
+        }
+    }
+
+    #[test]
+    fn a_magnetic_value_that_is_no_number_counts_as_missing() {
+        let mut health = SensorHealth::new(Foot::Right);
+        let sample = ImuSample { mag_b_ut: Some([f64::NAN, 1.0, 2.0]), ..quiet(0) };
+        assert_eq!(health.admit(&sample, &mut Vec::new()).unwrap().mag_b_ut, None);
+    }
+}

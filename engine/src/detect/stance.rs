@@ -1,0 +1,244 @@
+//! Does the foot stand? Two detectors behind one signature.
+//!
+//! Both judge a sample by its neighbours on either side, so a decision comes some samples after the
+//! sample it is about: [`StanceDetector::delay`].
+
+use std::collections::VecDeque;
+
+use nalgebra::Vector3;
+use serde::{Deserialize, Serialize};
+
+/// Which detector, with its thresholds.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(tag = "detector", rename_all = "snake_case", deny_unknown_fields)]
+pub enum StanceTuning {
+    /// Paper 1, §2.3: ‖ω‖ and ‖f‖ within bounds, then the majority of a centred window.
+    Threshold {
+        /// The rate must stay below this, rad/s.
+        rate_rad_s: f64,
+        /// The specific force must stay within this of gravity, m/s².
+        specific_force_m_s2: f64,
+        /// The window reaches so far to either side, s.
+        half_window_s: f64,
+    },
+    /// The generalised likelihood ratio of Skog, Händel, Nilsson and Rantakokko (2010), eq. 9, over
+    /// a centred window: the mean squared rate, and the mean squared difference of the specific
+    /// force from a vector of gravity's length along its mean, each over its own sigma.
+    LikelihoodRatio {
+        /// Sigma of the rate in stance, rad/s.
+        sigma_rate_rad_s: f64,
+        /// Sigma of the specific force in stance, m/s².
+        sigma_specific_force_m_s2: f64,
+        /// The foot stands when the statistic is below this.
+        threshold: f64,
+        /// The window reaches so far to either side, s.
+        half_window_s: f64,
+    },
+}
+
+impl StanceTuning {
+    /// The paper's own figures.
+    pub const PAPER: StanceTuning =
+        StanceTuning::Threshold { rate_rad_s: 0.6, specific_force_m_s2: 1.0, half_window_s: 0.05 };
+
+    fn half_window_s(&self) -> f64 {
+        match *self {
+            StanceTuning::Threshold { half_window_s, .. } => half_window_s,
+            StanceTuning::LikelihoodRatio { half_window_s, .. } => half_window_s,
+        }
+    }
+}
+
+impl Default for StanceTuning {
+    fn default() -> Self {
+        StanceTuning::LikelihoodRatio {
+            sigma_rate_rad_s: 0.35,
+            sigma_specific_force_m_s2: 0.35,
+            threshold: 8.0,
+            half_window_s: 0.03,
+        }
+    }
+}
+
+/// What a detector says about one sample.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct StanceDecision {
+    /// Whether the foot stands.
+    pub stance: bool,
+    /// Root mean square of the angular rate around the sample, rad/s: how much a standing foot still
+    /// rolls.
+    pub rate_rms_rad_s: f64,
+    /// Root mean square of what the specific force differs from a steady one of gravity's length,
+    /// m/s².
+    pub unsteadiness_m_s2: f64,
+}
+
+/// A detector at work on one foot.
+#[derive(Clone, Debug)]
+pub struct StanceDetector {
+    tuning: StanceTuning,
+    gravity_m_s2: f64,
+    half_window: usize,
+    window: VecDeque<Member>,
+    standing: usize,
+    sum_rate_squared: f64,
+    sum_force_squared: f64,
+    sum_force: Vector3<f64>,
+    since_fresh_sums: usize,
+}
+
+#[derive(Clone, Copy, Debug)]
+struct Member {
+    within_bounds: bool,
+    rate_squared: f64,
+    f_b: Vector3<f64>,
+}
+
+impl StanceDetector {
+    /// For samples that come every `interval_s` seconds.
+    pub fn new(tuning: StanceTuning, interval_s: f64, gravity_m_s2: f64) -> Self {
+        let half_window = (tuning.half_window_s() / interval_s).round().max(1.0) as usize;
+        StanceDetector {
+            tuning,
+            gravity_m_s2,
+            half_window,
+            window: VecDeque::with_capacity(2 * half_window + 2),
+            standing: 0,
+            sum_rate_squared: 0.0,
+            sum_force_squared: 0.0,
+            sum_force: Vector3::zeros(),
+            since_fresh_sums: 0,
+        }
+    }
+
+    /// How many samples a decision is late.
+    pub fn delay(&self) -> usize {
+        self.half_window
+    }
+
+    /// Takes the next sample and decides about the one [`Self::delay`] samples before it; `None`
+    /// until there is one.
+    #[inline]
+    pub fn push(&mut self, w_ib_b: &Vector3<f64>, f_b: &Vector3<f64>) -> Option<StanceDecision> {
+        if self.window.len() == 2 * self.half_window + 1 {
+            self.drop_oldest();
+        }
+        let member = Member {
+            within_bounds: self.within_bounds(w_ib_b, f_b),
+            rate_squared: w_ib_b.norm_squared(),
+            f_b: *f_b,
+        };
+        self.window.push_back(member);
+        self.standing += usize::from(member.within_bounds);
+        self.sum_rate_squared += member.rate_squared;
+        self.sum_force_squared += f_b.norm_squared();
+        self.sum_force += f_b;
+        (self.window.len() > self.half_window).then(|| self.decide())
+    }
+
+    /// No more samples come: the decision about the next sample that waits for one.
+    pub fn flush(&mut self) -> Option<StanceDecision> {
+        if self.window.len() <= self.half_window {
+            return None;
+        }
+        self.drop_oldest();
+        (self.window.len() > self.half_window).then(|| self.decide())
+    }
+
+    fn drop_oldest(&mut self) {
+        if let Some(oldest) = self.window.pop_front() {
+            self.standing -= usize::from(oldest.within_bounds);
+            self.sum_rate_squared -= oldest.rate_squared;
+            self.sum_force_squared -= oldest.f_b.norm_squared();
+            self.sum_force -= oldest.f_b;
+        }
+        // Running sums gather rounding after a heel strike; fresh ones now and then let it go.
+        self.since_fresh_sums += 1;
+        if self.since_fresh_sums >= 64 {
+            self.since_fresh_sums = 0;
+            self.sum_rate_squared = self.window.iter().map(|m| m.rate_squared).sum();
+            self.sum_force_squared = self.window.iter().map(|m| m.f_b.norm_squared()).sum();
+            self.sum_force = self.window.iter().map(|m| m.f_b).sum();
+        }
+    }
+
+    fn within_bounds(&self, w_ib_b: &Vector3<f64>, f_b: &Vector3<f64>) -> bool {
+        match self.tuning {
+            StanceTuning::Threshold { rate_rad_s, specific_force_m_s2, .. } => {
+                w_ib_b.norm_squared() < rate_rad_s * rate_rad_s
+                    && (f_b.norm() - self.gravity_m_s2).abs() < specific_force_m_s2
+            }
+            StanceTuning::LikelihoodRatio { .. } => false,
+        }
+    }
+
+    fn decide(&self) -> StanceDecision {
+        let count = self.window.len() as f64;
+        let rate_squared = (self.sum_rate_squared / count).max(0.0);
+        let mean_force = self.sum_force.norm() / count;
+        // mean‖f − g·f̄/‖f̄‖‖² written out.
+        let unsteadiness_squared = (self.sum_force_squared / count - 2.0 * self.gravity_m_s2 * mean_force
+            + self.gravity_m_s2 * self.gravity_m_s2)
+            .max(0.0);
+        let stance = match self.tuning {
+            StanceTuning::Threshold { .. } => 2 * self.standing > self.window.len(),
+            StanceTuning::LikelihoodRatio {
+                sigma_rate_rad_s, sigma_specific_force_m_s2, threshold, ..
+            } => {
+                rate_squared / (sigma_rate_rad_s * sigma_rate_rad_s)
+                    + unsteadiness_squared / (sigma_specific_force_m_s2 * sigma_specific_force_m_s2)
+                    < threshold
+            }
+        };
+        StanceDecision {
+            stance,
+            rate_rms_rad_s: rate_squared.sqrt(),
+            unsteadiness_m_s2: unsteadiness_squared.sqrt(),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// One second still, half a second of swing, one second still, at 100 Hz.
+    fn a_step() -> Vec<(Vector3<f64>, Vector3<f64>)> {
+        (0..250)
+            .map(|k| {
+                if (100..150).contains(&k) {
+                    let phase = f64::from(k - 100) * 0.1;
+                    (Vector3::new(0.3, 5.0 * phase.cos(), 0.2), Vector3::new(8.0 * phase.sin(), 1.0, 12.0))
+                } else {
+                    (Vector3::new(0.01, 0.0, -0.01), Vector3::new(0.0, 3.3, 9.2))
+                }
+            })
+            .collect()
+    }
+
+    fn decisions(tuning: StanceTuning) -> Vec<bool> {
+        let mut detector = StanceDetector::new(tuning, 0.01, 9.787);
+        let mut told: Vec<bool> = a_step().iter().filter_map(|(w, f)| detector.push(w, f)).map(|d| d.stance).collect();
+        while let Some(decision) = detector.flush() {
+            told.push(decision.stance);
+        }
+        told
+    }
+
+    #[test]
+    fn both_detectors_decide_about_every_sample_and_find_the_swing() {
+        for tuning in [StanceTuning::PAPER, StanceTuning::default()] {
+            let told = decisions(tuning);
+            assert_eq!(told.len(), 250);
+            assert!(told[..90].iter().all(|s| *s), "stands before the swing");
+            assert!(told[105..145].iter().all(|s| !*s), "swings");
+            assert!(told[160..].iter().all(|s| *s), "stands after the swing");
+        }
+    }
+
+    #[test]
+    fn the_window_is_a_time_whatever_the_rate() {
+        let delay = |interval| StanceDetector::new(StanceTuning::PAPER, interval, 9.8).delay();
+        assert_eq!((delay(0.01), delay(0.004), delay(0.1)), (5, 13, 1));
+    }
+}

@@ -1,0 +1,251 @@
+//! How the errors of one sensor grow: the transition of paper 1, §2.2, applied block by block.
+
+use nalgebra::{Matrix3, Vector3};
+
+use super::block_covariance::BlockCovariance;
+use super::imu_noise::ImuNoise;
+use super::layout::{BLOCKS_A_SENSOR, ErrorState};
+use super::mechanization::Step;
+use crate::rotation::skew;
+
+/// The transition over one or several steps of the strapdown, gathered sample by sample so that the
+/// covariance need not be propagated at every one of them.
+///
+/// With the signs of the notation page (biases true − estimated, velocity estimated − true):
+/// δφ̇ = −C δb_g, δv̇ = [f_n×] φ + C δb_a, δṗ = δv. Paper 1 prints −C in the velocity row, which
+/// holds for an accelerometer bias of the other sign. What is of second order in the interval
+/// (20 ms) is left out.
+#[derive(Clone, Debug)]
+pub struct Transition {
+    dt_s: f64,
+    c_nb_dt: Matrix3<f64>,
+    f_n_dt: Vector3<f64>,
+}
+
+impl Transition {
+    /// Over no time at all.
+    pub fn none() -> Self {
+        Transition { dt_s: 0.0, c_nb_dt: Matrix3::zeros(), f_n_dt: Vector3::zeros() }
+    }
+
+    /// How long it has become, s.
+    #[inline]
+    pub fn dt_s(&self) -> f64 {
+        self.dt_s
+    }
+
+    /// Goes on by one step of the strapdown that ended in the attitude `c_nb`.
+    #[inline]
+    pub fn extend(&mut self, step: &Step, c_nb: &Matrix3<f64>) {
+        self.dt_s += step.dt_s;
+        self.c_nb_dt += c_nb * step.dt_s;
+        self.f_n_dt += step.f_n * step.dt_s;
+    }
+
+    /// P ← Φ P Φ' + Q for the errors of sensor number `sensor`, its cross-covariance with
+    /// everything else included; the others' own blocks stay as they are. The transition is none
+    /// afterwards.
+    #[inline]
+    pub fn apply<const B: usize>(&mut self, covariance: &mut BlockCovariance<B>, sensor: usize, noise: &ImuNoise) {
+        use ErrorState::{AccelerometerBias, Attitude, GyroBias, Position, Velocity};
+        let first = sensor * BLOCKS_A_SENSOR;
+        let keep = self.bias_decay(noise);
+        for other in 0..first {
+            let mut column: [Matrix3<f64>; BLOCKS_A_SENSOR] =
+                std::array::from_fn(|k| covariance.upper_mut(other, first + k).transpose());
+            self.transform(&mut column, &keep);
+            for (k, block) in column.iter().enumerate() {
+                *covariance.upper_mut(other, first + k) = block.transpose();
+            }
+        }
+        for other in first + BLOCKS_A_SENSOR..B {
+            let mut column: [Matrix3<f64>; BLOCKS_A_SENSOR] =
+                std::array::from_fn(|k| *covariance.upper_mut(first + k, other));
+            self.transform(&mut column, &keep);
+            for (k, block) in column.iter().enumerate() {
+                *covariance.upper_mut(first + k, other) = *block;
+            }
+        }
+        // Its own 15 × 15: Φ from the left on every column, then Φ from the left on the transpose.
+        let mut own: [[Matrix3<f64>; BLOCKS_A_SENSOR]; BLOCKS_A_SENSOR] =
+            std::array::from_fn(|c| std::array::from_fn(|r| covariance.block(first + r, first + c)));
+        for column in &mut own {
+            self.transform(column, &keep);
+        }
+        for r in 0..BLOCKS_A_SENSOR {
+            let mut row: [Matrix3<f64>; BLOCKS_A_SENSOR] = std::array::from_fn(|c| own[c][r].transpose());
+            self.transform(&mut row, &keep);
+            for (c, block) in row.iter().enumerate().skip(r) {
+                *covariance.upper_mut(first + r, first + c) = block.transpose();
+            }
+        }
+        let dt_s = self.dt_s;
+        for (state, density) in [
+            (Attitude, noise.angle_random_walk_rad_sqrt_s),
+            (GyroBias, noise.gyro_bias_random_walk_rad_s_sqrt_s),
+            (Velocity, noise.velocity_random_walk_m_s_sqrt_s),
+            (AccelerometerBias, noise.accelerometer_bias_random_walk_m_s2_sqrt_s),
+        ] {
+            covariance.add_diagonal(state.of(sensor), density * density * dt_s);
+        }
+        for state in [Attitude, GyroBias, Position, Velocity, AccelerometerBias] {
+            covariance.symmetrise(state.of(sensor));
+        }
+        *self = Transition::none();
+    }
+
+    fn bias_decay(&self, noise: &ImuNoise) -> [f64; 2] {
+        [
+            1.0 - self.dt_s / noise.gyro_bias_correlation_time_s,
+            1.0 - self.dt_s / noise.accelerometer_bias_correlation_time_s,
+        ]
+    }
+
+    /// Φ times a column of five blocks.
+    #[inline(always)]
+    fn transform(&self, x: &mut [Matrix3<f64>; BLOCKS_A_SENSOR], bias_decay: &[f64; 2]) {
+        let [attitude, gyro_bias, position, velocity, accelerometer_bias] = x;
+        *position += *velocity * self.dt_s;
+        *velocity += self.c_nb_dt * *accelerometer_bias + skew(&self.f_n_dt) * *attitude;
+        *attitude -= self.c_nb_dt * *gyro_bias;
+        *gyro_bias *= bias_decay[0];
+        *accelerometer_bias *= bias_decay[1];
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::ins::mechanization::advance;
+    use crate::ins::nav_state::NavState;
+    use crate::rotation::cayley;
+    use nalgebra::{DMatrix, DVector};
+
+    const GRAVITY: f64 = 9.787;
+
+    fn nominal() -> NavState {
+        NavState {
+            c_nb: cayley(&Vector3::new(0.4, -0.7, 1.1)),
+            v_n: Vector3::new(1.0, -0.4, 0.2),
+            p_n: Vector3::new(3.0, 5.0, -1.0),
+            gyro_bias_b: Vector3::new(0.01, 0.0, -0.02),
+            accelerometer_bias_b: Vector3::new(0.05, -0.03, 0.02),
+        }
+    }
+
+    /// The estimated state whose error against `truth` is `e`.
+    fn estimated(truth: &NavState, e: &DVector<f64>) -> NavState {
+        let part = |k: usize| Vector3::new(e[3 * k], e[3 * k + 1], e[3 * k + 2]);
+        NavState {
+            c_nb: cayley(&-part(0)) * truth.c_nb,
+            gyro_bias_b: truth.gyro_bias_b - part(1),
+            p_n: truth.p_n + part(2),
+            v_n: truth.v_n + part(3),
+            accelerometer_bias_b: truth.accelerometer_bias_b - part(4),
+        }
+    }
+
+    fn error(estimate: &NavState, truth: &NavState) -> DVector<f64> {
+        let turn = truth.c_nb * estimate.c_nb.transpose();
+        let phi = Vector3::new(
+            turn[(2, 1)] - turn[(1, 2)],
+            turn[(0, 2)] - turn[(2, 0)],
+            turn[(1, 0)] - turn[(0, 1)],
+        ) * 0.5;
+        let parts = [
+            phi,
+            truth.gyro_bias_b - estimate.gyro_bias_b,
+            estimate.p_n - truth.p_n,
+            estimate.v_n - truth.v_n,
+            truth.accelerometer_bias_b - estimate.accelerometer_bias_b,
+        ];
+        DVector::from_iterator(15, parts.iter().flat_map(|v| v.iter().copied()))
+    }
+
+    fn walk_on(state: &mut NavState, transition: &mut Transition, samples: usize, dt_s: f64) {
+        for k in 0..samples {
+            let t = k as f64 * dt_s;
+            let w = Vector3::new(2.0 * (3.0 * t).sin(), 4.0 * (2.0 * t).cos(), -1.0);
+            let f = Vector3::new(3.0 * (5.0 * t).cos(), 2.0, 9.0 + 4.0 * (4.0 * t).sin());
+            let step = advance(state, &w, &w, &f, dt_s, GRAVITY);
+            transition.extend(&step, &state.c_nb);
+        }
+    }
+
+    /// Φ of the block model as a dense matrix, read off by propagating unit covariances' columns.
+    fn phi(transition: &Transition) -> DMatrix<f64> {
+        let quiet = ImuNoise { gyro_bias_correlation_time_s: 1e12, accelerometer_bias_correlation_time_s: 1e12, ..ImuNoise::default() };
+        let decay = transition.bias_decay(&quiet);
+        let mut dense = DMatrix::zeros(15, 15);
+        for block in 0..5 {
+            let mut column = [Matrix3::zeros(); 5];
+            column[block] = Matrix3::identity();
+            transition.transform(&mut column, &decay);
+            for (row, part) in column.iter().enumerate() {
+                dense.view_mut((3 * row, 3 * block), (3, 3)).copy_from(part);
+            }
+        }
+        dense
+    }
+
+    #[test]
+    fn the_transition_is_the_derivative_of_the_mechanization() {
+        let (samples, dt_s) = (2, 0.01);
+        let mut truth = nominal();
+        let mut transition = Transition::none();
+        walk_on(&mut truth, &mut transition, samples, dt_s);
+        let phi = phi(&transition);
+        for k in 0..15 {
+            let step = 1e-5;
+            let difference = |sign: f64| {
+                let mut e = DVector::zeros(15);
+                e[k] = sign * step;
+                let mut state = estimated(&nominal(), &e);
+                walk_on(&mut state, &mut Transition::none(), samples, dt_s);
+                error(&state, &truth)
+            };
+            let derivative = (difference(1.0) - difference(-1.0)) / (2.0 * step);
+            // The model leaves out what is of second order in the interval: at most g·(20 ms)²
+            // and the turn of the foot meanwhile.
+            for row in 0..15 {
+                let off = (derivative[row] - phi[(row, k)]).abs();
+                assert!(off < 4e-3, "row {row}, column {k}: {} and {}", derivative[row], phi[(row, k)]);
+            }
+        }
+    }
+
+    #[test]
+    fn propagation_by_blocks_is_the_dense_product_with_the_other_foot_s_cross_covariance() {
+        let factor = DMatrix::from_fn(30, 30, |r, c| ((r * 5 + c * 11) as f64).cos());
+        let p = &factor * factor.transpose();
+        for sensor in [0, 1] {
+            let mut covariance = BlockCovariance::<10>::zeros();
+            for i in 0..10 {
+                for j in i..10 {
+                    *covariance.upper_mut(i, j) = Matrix3::from_fn(|r, c| p[(3 * i + r, 3 * j + c)]);
+                }
+            }
+            let mut transition = Transition::none();
+            walk_on(&mut nominal(), &mut transition, 2, 0.01);
+            let mut dense_phi = DMatrix::identity(30, 30);
+            dense_phi.view_mut((15 * sensor, 15 * sensor), (15, 15)).copy_from(&phi(&transition));
+            let noise = ImuNoise { gyro_bias_correlation_time_s: 1e12, accelerometer_bias_correlation_time_s: 1e12, ..ImuNoise::default() };
+            let mut q = DMatrix::zeros(30, 30);
+            for (block, density) in [
+                (0, noise.angle_random_walk_rad_sqrt_s),
+                (1, noise.gyro_bias_random_walk_rad_s_sqrt_s),
+                (3, noise.velocity_random_walk_m_s_sqrt_s),
+                (4, noise.accelerometer_bias_random_walk_m_s2_sqrt_s),
+            ] {
+                for axis in 0..3 {
+                    let k = 15 * sensor + 3 * block + axis;
+                    q[(k, k)] = density * density * transition.dt_s();
+                }
+            }
+            let expected = &dense_phi * &p * dense_phi.transpose() + q;
+            transition.apply(&mut covariance, sensor, &noise);
+            let difference = (covariance.dense() - expected).abs().max();
+            assert!(difference < 1e-10, "{difference}");
+        }
+    }
+}

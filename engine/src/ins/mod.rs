@@ -1,0 +1,11 @@
+//! The one strapdown and error-state core that every system shares.
+
+pub mod alignment;
+pub mod block_covariance;
+pub mod error_model;
+pub mod eskf;
+pub mod imu_noise;
+pub mod layout;
+pub mod mechanization;
+pub mod nav_state;
+pub mod observation;

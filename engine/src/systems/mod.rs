@@ -1,0 +1,3 @@
+//! The systems that the core serves; each reads as its paper.
+
+pub mod pedestrian;

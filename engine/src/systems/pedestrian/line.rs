@@ -1,0 +1,191 @@
+//! The way of one foot's samples to the filter: health, standing start, stance, queue.
+
+use std::collections::VecDeque;
+
+use nalgebra::Vector3;
+
+use super::foot::Step;
+use super::tuning::Tuning;
+use crate::detect::sensor_health::SensorHealth;
+use crate::detect::stance::{StanceDecision, StanceDetector};
+use crate::event::{Anomaly, Event};
+use crate::ins::alignment::{Aligner, StandingStart};
+use crate::sample::{Foot, ImuSample};
+
+/// The samples of one foot on their way.
+#[derive(Clone, Debug)]
+pub(crate) struct FootLine {
+    foot: Foot,
+    health: SensorHealth,
+    aligner: Aligner,
+    aligned: bool,
+    start: Option<StandingStart>,
+    /// Samples that have come after the aligner had enough.
+    held: Vec<ImuSample>,
+    detector: Option<StanceDetector>,
+    /// Samples that wait for the decision about their stance.
+    undecided: VecDeque<ImuSample>,
+    decided: VecDeque<Step>,
+    zupt_sigma_m_s: f64,
+    roll_radius_m: f64,
+    first_ns: Option<i64>,
+    newest_ns: Option<i64>,
+    ended: bool,
+    anomalies: Vec<Anomaly>,
+}
+
+impl FootLine {
+    pub fn new(foot: Foot, longest_alignment_s: f64) -> Self {
+        FootLine {
+            foot,
+            health: SensorHealth::new(foot),
+            aligner: Aligner::new(longest_alignment_s),
+            aligned: false,
+            start: None,
+            held: Vec::new(),
+            detector: None,
+            undecided: VecDeque::new(),
+            decided: VecDeque::new(),
+            zupt_sigma_m_s: 0.0,
+            roll_radius_m: 0.0,
+            first_ns: None,
+            newest_ns: None,
+            ended: false,
+            anomalies: Vec::new(),
+        }
+    }
+
+    pub fn foot(&self) -> Foot {
+        self.foot
+    }
+
+    /// Time of the first sample that could be used, ns.
+    pub fn first_ns(&self) -> i64 {
+        self.first_ns.unwrap_or(0)
+    }
+
+    /// Time of the newest sample that could be used, ns.
+    pub fn newest_ns(&self) -> Option<i64> {
+        self.newest_ns
+    }
+
+    /// From the first to the newest sample, ns.
+    pub fn span_ns(&self) -> i64 {
+        self.newest_ns.unwrap_or(0) - self.first_ns()
+    }
+
+    pub fn is_aligned(&self) -> bool {
+        self.aligned
+    }
+
+    pub fn has_ended(&self) -> bool {
+        self.ended
+    }
+
+    /// The standing start, once [`Self::align`] has been called and there was a sample.
+    pub fn start(&self) -> Option<&StandingStart> {
+        self.start.as_ref()
+    }
+
+    /// The first sample.
+    pub fn first_sample(&self) -> Option<&ImuSample> {
+        self.aligner.samples().first()
+    }
+
+    /// Time of a sample of the start, ns.
+    pub fn sample_ns(&self, index: usize) -> i64 {
+        self.aligner.samples().get(index).map_or(0, |sample| sample.t_ns)
+    }
+
+    /// Takes a sample as it was logged.
+    pub fn push(&mut self, sample: &ImuSample, events: &mut Vec<Event>) {
+        let admitted = self.health.admit(sample, &mut self.anomalies);
+        events.extend(self.anomalies.drain(..).map(Event::Anomaly));
+        let Some(sample) = admitted else { return };
+        self.first_ns.get_or_insert(sample.t_ns);
+        self.newest_ns = Some(sample.t_ns);
+        if self.detector.is_some() {
+            self.detect(&sample);
+        } else if self.aligned {
+            self.held.push(sample);
+        } else {
+            self.aligned = self.aligner.push(&sample);
+        }
+    }
+
+    /// No more samples come.
+    pub fn end(&mut self, events: &mut Vec<Event>) {
+        if self.ended {
+            return;
+        }
+        self.ended = true;
+        self.aligned = true;
+        self.health.finish(&mut self.anomalies);
+        events.extend(self.anomalies.drain(..).map(Event::Anomaly));
+        self.flush();
+    }
+
+    /// Takes the standing start from what has come; without any sample there is none.
+    pub fn align(&mut self) {
+        self.aligned = true;
+        self.start = self.aligner.solve();
+    }
+
+    /// The samples may flow: what was held back goes through the detector first.
+    pub fn open(&mut self, tuning: &Tuning, gravity_m_s2: f64) {
+        let interval_s = self.start.as_ref().map_or(0.01, |start| start.interval_s);
+        self.zupt_sigma_m_s = tuning.zupt_sigma_m_s;
+        self.roll_radius_m = tuning.roll_radius_m;
+        self.detector = Some(StanceDetector::new(tuning.stance, interval_s, gravity_m_s2));
+        for sample in self.aligner.samples().to_vec() {
+            self.detect(&sample);
+        }
+        for sample in std::mem::take(&mut self.held) {
+            self.detect(&sample);
+        }
+        self.aligner = Aligner::new(0.0);
+        if self.ended {
+            self.flush();
+        }
+    }
+
+    /// Time of the next step, ns.
+    pub fn next_ns(&self) -> Option<i64> {
+        self.decided.front().map(|step| step.t_ns)
+    }
+
+    /// The next step.
+    pub fn take(&mut self) -> Option<Step> {
+        self.decided.pop_front()
+    }
+
+    fn detect(&mut self, sample: &ImuSample) {
+        let Some(detector) = &mut self.detector else { return };
+        self.undecided.push_back(*sample);
+        let decision = detector.push(&sample.w_ib_b_rad_s.into(), &sample.f_b_m_s2.into());
+        if let Some(decision) = decision {
+            self.decide(&decision);
+        }
+    }
+
+    fn flush(&mut self) {
+        while let Some(decision) = self.detector.as_mut().and_then(StanceDetector::flush) {
+            self.decide(&decision);
+        }
+    }
+
+    fn decide(&mut self, decision: &StanceDecision) {
+        let Some(sample) = self.undecided.pop_front() else { return };
+        let rolling_m_s = self.roll_radius_m * decision.rate_rms_rad_s;
+        self.decided.push_back(Step {
+            sensor: 0,
+            t_ns: sample.t_ns,
+            w_ib_b: Vector3::from(sample.w_ib_b_rad_s),
+            f_b: Vector3::from(sample.f_b_m_s2),
+            mag_b_ut: sample.mag_b_ut.map(Vector3::from),
+            stance: decision.stance,
+            zupt_sigma_m_s: self.zupt_sigma_m_s.hypot(rolling_m_s),
+            opens_epoch: false,
+        });
+    }
+}

@@ -1,0 +1,16 @@
+//! An inspector with a sensor on each foot (paper 1).
+//!
+//! The samples of each foot come down a `line` (health, standing start, stance); `start` turns the
+//! standing starts into the filter's first state; `filter` is the joint error filter with both
+//! strapdowns and all aids, one sample at a time; `history` runs it over what has come, and goes
+//! back when something applies to a past moment. `foot` is what is kept of one foot, `walked` how
+//! far it went, `tuning` every parameter.
+
+pub mod tuning;
+
+pub(crate) mod filter;
+pub(crate) mod foot;
+pub(crate) mod history;
+pub(crate) mod line;
+pub(crate) mod start;
+pub(crate) mod walked;

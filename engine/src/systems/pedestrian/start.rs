@@ -1,0 +1,197 @@
+//! From the standing starts of the feet to the filter's first state.
+
+use nalgebra::{Matrix3, Vector3};
+
+use super::filter::{Filter, Setting};
+use super::foot::Foot;
+use super::line::FootLine;
+use crate::event::{Alignment, Anomaly, AnomalyKind, Event, HeadingSource};
+use crate::ins::alignment::StandingStart;
+use crate::ins::nav_state::NavState;
+use crate::rotation::wrap;
+use crate::session::SessionConfig;
+
+/// How sure the place of a foot beside the middle of both is, m.
+const FOOT_PLACE_SIGMA_M: f64 = 0.1;
+/// Gravity at rest that differs by more than this is not a matter of bias, m/s².
+const IMPOSSIBLE_REST_M_S2: f64 = 0.6;
+
+/// The filter at its start, for as many feet as sent samples.
+pub(crate) enum Starts {
+    One(Filter<5, 1>, Setting),
+    Two(Filter<10, 2>, Setting),
+}
+
+/// A heading of a sensor's x axis, and how it came about.
+#[derive(Clone, Copy, Debug)]
+struct FirstHeading {
+    rad: f64,
+    sigma_rad: f64,
+    source: HeadingSource,
+}
+
+/// Starts the filter of the feet in `lines` (one or two, each with a standing start), opens the
+/// lines and tells how they were aligned.
+pub(crate) fn resolve(config: &SessionConfig, lines: &mut [FootLine], events: &mut Vec<Event>) -> Starts {
+    let headings = first_headings(config, lines);
+    let begin_ns = lines.iter().map(FootLine::first_ns).min().unwrap_or(0);
+    let mut feet = Vec::new();
+    let mut variances = Vec::new();
+    for (sensor, (line, first)) in lines.iter().zip(&headings).enumerate() {
+        let (Some(start), Some(sample)) = (line.start(), line.first_sample()) else { continue };
+        tell(config, line, start, first, events);
+        let nav = NavState {
+            c_nb: start.attitude_at_first(first.rad),
+            v_n: Vector3::zeros(),
+            p_n: Vector3::from(config.initial_position_n_m) + beside_middle(config, lines.len(), sensor, headings[0].rad),
+            gyro_bias_b: start.gyro_bias_b,
+            accelerometer_bias_b: Vector3::zeros(),
+        };
+        feet.push(Foot::new(nav, begin_ns, sample.w_ib_b_rad_s.into()));
+        variances.push(first_variances(config, start, first));
+    }
+    let setting = Setting {
+        tuning: config.tuning.clone(),
+        aids: config.aids,
+        gravity_m_s2: config.gravity_m_s2,
+        declination_rad: config.declination_rad,
+        feet: lines.iter().map(FootLine::foot).collect(),
+    };
+    for line in lines.iter_mut() {
+        line.open(&config.tuning, config.gravity_m_s2);
+    }
+    if let Ok([left, right]) = <[Foot; 2]>::try_from(feet.clone()) {
+        Starts::Two(started(Filter::new([left, right]), &variances), setting)
+    } else {
+        let one = feet.swap_remove(0);
+        Starts::One(started(Filter::new([one]), &variances), setting)
+    }
+}
+
+fn started<const B: usize, const F: usize>(
+    mut filter: Filter<B, F>,
+    variances: &[[Matrix3<f64>; 5]],
+) -> Filter<B, F> {
+    for (sensor, blocks) in variances.iter().enumerate() {
+        filter.set_first_covariance(sensor, *blocks);
+    }
+    filter.set_first_positions(FOOT_PLACE_SIGMA_M, FOOT_PLACE_SIGMA_M);
+    filter
+}
+
+/// Half the separation to the left or right of the middle, when there are two feet.
+fn beside_middle(config: &SessionConfig, feet: usize, sensor: usize, heading_rad: f64) -> Vector3<f64> {
+    if feet < 2 {
+        return Vector3::zeros();
+    }
+    let half_m = config.tuning.separation_m / 2.0 * if sensor == 0 { 1.0 } else { -1.0 };
+    Vector3::new(-heading_rad.cos() * half_m, heading_rad.sin() * half_m, 0.0)
+}
+
+/// The first foot's heading as given, else magnetic, else east; the second one's from the
+/// magnetometers where both have one, else its own x axis is taken to point the same way.
+fn first_headings(config: &SessionConfig, lines: &[FootLine]) -> Vec<FirstHeading> {
+    let tuning = &config.tuning;
+    let magnetic: Vec<Option<f64>> = lines
+        .iter()
+        .map(|line| line.start().and_then(|start| start.magnetic_heading(config.declination_rad)))
+        .collect();
+    let first = match (config.initial_heading_rad, magnetic.first().copied().flatten()) {
+        (Some(rad), _) => FirstHeading {
+            rad,
+            sigma_rad: tuning.given_heading_sigma_rad,
+            source: HeadingSource::Given,
+        },
+        (None, Some(rad)) => FirstHeading {
+            rad,
+            sigma_rad: tuning.first_magnetic_heading_sigma_rad,
+            source: HeadingSource::Magnetic,
+        },
+        (None, None) => FirstHeading {
+            rad: std::f64::consts::FRAC_PI_2,
+            sigma_rad: tuning.given_heading_sigma_rad,
+            source: HeadingSource::Assumed,
+        },
+    };
+    lines
+        .iter()
+        .enumerate()
+        .map(|(sensor, _)| {
+            if sensor == 0 {
+                return first;
+            }
+            match (magnetic[0], magnetic[sensor]) {
+                (Some(first_magnetic), Some(own)) => FirstHeading {
+                    rad: wrap(first.rad + own - first_magnetic),
+                    sigma_rad: tuning.first_magnetic_heading_sigma_rad,
+                    source: first.source,
+                },
+                (None, Some(own)) if first.source == HeadingSource::Assumed => FirstHeading {
+                    rad: own,
+                    sigma_rad: tuning.first_magnetic_heading_sigma_rad,
+                    source: HeadingSource::Magnetic,
+                },
+                _ => FirstHeading {
+                    sigma_rad: tuning.second_foot_heading_sigma_rad,
+                    source: HeadingSource::Assumed,
+                    ..first
+                },
+            }
+        })
+        .collect()
+}
+
+fn first_variances(config: &SessionConfig, start: &StandingStart, first: &FirstHeading) -> [Matrix3<f64>; 5] {
+    let tuning = &config.tuning;
+    let squared = |sigma: f64| Matrix3::identity() * (sigma * sigma);
+    let tilt = if start.still { tuning.first_tilt_sigma_rad } else { 5.0 * tuning.first_tilt_sigma_rad };
+    let speed = if start.still_at_first { 0.01 } else { 1.5 };
+    [
+        Matrix3::from_diagonal(&Vector3::new(tilt * tilt, tilt * tilt, first.sigma_rad * first.sigma_rad)),
+        squared(start.sigma_gyro_bias_rad_s),
+        Matrix3::zeros(),
+        squared(speed),
+        squared(tuning.accelerometer_bias_sigma_m_s2),
+    ]
+}
+
+fn tell(config: &SessionConfig, line: &FootLine, start: &StandingStart, first: &FirstHeading, events: &mut Vec<Event>) {
+    let at = |index: usize| line.sample_ns(index);
+    let (t_start_ns, t_end_ns) = (at(start.used.start), at(start.used.end.saturating_sub(1)));
+    let rest_m_s2 = start.f_b.norm();
+    events.push(Event::Aligned(Alignment {
+        foot: line.foot(),
+        t_start_ns,
+        t_end_ns,
+        heading_rad: first.rad,
+        sigma_heading_rad: first.sigma_rad,
+        heading_source: first.source,
+        gyro_bias_b_rad_s: start.gyro_bias_b.into(),
+        rest_specific_force_m_s2: rest_m_s2,
+    }));
+    let mut anomaly = |kind, detail| {
+        events.push(Event::Anomaly(Anomaly {
+            kind,
+            foot: Some(line.foot()),
+            t_start_ns,
+            t_end_ns,
+            samples: start.used.len() as u64,
+            detail,
+        }));
+    };
+    if !start.still {
+        anomaly(
+            AnomalyKind::NoStillStart,
+            "no still second at the start; the quietest one was used for levelling, the gyro bias is unknown at first: stand still for 10 s before walking".to_owned(),
+        );
+    }
+    if (rest_m_s2 - config.gravity_m_s2).abs() > IMPOSSIBLE_REST_M_S2 {
+        anomaly(
+            AnomalyKind::ImpossibleRestGravity,
+            format!(
+                "at rest the specific force is {rest_m_s2:.2} m/s² where gravity is {:.2} m/s²: check the accelerometer's scale and units",
+                config.gravity_m_s2
+            ),
+        );
+    }
+}

@@ -1,0 +1,88 @@
+//! Every parameter of the pedestrian system: one set of defaults for every recording.
+
+use serde::{Deserialize, Serialize};
+
+use crate::detect::stance::StanceTuning;
+use crate::ins::imu_noise::ImuNoise;
+
+/// The parameters, each with its unit in its name.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct Tuning {
+    /// Noise of the inertial sensors.
+    pub imu_noise: ImuNoise,
+    /// When a foot stands.
+    pub stance: StanceTuning,
+    /// How long the standing start is waited for, at most, s.
+    pub longest_alignment_s: f64,
+    /// The covariance is propagated, and a standing foot held, once in this time, s.
+    pub covariance_interval_s: f64,
+    /// Sigma of the velocity of a foot that stands perfectly, m/s. Larger than the 0.017 m/s of
+    /// paper 1, §2.3, because neighbouring samples of a stance err alike.
+    pub zupt_sigma_m_s: f64,
+    /// Distance from the point that a standing foot rolls about to the sensor, m: its rate times
+    /// this is added to that sigma.
+    pub roll_radius_m: f64,
+    /// Sigma of a first heading by the magnetometer, rad.
+    pub first_magnetic_heading_sigma_rad: f64,
+    /// Sigma of a first heading that was given, rad.
+    pub given_heading_sigma_rad: f64,
+    /// Sigma of the heading between two sensors without a magnetometer, rad.
+    pub second_foot_heading_sigma_rad: f64,
+    /// Sigma of the first tilt, rad.
+    pub first_tilt_sigma_rad: f64,
+    /// Sigma of the accelerometer bias at the start, m/s².
+    pub accelerometer_bias_sigma_m_s2: f64,
+    /// Sigma of the magnetic heading of one stance, rad: hard and soft iron and what stands around,
+    /// which is much the same for some stances, so more than the scatter of one.
+    pub magnetic_heading_sigma_rad: f64,
+    /// The field may be this weak, µT (paper 1, §3.1).
+    pub weakest_field_ut: f64,
+    /// The field may be this strong, µT (paper 1, §3.1).
+    pub strongest_field_ut: f64,
+    /// Noise of one magnetometer reading, µT.
+    pub magnetometer_noise_ut: f64,
+    /// How much the field may change over a stance, µT (paper 1, §3.2).
+    pub steady_field_ut: f64,
+    /// A foot that stands for longer than this does not turn but for the sway, s.
+    pub standing_s: f64,
+    /// Sway of a standing foot, rad, over the whole stand.
+    pub sway_rad: f64,
+    /// Distance of the feet, sensor to sensor, where they pass each other, m.
+    pub separation_m: f64,
+    /// Its sigma, m.
+    pub separation_sigma_m: f64,
+    /// Where an inspector stands beside a marker, sigma on each axis, m.
+    pub marker_sigma_m: f64,
+    /// How far back a visit can still be applied, s.
+    pub history_s: f64,
+}
+
+impl Default for Tuning {
+    fn default() -> Self {
+        Tuning {
+            imu_noise: ImuNoise::default(),
+            stance: StanceTuning::default(),
+            longest_alignment_s: 10.0,
+            covariance_interval_s: 0.02,
+            zupt_sigma_m_s: 0.03,
+            roll_radius_m: 0.1,
+            first_magnetic_heading_sigma_rad: 0.12,
+            given_heading_sigma_rad: 0.02,
+            second_foot_heading_sigma_rad: 0.2,
+            first_tilt_sigma_rad: 0.02,
+            accelerometer_bias_sigma_m_s2: 0.08,
+            magnetic_heading_sigma_rad: 0.25,
+            weakest_field_ut: 40.0,
+            strongest_field_ut: 60.0,
+            magnetometer_noise_ut: 0.3,
+            steady_field_ut: 0.3,
+            standing_s: 3.0,
+            sway_rad: 0.01,
+            separation_m: 0.13,
+            separation_sigma_m: 0.05,
+            marker_sigma_m: 1.0,
+            history_s: 30.0,
+        }
+    }
+}

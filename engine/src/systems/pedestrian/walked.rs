@@ -1,0 +1,60 @@
+//! How far an inspector has walked, and which way the body faces.
+
+use crate::rotation::{azimuth, wrap};
+use nalgebra::Vector3;
+
+/// Path length by stances, and the angle from the sensor's x axis to the direction of walking.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Walked {
+    last_stand_p_n: [Option<Vector3<f64>>; 2],
+    /// Length of each foot's path, m.
+    distance_m: [f64; 2],
+    /// Sums of sine and cosine of (direction of the stride − azimuth of the x axis) of sensor 0.
+    mounting: (f64, f64),
+}
+
+/// A foot shuffles less than this between two stances without having walked, m.
+const SHORTEST_STRIDE_M: f64 = 0.1;
+
+impl Walked {
+    /// Foot number `sensor` stands at `p_n`, its x axis at the azimuth `heading_rad`.
+    pub fn stand(&mut self, sensor: usize, p_n: &Vector3<f64>, heading_rad: f64) {
+        let Some(before) = self.last_stand_p_n[sensor] else {
+            self.last_stand_p_n[sensor] = Some(*p_n);
+            return;
+        };
+        let stride = p_n - before;
+        let length = stride.norm();
+        if length < SHORTEST_STRIDE_M {
+            return;
+        }
+        self.distance_m[sensor] += length;
+        self.last_stand_p_n[sensor] = Some(*p_n);
+        if sensor == 0 && stride.xy().norm() > 0.5 {
+            let offset = azimuth(stride.x, stride.y) - heading_rad;
+            self.mounting.0 += offset.sin();
+            self.mounting.1 += offset.cos();
+        }
+    }
+
+    /// The track was moved by a correction: the next stride is measured from there.
+    pub fn shift(&mut self, sensor: usize, by_n: &Vector3<f64>) {
+        if let Some(p_n) = &mut self.last_stand_p_n[sensor] {
+            *p_n += by_n;
+        }
+    }
+
+    /// Length of the path, the mean of the feet that walk, m.
+    pub fn distance_m(&self, feet: usize) -> f64 {
+        self.distance_m[..feet].iter().sum::<f64>() / feet as f64
+    }
+
+    /// The direction in which the inspector faces when the x axis of sensor 0 has the azimuth
+    /// `x_axis_rad`: the same until there has been a stride.
+    pub fn heading_rad(&self, x_axis_rad: f64) -> f64 {
+        if self.mounting == (0.0, 0.0) {
+            return x_axis_rad;
+        }
+        wrap(x_axis_rad + self.mounting.0.atan2(self.mounting.1))
+    }
+}
