@@ -15,7 +15,7 @@ pub fn skew(v: &Vector3<f64>) -> Matrix3<f64> {
 ///
 /// Paper 1, §2.1 (the attitude recursion). The plain form turns by 2·atan(|θ|/2) instead of |θ|,
 /// which at 8 rad/s and 100 Hz is 4·10⁻⁵ rad too little at every sample; so a carries the first
-/// term of the series of tan(|θ|/2), which leaves |θ|⁵/720. The result is orthogonal to rounding
+/// term of the series of tan(|θ|/2), which leaves |θ|⁵/120. The result is orthogonal to rounding
 /// for every θ.
 pub fn cayley(theta: &Vector3<f64>) -> Matrix3<f64> {
     let a = theta * (0.5 * (1.0 + theta.norm_squared() / 12.0));
@@ -82,7 +82,7 @@ mod tests {
     fn cayley_turns_by_the_whole_angle() {
         let theta = Vector3::new(0.05, -0.03, 0.08);
         let exact = nalgebra::Rotation3::new(theta);
-        assert!((cayley(&theta) - exact.matrix()).norm() < 2.0 * theta.norm().powi(5) / 720.0 + 1e-15);
+        assert!((cayley(&theta) - exact.matrix()).norm() < 2.0 * theta.norm().powi(5) / 120.0 + 1e-15);
         let large = cayley(&(theta * 20.0));
         assert!((large * large.transpose() - Matrix3::identity()).norm() < 1e-14);
     }

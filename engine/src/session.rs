@@ -149,11 +149,8 @@ impl EpochGrouping {
 impl Session {
     /// A session that waits for its first samples.
     pub fn new(config: SessionConfig) -> Session {
-        let lines = config
-            .feet
-            .iter()
-            .map(|foot| FootLine::new(*foot, config.tuning.longest_alignment_s))
-            .collect();
+        let lines =
+            config.feet.iter().map(|foot| FootLine::new(*foot, config.tuning.longest_alignment_s)).collect();
         Session {
             config,
             lines,

@@ -59,7 +59,10 @@ impl SensorHealth {
                 let detail = if step_ns == 0 {
                     "the time stamp equals the one before; the sample is left out".to_owned()
                 } else {
-                    format!("the time goes back by {:.4} s; samples are left out until it passes where it was", -seconds(step_ns))
+                    format!(
+                        "the time goes back by {:.4} s; samples are left out until it passes where it was",
+                        -seconds(step_ns)
+                    )
                 };
                 self.note(kind, last_ns, detail, told);
                 return None;
@@ -69,7 +72,12 @@ impl SensorHealth {
         self.close_old(t_ns, told);
         let channels = channels(sample);
         if channels.iter().any(|x| !x.is_finite()) {
-            self.note(AnomalyKind::NotFinite, t_ns, "a rate or specific force is not a finite number; the sample is left out".to_owned(), told);
+            self.note(
+                AnomalyKind::NotFinite,
+                t_ns,
+                "a rate or specific force is not a finite number; the sample is left out".to_owned(),
+                told,
+            );
             return None;
         }
         if channels[..3].iter().any(|x| x.abs() > IMPOSSIBLE_RATE_RAD_S)
@@ -87,7 +95,12 @@ impl SensorHealth {
         admitted.mag_b_ut = sample.mag_b_ut.filter(|mag| mag.iter().all(|x| x.is_finite()));
         admitted.pressure_hpa = sample.pressure_hpa.filter(|p| p.is_finite());
         if admitted.mag_b_ut != sample.mag_b_ut && sample.mag_b_ut.is_some() {
-            self.note(AnomalyKind::NotFinite, t_ns, "a magnetic value is not a finite number; it counts as missing".to_owned(), told);
+            self.note(
+                AnomalyKind::NotFinite,
+                t_ns,
+                "a magnetic value is not a finite number; it counts as missing".to_owned(),
+                told,
+            );
         }
         Some(admitted)
     }
@@ -106,7 +119,11 @@ impl SensorHealth {
                 t_start_ns: last_ns,
                 t_end_ns: last_ns + step_ns,
                 samples: (step_ns / usual_ns.max(1)).max(1) as u64 - 1,
-                detail: format!("no samples for {:.3} s, where one comes every {:.4} s", seconds(step_ns), seconds(usual_ns)),
+                detail: format!(
+                    "no samples for {:.3} s, where one comes every {:.4} s",
+                    seconds(step_ns),
+                    seconds(usual_ns)
+                ),
             });
         } else {
             // Follows the usual interval, slowly enough not to follow jitter.
@@ -125,11 +142,22 @@ impl SensorHealth {
             self.same_for[axis] += 1;
             let smallest_range = if axis < 3 { SMALLEST_RATE_RANGE_RAD_S } else { SMALLEST_FORCE_RANGE_M_S2 };
             let name = NAMES[axis];
-            if self.same_for[axis] >= 2 && value.abs() > smallest_range && self.same_for[axis] < STUCK_SAMPLES {
-                self.note(AnomalyKind::Saturation, t_ns, format!("{name} stays at {value:.2}, the end of its range"), told);
+            if self.same_for[axis] >= 2 && value.abs() > smallest_range && self.same_for[axis] < STUCK_SAMPLES
+            {
+                self.note(
+                    AnomalyKind::Saturation,
+                    t_ns,
+                    format!("{name} stays at {value:.2}, the end of its range"),
+                    told,
+                );
             }
             if self.same_for[axis] >= STUCK_SAMPLES && t_ns - self.same_since_ns[axis] >= STUCK_NS {
-                self.note(AnomalyKind::StuckAxis, t_ns, format!("{name} has read {value} without any change for a second and more"), told);
+                self.note(
+                    AnomalyKind::StuckAxis,
+                    t_ns,
+                    format!("{name} has read {value} without any change for a second and more"),
+                    told,
+                );
             }
         }
     }
@@ -144,8 +172,14 @@ impl SensorHealth {
             }
             return;
         }
-        self.open[slot] =
-            Some(Anomaly { kind, foot: Some(self.foot), t_start_ns: t_ns, t_end_ns: t_ns, samples: 1, detail });
+        self.open[slot] = Some(Anomaly {
+            kind,
+            foot: Some(self.foot),
+            t_start_ns: t_ns,
+            t_end_ns: t_ns,
+            samples: 1,
+            detail,
+        });
     }
 
     fn close_old(&mut self, t_ns: i64, told: &mut Vec<Anomaly>) {
@@ -216,19 +250,71 @@ mod tests {
     #[test]
     fn each_trouble_is_named_with_its_time_and_foot() {
         let cases: [(AnomalyKind, fn(i64, &mut ImuSample), usize); 6] = [
-            (AnomalyKind::Gap, |k, s| if k >= 300 { s.t_ns += 700_000_000 }, 600),
-            (AnomalyKind::RepeatedTime, |k, s| if k == 300 { s.t_ns -= 10_000_000 }, 599),
-            (AnomalyKind::BackwardTime, |k, s| if k == 300 { s.t_ns -= 50_000_000 }, 599),
-            (AnomalyKind::Saturation, |k, s| if (300..305).contains(&k) { s.w_ib_b_rad_s[1] = 34.9 }, 600),
-            (AnomalyKind::StuckAxis, |k, s| if (300..450).contains(&k) { s.f_b_m_s2[0] = 0.125 }, 600),
-            (AnomalyKind::NotFinite, |k, s| if k == 300 { s.f_b_m_s2[2] = f64::NAN }, 599),
+            (
+                AnomalyKind::Gap,
+                |k, s| {
+                    if k >= 300 {
+                        s.t_ns += 700_000_000
+                    }
+                },
+                600,
+            ),
+            (
+                AnomalyKind::RepeatedTime,
+                |k, s| {
+                    if k == 300 {
+                        s.t_ns -= 10_000_000
+                    }
+                },
+                599,
+            ),
+            (
+                AnomalyKind::BackwardTime,
+                |k, s| {
+                    if k == 300 {
+                        s.t_ns -= 50_000_000
+                    }
+                },
+                599,
+            ),
+            (
+                AnomalyKind::Saturation,
+                |k, s| {
+                    if (300..305).contains(&k) {
+                        s.w_ib_b_rad_s[1] = 34.9
+                    }
+                },
+                600,
+            ),
+            (
+                AnomalyKind::StuckAxis,
+                |k, s| {
+                    if (300..450).contains(&k) {
+                        s.f_b_m_s2[0] = 0.125
+                    }
+                },
+                600,
+            ),
+            (
+                AnomalyKind::NotFinite,
+                |k, s| {
+                    if k == 300 {
+                        s.f_b_m_s2[2] = f64::NAN
+                    }
+                },
+                599,
+            ),
         ];
         for (kind, change, admitted) in cases {
             let (told, let_in) = found(change);
             assert_eq!(told.iter().map(|a| a.kind).collect::<Vec<_>>(), [kind]);
             assert_eq!(let_in, admitted, "{kind:?}");
             assert_eq!(told[0].foot, Some(Foot::Left));
-            assert!((2_900_000_000..=3_500_000_000).contains(&told[0].t_start_ns) || kind == AnomalyKind::StuckAxis, "{told:?}");
+            assert!(
+                (2_900_000_000..=3_500_000_000).contains(&told[0].t_start_ns)
+                    || kind == AnomalyKind::StuckAxis,
+                "{told:?}"
+            );
         }
     }
 

@@ -218,7 +218,8 @@ mod tests {
 
     fn decisions(tuning: StanceTuning) -> Vec<bool> {
         let mut detector = StanceDetector::new(tuning, 0.01, 9.787);
-        let mut told: Vec<bool> = a_step().iter().filter_map(|(w, f)| detector.push(w, f)).map(|d| d.stance).collect();
+        let mut told: Vec<bool> =
+            a_step().iter().filter_map(|(w, f)| detector.push(w, f)).map(|d| d.stance).collect();
         while let Some(decision) = detector.flush() {
             told.push(decision.stance);
         }

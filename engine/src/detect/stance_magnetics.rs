@@ -89,7 +89,8 @@ impl StanceMagnetics {
 
     /// Mean field over the stance so far, in the present body frame, µT.
     pub fn mean_b_ut(&self) -> Option<Vector3<f64>> {
-        (self.readings > 0).then(|| self.turn.transpose() * self.sum_start_frame_ut / f64::from(self.readings))
+        (self.readings > 0)
+            .then(|| self.turn.transpose() * self.sum_start_frame_ut / f64::from(self.readings))
     }
 
     /// The ends of the stance so far, when they do not overlap by more than half.
@@ -137,8 +138,14 @@ mod tests {
         }
         let ends = stance.ends().unwrap();
         assert!((ends.duration_s - 0.5).abs() < 1e-9);
-        let observation =
-            crate::measure::magnetic_rate::magnetic_rate(0, &ends.start_b_ut, &ends.end_b_ut, &ends.turn, ends.duration_s, 0.1);
+        let observation = crate::measure::magnetic_rate::magnetic_rate(
+            0,
+            &ends.start_b_ut,
+            &ends.end_b_ut,
+            &ends.turn,
+            ends.duration_s,
+            0.1,
+        );
         // The reading holds the bias that the estimate lacks: true − estimated = +bias.
         let (_, jacobian) = observation.jacobians()[0];
         let explained = jacobian * bias;

@@ -126,7 +126,8 @@ impl Aligner {
         let interval_s = self.median_interval_s();
         let gyro_bias_b = if still { mean(|s| s.w_ib_b_rad_s) } else { Vector3::zeros() };
         let mags: Vec<Vector3<f64>> = stretch.iter().filter_map(|s| s.mag_b_ut.map(Vector3::from)).collect();
-        let mag_b_ut = (mags.len() * 10 > stretch.len()).then(|| mags.iter().sum::<Vector3<f64>>() / mags.len() as f64);
+        let mag_b_ut =
+            (mags.len() * 10 > stretch.len()).then(|| mags.iter().sum::<Vector3<f64>>() / mags.len() as f64);
         Some(StandingStart {
             still,
             still_at_first: self.windows.first().is_some_and(|w| w.still),
@@ -151,7 +152,8 @@ impl Aligner {
         };
         let (mean_rate, rate) = scatter(|s| s.w_ib_b_rad_s);
         let (_, force) = scatter(|s| s.f_b_m_s2);
-        let unrest = rate / STILL_RATE_RAD_S + force / STILL_SPECIFIC_FORCE_M_S2 + mean_rate / LARGEST_BIAS_RAD_S;
+        let unrest =
+            rate / STILL_RATE_RAD_S + force / STILL_SPECIFIC_FORCE_M_S2 + mean_rate / LARGEST_BIAS_RAD_S;
         let still =
             rate < STILL_RATE_RAD_S && force < STILL_SPECIFIC_FORCE_M_S2 && mean_rate < LARGEST_BIAS_RAD_S;
         Window { start, end, still, unrest }
@@ -201,7 +203,8 @@ impl Aligner {
     fn turn_to_first(&self, start: usize, gyro_bias_b: &Vector3<f64>) -> Matrix3<f64> {
         let mut turn = Matrix3::identity();
         for pair in self.samples[..=start.min(self.samples.len() - 1)].windows(2) {
-            let w = (Vector3::from(pair[0].w_ib_b_rad_s) + Vector3::from(pair[1].w_ib_b_rad_s)) * 0.5 - gyro_bias_b;
+            let w = (Vector3::from(pair[0].w_ib_b_rad_s) + Vector3::from(pair[1].w_ib_b_rad_s)) * 0.5
+                - gyro_bias_b;
             turn *= cayley(&(w * seconds(pair[1].t_ns - pair[0].t_ns)));
         }
         turn
@@ -217,7 +220,13 @@ mod tests {
     use super::*;
 
     fn sample(k: i64, w: [f64; 3], f: [f64; 3]) -> ImuSample {
-        ImuSample { t_ns: k * 10_000_000, w_ib_b_rad_s: w, f_b_m_s2: f, mag_b_ut: Some([0.0, 36.7, -31.0]), pressure_hpa: None }
+        ImuSample {
+            t_ns: k * 10_000_000,
+            w_ib_b_rad_s: w,
+            f_b_m_s2: f,
+            mag_b_ut: Some([0.0, 36.7, -31.0]),
+            pressure_hpa: None,
+        }
     }
 
     fn wobble(k: i64) -> f64 {
@@ -240,7 +249,10 @@ mod tests {
         let start = aligner.solve().unwrap();
         assert!(start.still && start.still_at_first && start.used.start == 0 && start.used.end <= 425);
         assert!((start.gyro_bias_b - Vector3::new(0.01, -0.02, 0.03)).norm() < 2e-3);
-        assert!((start.magnetic_heading(0.1).unwrap() - 0.1).abs() < 1e-9 || start.magnetic_heading(0.1).is_some());
+        assert!(
+            (start.magnetic_heading(0.1).unwrap() - 0.1).abs() < 1e-9
+                || start.magnetic_heading(0.1).is_some()
+        );
     }
 
     #[test]

@@ -46,7 +46,12 @@ impl Transition {
     /// everything else included; the others' own blocks stay as they are. The transition is none
     /// afterwards.
     #[inline]
-    pub fn apply<const B: usize>(&mut self, covariance: &mut BlockCovariance<B>, sensor: usize, noise: &ImuNoise) {
+    pub fn apply<const B: usize>(
+        &mut self,
+        covariance: &mut BlockCovariance<B>,
+        sensor: usize,
+        noise: &ImuNoise,
+    ) {
         use ErrorState::{AccelerometerBias, Attitude, GyroBias, Position, Velocity};
         let first = sensor * BLOCKS_A_SENSOR;
         let keep = self.bias_decay(noise);
@@ -174,7 +179,11 @@ mod tests {
 
     /// Φ of the block model as a dense matrix, read off by propagating unit covariances' columns.
     fn phi(transition: &Transition) -> DMatrix<f64> {
-        let quiet = ImuNoise { gyro_bias_correlation_time_s: 1e12, accelerometer_bias_correlation_time_s: 1e12, ..ImuNoise::default() };
+        let quiet = ImuNoise {
+            gyro_bias_correlation_time_s: 1e12,
+            accelerometer_bias_correlation_time_s: 1e12,
+            ..ImuNoise::default()
+        };
         let decay = transition.bias_decay(&quiet);
         let mut dense = DMatrix::zeros(15, 15);
         for block in 0..5 {
@@ -229,7 +238,11 @@ mod tests {
             walk_on(&mut nominal(), &mut transition, 2, 0.01);
             let mut dense_phi = DMatrix::identity(30, 30);
             dense_phi.view_mut((15 * sensor, 15 * sensor), (15, 15)).copy_from(&phi(&transition));
-            let noise = ImuNoise { gyro_bias_correlation_time_s: 1e12, accelerometer_bias_correlation_time_s: 1e12, ..ImuNoise::default() };
+            let noise = ImuNoise {
+                gyro_bias_correlation_time_s: 1e12,
+                accelerometer_bias_correlation_time_s: 1e12,
+                ..ImuNoise::default()
+            };
             let mut q = DMatrix::zeros(30, 30);
             for (block, density) in [
                 (0, noise.angle_random_walk_rad_sqrt_s),

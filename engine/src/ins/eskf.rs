@@ -116,7 +116,8 @@ mod tests {
 
     /// A full covariance with correlations everywhere.
     fn correlated() -> Eskf<10> {
-        let factor = DMatrix::from_fn(30, 30, |r, c| ((r * 7 + c * 13) as f64).sin() + if r == c { 3.0 } else { 0.0 });
+        let factor =
+            DMatrix::from_fn(30, 30, |r, c| ((r * 7 + c * 13) as f64).sin() + if r == c { 3.0 } else { 0.0 });
         let p = &factor * factor.transpose();
         let mut filter = Eskf::new();
         for i in 0..10 {
@@ -131,7 +132,8 @@ mod tests {
     fn a_block_update_is_joseph_s_dense_update() {
         let mut filter = correlated();
         let p = filter.covariance.dense();
-        let (h_a, h_b) = (Matrix3::new(1.0, 0.2, -0.4, 0.0, 1.1, 0.3, 0.7, 0.0, 0.9), -Matrix3::identity() * 0.5);
+        let (h_a, h_b) =
+            (Matrix3::new(1.0, 0.2, -0.4, 0.0, 1.1, 0.3, 0.7, 0.0, 0.9), -Matrix3::identity() * 0.5);
         let observation = Observation::<3>::new(Vector3::new(0.3, -0.2, 0.5), Matrix3::identity() * 0.04)
             .with(3, h_a)
             .with(8, h_b);
@@ -172,8 +174,9 @@ mod tests {
     #[test]
     fn a_measurement_that_is_not_a_number_is_rejected() {
         let mut filter = correlated();
-        let observation = Observation::<1>::new(SVector::<f64, 1>::new(f64::NAN), SMatrix::<f64, 1, 1>::new(1.0))
-            .with(0, SMatrix::<f64, 1, 3>::new(1.0, 0.0, 0.0));
+        let observation =
+            Observation::<1>::new(SVector::<f64, 1>::new(f64::NAN), SMatrix::<f64, 1, 1>::new(1.0))
+                .with(0, SMatrix::<f64, 1, 3>::new(1.0, 0.0, 0.0));
         assert!(filter.update(&observation, f64::INFINITY).correction.is_none());
         assert!(filter.covariance.is_sound());
     }

@@ -22,8 +22,7 @@ pub fn magnetic_heading(
 ) -> Observation<1> {
     let b_n = c_nb * mag_b_ut;
     let horizontal_squared = b_n.x * b_n.x + b_n.y * b_n.y;
-    let row =
-        RowVector3::new(b_n.z * b_n.x / horizontal_squared, b_n.z * b_n.y / horizontal_squared, -1.0);
+    let row = RowVector3::new(b_n.z * b_n.x / horizontal_squared, b_n.z * b_n.y / horizontal_squared, -1.0);
     let innovation = wrap(declination_rad - azimuth(b_n.x, b_n.y));
     Observation::new(SVector::<f64, 1>::new(innovation), SMatrix::<f64, 1, 1>::new(sigma_rad * sigma_rad))
         .with(ErrorState::Attitude.of(sensor), row)

@@ -37,12 +37,12 @@ const HEADING_UNCERTAIN_RAD: f64 = 0.5;
 /// What the filter needs to know besides the samples.
 #[derive(Clone, Debug)]
 pub(crate) struct Setting {
-    pub tuning: Tuning,
-    pub aids: Aids,
+    pub(crate) tuning: Tuning,
+    pub(crate) aids: Aids,
     pub gravity_m_s2: f64,
-    pub declination_rad: f64,
+    pub(crate) declination_rad: f64,
     /// The feet in the order of their sensors' numbers.
-    pub feet: Vec<sample::Foot>,
+    pub(crate) feet: Vec<sample::Foot>,
 }
 
 /// What a step asks of the history.
@@ -67,20 +67,20 @@ pub(crate) enum Demand {
 /// three-vectors of error; a copy of it is a checkpoint.
 #[derive(Clone, Debug)]
 pub(crate) struct Filter<const B: usize, const F: usize> {
-    pub eskf: Eskf<B>,
-    pub feet: [Foot; F],
-    pub walked: Walked,
+    pub(crate) eskf: Eskf<B>,
+    pub(crate) feet: [Foot; F],
+    pub(crate) walked: Walked,
     /// How many of the session's visits have been applied.
-    pub visits_applied: usize,
+    pub(crate) visits_applied: usize,
     /// When the last accepted visit was, ns, and how far had been walked by then, m.
-    pub last_marker: (i64, f64),
+    pub(crate) last_marker: (i64, f64),
     /// Innovation of the last visit, if it was turned down.
     turned_down: Option<Vector3<f64>>,
     heading_uncertain: bool,
 }
 
 impl<const B: usize, const F: usize> Filter<B, F> {
-    pub fn new(feet: [Foot; F]) -> Self {
+    pub(crate) fn new(feet: [Foot; F]) -> Self {
         let start_ns = feet.iter().map(|foot| foot.t_ns).min().unwrap_or(0);
         Filter {
             eskf: Eskf::new(),
@@ -95,15 +95,21 @@ impl<const B: usize, const F: usize> Filter<B, F> {
 
     /// Goes on by one sample. Outcomes are appended to `told`.
     #[inline]
-    pub fn step(&mut self, setting: &Setting, step: &Step, told: &mut Vec<Event>) -> Demand {
+    pub(crate) fn step(&mut self, setting: &Setting, step: &Step, told: &mut Vec<Event>) -> Demand {
         let sensor = step.sensor;
         let dt_s = seconds(step.t_ns - self.feet[sensor].t_ns);
         if dt_s > LONGEST_STEP_S {
             self.lose(setting, sensor, dt_s);
         } else if dt_s > 0.0 {
             let foot = &mut self.feet[sensor];
-            let made =
-                advance(&mut foot.nav, &foot.last_w_ib_b, &step.w_ib_b, &step.f_b, dt_s, setting.gravity_m_s2);
+            let made = advance(
+                &mut foot.nav,
+                &foot.last_w_ib_b,
+                &step.w_ib_b,
+                &step.f_b,
+                dt_s,
+                setting.gravity_m_s2,
+            );
             foot.transition.extend(&made, &foot.nav.c_nb);
         }
         let foot = &mut self.feet[sensor];
@@ -131,7 +137,7 @@ impl<const B: usize, const F: usize> Filter<B, F> {
     }
 
     /// Brings the covariance of every foot up to its last sample.
-    pub fn propagate_all(&mut self, setting: &Setting) {
+    pub(crate) fn propagate_all(&mut self, setting: &Setting) {
         for sensor in 0..F {
             if self.feet[sensor].transition.dt_s() > 0.0 {
                 self.propagate(setting, sensor);
@@ -167,7 +173,7 @@ impl<const B: usize, const F: usize> Filter<B, F> {
     }
 
     /// The separation of the feet, at the moment that `self` is a memory of.
-    pub fn apply_separation(&mut self, setting: &Setting, sensor: usize, told: &mut Vec<Event>) {
+    pub(crate) fn apply_separation(&mut self, setting: &Setting, sensor: usize, told: &mut Vec<Event>) {
         self.propagate_all(setting);
         let tuning = &setting.tuning;
         let along_n = *self.feet[sensor].swing.velocity_then_n();
@@ -205,7 +211,8 @@ impl<const B: usize, const F: usize> Filter<B, F> {
         stance.rate_sum += step.w_ib_b;
         stance.force_sum += step.f_b;
         stance.magnetics.extend(&w_nb_b, dt_s, step.mag_b_ut.as_ref());
-        let held_s = if stance.held_ns == i64::MIN { f64::INFINITY } else { seconds(step.t_ns - stance.held_ns) };
+        let held_s =
+            if stance.held_ns == i64::MIN { f64::INFINITY } else { seconds(step.t_ns - stance.held_ns) };
         if setting.aids.zupt && held_s >= tuning.covariance_interval_s * 0.99 {
             stance.held_ns = step.t_ns;
             if foot.transition.dt_s() > 0.0 {
@@ -316,8 +323,7 @@ impl<const B: usize, const F: usize> Filter<B, F> {
             }
         }
         if stood_s >= tuning.standing_s {
-            let observation =
-                zero_angular_rate(sensor, &rate_mean, &gyro_bias_b, tuning.sway_rad / stood_s);
+            let observation = zero_angular_rate(sensor, &rate_mean, &gyro_bias_b, tuning.sway_rad / stood_s);
             let zero_rate = self.update(&observation, GATE_3);
             outcome = outcome.or(Some(zero_rate));
         }
@@ -389,7 +395,8 @@ impl<const B: usize, const F: usize> Filter<B, F> {
             Matrix3::identity() * (UNKNOWN_SPEED_M_S * UNKNOWN_SPEED_M_S),
         );
         let turn = (0.3 * dt_s).min(1.0);
-        let heading_variance = covariance.block(ErrorState::Attitude.of(sensor), ErrorState::Attitude.of(sensor))[(2, 2)];
+        let heading_variance =
+            covariance.block(ErrorState::Attitude.of(sensor), ErrorState::Attitude.of(sensor))[(2, 2)];
         covariance.isolate(
             ErrorState::Attitude.of(sensor),
             Matrix3::from_diagonal(&Vector3::new(0.01, 0.01, heading_variance + turn * turn)),
@@ -409,7 +416,7 @@ impl<const B: usize, const F: usize> Filter<B, F> {
     }
 
     /// A visit, applied to the feet as they are now.
-    pub fn apply_visit(&mut self, setting: &Setting, visit: &Visit, t_ns: i64) -> VisitOutcome {
+    pub(crate) fn apply_visit(&mut self, setting: &Setting, visit: &Visit, t_ns: i64) -> VisitOutcome {
         self.propagate_all(setting);
         let (east_m, north_m, up_m) = visit.position_n_m;
         let middle = self.middle_p_n();
@@ -435,7 +442,9 @@ impl<const B: usize, const F: usize> Filter<B, F> {
         outcome.nis = nis;
         outcome.accepted = accepted;
         // Two visits in a row that both say the same of the track outweigh the track.
-        if !accepted && self.turned_down.is_some_and(|last| (last - before).norm() < 5.0 + 0.3 * before.norm()) {
+        if !accepted
+            && self.turned_down.is_some_and(|last| (last - before).norm() < 5.0 + 0.3 * before.norm())
+        {
             self.widen_position(&before);
             outcome.accepted = self.update(&observation, f64::INFINITY).1;
         }
@@ -504,19 +513,23 @@ impl<const B: usize, const F: usize> Filter<B, F> {
     }
 
     /// Length of the path so far, m.
-    pub fn distance_m(&self) -> f64 {
+    pub(crate) fn distance_m(&self) -> f64 {
         self.walked.distance_m(F)
     }
 
     /// Where the inspector is at `t_ns`, the time of the last step.
     #[inline]
-    pub fn point(&self, setting: &Setting, t_ns: i64) -> TrackPoint {
+    pub(crate) fn point(&self, setting: &Setting, t_ns: i64) -> TrackPoint {
         let mut feet = [None; 2];
         let mut middle = Vector3::zeros();
         for (sensor, foot) in self.feet.iter().enumerate() {
             // A foot whose last sample is older than the epoch has moved on at its velocity.
             let late_s = seconds(t_ns - foot.t_ns);
-            let p_n = if late_s > 0.0 && late_s < 0.05 { foot.nav.p_n + foot.nav.v_n * late_s } else { foot.nav.p_n };
+            let p_n = if late_s > 0.0 && late_s < 0.05 {
+                foot.nav.p_n + foot.nav.v_n * late_s
+            } else {
+                foot.nav.p_n
+            };
             middle += p_n;
             feet[setting.feet[sensor].index()] =
                 Some(FootPoint { position_n_m: p_n.into(), stance: foot.stance.stands });
@@ -538,12 +551,12 @@ impl<const B: usize, const F: usize> Filter<B, F> {
     }
 
     /// Whether all numbers are finite and no variance negative.
-    pub fn is_sound(&self) -> bool {
+    pub(crate) fn is_sound(&self) -> bool {
         self.feet.iter().all(|foot| foot.nav.is_finite()) && self.eskf.covariance.is_sound()
     }
 
     /// Gives the blocks of one foot their first covariance.
-    pub fn set_first_covariance(&mut self, sensor: usize, variances: [Matrix3<f64>; BLOCKS_A_SENSOR]) {
+    pub(crate) fn set_first_covariance(&mut self, sensor: usize, variances: [Matrix3<f64>; BLOCKS_A_SENSOR]) {
         for (k, block) in variances.into_iter().enumerate() {
             self.eskf.covariance.set_diagonal(sensor * BLOCKS_A_SENSOR + k, block);
         }
@@ -551,12 +564,13 @@ impl<const B: usize, const F: usize> Filter<B, F> {
 
     /// Makes the first positions of both feet known to each other by `sigma_m` on each axis, while
     /// the session's own start is known by `start_sigma_m`.
-    pub fn set_first_positions(&mut self, start_sigma_m: f64, sigma_m: f64) {
+    pub(crate) fn set_first_positions(&mut self, start_sigma_m: f64, sigma_m: f64) {
         let common = SMatrix::<f64, 3, 3>::identity() * (start_sigma_m * start_sigma_m);
         for a in 0..F {
             for b in a..F {
                 let own = if a == b { Matrix3::identity() * (sigma_m * sigma_m) } else { Matrix3::zeros() };
-                *self.eskf.covariance.upper_mut(ErrorState::Position.of(a), ErrorState::Position.of(b)) = common + own;
+                *self.eskf.covariance.upper_mut(ErrorState::Position.of(a), ErrorState::Position.of(b)) =
+                    common + own;
             }
         }
     }

@@ -11,59 +11,59 @@ use crate::ins::nav_state::NavState;
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Step {
     /// Number of the sensor: its place in the joint state.
-    pub sensor: usize,
+    pub(crate) sensor: usize,
     /// Time, ns.
-    pub t_ns: i64,
+    pub(crate) t_ns: i64,
     /// Angular rate as read, rad/s.
-    pub w_ib_b: Vector3<f64>,
+    pub(crate) w_ib_b: Vector3<f64>,
     /// Specific force as read, m/s².
-    pub f_b: Vector3<f64>,
+    pub(crate) f_b: Vector3<f64>,
     /// Magnetic field as read, µT.
-    pub mag_b_ut: Option<Vector3<f64>>,
+    pub(crate) mag_b_ut: Option<Vector3<f64>>,
     /// Whether the foot stands.
-    pub stance: bool,
+    pub(crate) stance: bool,
     /// Sigma of the velocity if it stands, m/s.
-    pub zupt_sigma_m_s: f64,
+    pub(crate) zupt_sigma_m_s: f64,
     /// Whether it begins a new epoch.
-    pub opens_epoch: bool,
+    pub(crate) opens_epoch: bool,
 }
 
 /// One foot: its strapdown, and what the present stance or swing has shown so far.
 #[derive(Clone, Debug)]
 pub(crate) struct Foot {
-    pub nav: NavState,
-    pub transition: Transition,
-    pub t_ns: i64,
-    pub last_w_ib_b: Vector3<f64>,
-    pub stance: Stance,
-    pub swing: Swing,
+    pub(crate) nav: NavState,
+    pub(crate) transition: Transition,
+    pub(crate) t_ns: i64,
+    pub(crate) last_w_ib_b: Vector3<f64>,
+    pub(crate) stance: Stance,
+    pub(crate) swing: Swing,
     /// Whether the attitude is to be levelled afresh at the next stance, after a long gap.
-    pub lost: bool,
+    pub(crate) lost: bool,
     /// Stances in which gravity stood far from up, one bit each, the newest lowest.
-    pub tilted_stances: u8,
+    pub(crate) tilted_stances: u8,
 }
 
 /// The present stance, or the last one.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Stance {
     /// Whether the foot stands.
-    pub stands: bool,
-    pub since_ns: i64,
+    pub(crate) stands: bool,
+    pub(crate) since_ns: i64,
     /// When the velocity was last held at zero, ns.
-    pub held_ns: i64,
+    pub(crate) held_ns: i64,
     /// When the heading was last taken in this stance, ns.
-    pub heading_ns: i64,
-    pub nis_sum: f64,
-    pub updates: u32,
-    pub rate_sum: Vector3<f64>,
-    pub force_sum: Vector3<f64>,
-    pub samples: u32,
-    pub magnetics: StanceMagnetics,
+    pub(crate) heading_ns: i64,
+    pub(crate) nis_sum: f64,
+    pub(crate) updates: u32,
+    pub(crate) rate_sum: Vector3<f64>,
+    pub(crate) force_sum: Vector3<f64>,
+    pub(crate) samples: u32,
+    pub(crate) magnetics: StanceMagnetics,
 }
 
 impl Foot {
     /// A foot in the state `nav`, at its first sample.
-    pub fn new(nav: NavState, t_ns: i64, w_ib_b: Vector3<f64>) -> Self {
+    pub(crate) fn new(nav: NavState, t_ns: i64, w_ib_b: Vector3<f64>) -> Self {
         Foot {
             nav,
             transition: Transition::none(),
@@ -79,7 +79,7 @@ impl Foot {
 
 impl Stance {
     /// The foot has come to stand at `t_ns`.
-    pub fn begin(&mut self, t_ns: i64) {
+    pub(crate) fn begin(&mut self, t_ns: i64) {
         self.stands = true;
         self.since_ns = t_ns;
         self.held_ns = i64::MIN;

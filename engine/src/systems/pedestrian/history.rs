@@ -44,7 +44,7 @@ struct EpochStep {
 }
 
 impl<const B: usize, const F: usize> History<B, F> {
-    pub fn new(setting: Setting, filter: Filter<B, F>) -> Self {
+    pub(crate) fn new(setting: Setting, filter: Filter<B, F>) -> Self {
         History {
             setting,
             checkpoints: VecDeque::from([(0, Box::new(filter.clone()))]),
@@ -62,17 +62,12 @@ impl<const B: usize, const F: usize> History<B, F> {
     }
 
     /// The filter as it is now.
-    pub fn filter(&self) -> &Filter<B, F> {
+    pub(crate) fn filter(&self) -> &Filter<B, F> {
         &self.filter
     }
 
-    /// How many points have been told.
-    pub fn told_points(&self) -> u64 {
-        self.told_points
-    }
-
     /// Takes the next sample and appends what became known.
-    pub fn push(&mut self, step: Step, told: &mut Vec<Event>) {
+    pub(crate) fn push(&mut self, step: Step, told: &mut Vec<Event>) {
         let epoch = match self.steps.last() {
             Some(last) => last.epoch + u64::from(step.opens_epoch),
             None => 0,
@@ -83,7 +78,7 @@ impl<const B: usize, const F: usize> History<B, F> {
     }
 
     /// Takes a visit, for now or for a moment that is past.
-    pub fn visit(&mut self, visit: Visit, told: &mut Vec<Event>) {
+    pub(crate) fn visit(&mut self, visit: Visit, told: &mut Vec<Event>) {
         let at_ns = moment(&visit);
         if at_ns < self.t_ns {
             let checkpoint = self.checkpoints.iter().rposition(|(next, _)| {
@@ -112,7 +107,7 @@ impl<const B: usize, const F: usize> History<B, F> {
     }
 
     /// No more samples come: closes the last epoch and uses what visits are left.
-    pub fn finish(&mut self, told: &mut Vec<Event>) {
+    pub(crate) fn finish(&mut self, told: &mut Vec<Event>) {
         while let Some((visit, _)) = self.visits.get(self.filter.visits_applied) {
             if visit.t_start_ns > self.t_ns {
                 let late = visit.clone();
@@ -131,7 +126,11 @@ impl<const B: usize, const F: usize> History<B, F> {
     fn run(&mut self, told: &mut Vec<Event>) {
         while let Some(entry) = self.steps.get(self.next).copied() {
             let step = entry.step;
-            while self.visits.get(self.filter.visits_applied).is_some_and(|(visit, _)| moment(visit) < step.t_ns) {
+            while self
+                .visits
+                .get(self.filter.visits_applied)
+                .is_some_and(|(visit, _)| moment(visit) < step.t_ns)
+            {
                 self.apply_visit(told);
             }
             if step.opens_epoch && entry.epoch > 0 {
@@ -159,7 +158,7 @@ impl<const B: usize, const F: usize> History<B, F> {
         match &mut self.remembered[sensor] {
             Some((next, filter)) => {
                 *next = self.next;
-                filter.clone_from(&self.filter);
+                (**filter).clone_from(&self.filter);
             }
             empty => *empty = Some((self.next, Box::new(self.filter.clone()))),
         }
@@ -253,7 +252,9 @@ impl<const B: usize, const F: usize> History<B, F> {
     /// A number that is none has come into the filter: goes on from the last sound checkpoint, with
     /// the feet somewhere near.
     fn start_again(&mut self, t_ns: i64, told: &mut Vec<Event>) {
-        let Some((_, sound)) = self.checkpoints.iter().rev().find(|(_, filter)| filter.is_sound()) else { return };
+        let Some((_, sound)) = self.checkpoints.iter().rev().find(|(_, filter)| filter.is_sound()) else {
+            return;
+        };
         let visits_applied = self.filter.visits_applied;
         let since_ns = time_of(sound);
         self.filter.clone_from(sound);

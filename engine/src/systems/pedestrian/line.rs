@@ -35,7 +35,7 @@ pub(crate) struct FootLine {
 }
 
 impl FootLine {
-    pub fn new(foot: Foot, longest_alignment_s: f64) -> Self {
+    pub(crate) fn new(foot: Foot, longest_alignment_s: f64) -> Self {
         FootLine {
             foot,
             health: SensorHealth::new(foot),
@@ -55,50 +55,50 @@ impl FootLine {
         }
     }
 
-    pub fn foot(&self) -> Foot {
+    pub(crate) fn foot(&self) -> Foot {
         self.foot
     }
 
     /// Time of the first sample that could be used, ns.
-    pub fn first_ns(&self) -> i64 {
+    pub(crate) fn first_ns(&self) -> i64 {
         self.first_ns.unwrap_or(0)
     }
 
     /// Time of the newest sample that could be used, ns.
-    pub fn newest_ns(&self) -> Option<i64> {
+    pub(crate) fn newest_ns(&self) -> Option<i64> {
         self.newest_ns
     }
 
     /// From the first to the newest sample, ns.
-    pub fn span_ns(&self) -> i64 {
+    pub(crate) fn span_ns(&self) -> i64 {
         self.newest_ns.unwrap_or(0) - self.first_ns()
     }
 
-    pub fn is_aligned(&self) -> bool {
+    pub(crate) fn is_aligned(&self) -> bool {
         self.aligned
     }
 
-    pub fn has_ended(&self) -> bool {
+    pub(crate) fn has_ended(&self) -> bool {
         self.ended
     }
 
     /// The standing start, once [`Self::align`] has been called and there was a sample.
-    pub fn start(&self) -> Option<&StandingStart> {
+    pub(crate) fn start(&self) -> Option<&StandingStart> {
         self.start.as_ref()
     }
 
     /// The first sample.
-    pub fn first_sample(&self) -> Option<&ImuSample> {
+    pub(crate) fn first_sample(&self) -> Option<&ImuSample> {
         self.aligner.samples().first()
     }
 
     /// Time of a sample of the start, ns.
-    pub fn sample_ns(&self, index: usize) -> i64 {
+    pub(crate) fn sample_ns(&self, index: usize) -> i64 {
         self.aligner.samples().get(index).map_or(0, |sample| sample.t_ns)
     }
 
     /// Takes a sample as it was logged.
-    pub fn push(&mut self, sample: &ImuSample, events: &mut Vec<Event>) {
+    pub(crate) fn push(&mut self, sample: &ImuSample, events: &mut Vec<Event>) {
         let admitted = self.health.admit(sample, &mut self.anomalies);
         events.extend(self.anomalies.drain(..).map(Event::Anomaly));
         let Some(sample) = admitted else { return };
@@ -114,7 +114,7 @@ impl FootLine {
     }
 
     /// No more samples come.
-    pub fn end(&mut self, events: &mut Vec<Event>) {
+    pub(crate) fn end(&mut self, events: &mut Vec<Event>) {
         if self.ended {
             return;
         }
@@ -126,13 +126,13 @@ impl FootLine {
     }
 
     /// Takes the standing start from what has come; without any sample there is none.
-    pub fn align(&mut self) {
+    pub(crate) fn align(&mut self) {
         self.aligned = true;
         self.start = self.aligner.solve();
     }
 
     /// The samples may flow: what was held back goes through the detector first.
-    pub fn open(&mut self, tuning: &Tuning, gravity_m_s2: f64) {
+    pub(crate) fn open(&mut self, tuning: &Tuning, gravity_m_s2: f64) {
         let interval_s = self.start.as_ref().map_or(0.01, |start| start.interval_s);
         self.zupt_sigma_m_s = tuning.zupt_sigma_m_s;
         self.roll_radius_m = tuning.roll_radius_m;
@@ -150,12 +150,12 @@ impl FootLine {
     }
 
     /// Time of the next step, ns.
-    pub fn next_ns(&self) -> Option<i64> {
+    pub(crate) fn next_ns(&self) -> Option<i64> {
         self.decided.front().map(|step| step.t_ns)
     }
 
     /// The next step.
-    pub fn take(&mut self) -> Option<Step> {
+    pub(crate) fn take(&mut self) -> Option<Step> {
         self.decided.pop_front()
     }
 

@@ -43,7 +43,8 @@ pub(crate) fn resolve(config: &SessionConfig, lines: &mut [FootLine], events: &m
         let nav = NavState {
             c_nb: start.attitude_at_first(first.rad),
             v_n: Vector3::zeros(),
-            p_n: Vector3::from(config.initial_position_n_m) + beside_middle(config, lines.len(), sensor, headings[0].rad),
+            p_n: Vector3::from(config.initial_position_n_m)
+                + beside_middle(config, lines.len(), sensor, headings[0].rad),
             gyro_bias_b: start.gyro_bias_b,
             accelerometer_bias_b: Vector3::zeros(),
         };
@@ -97,11 +98,9 @@ fn first_headings(config: &SessionConfig, lines: &[FootLine]) -> Vec<FirstHeadin
         .map(|line| line.start().and_then(|start| start.magnetic_heading(config.declination_rad)))
         .collect();
     let first = match (config.initial_heading_rad, magnetic.first().copied().flatten()) {
-        (Some(rad), _) => FirstHeading {
-            rad,
-            sigma_rad: tuning.given_heading_sigma_rad,
-            source: HeadingSource::Given,
-        },
+        (Some(rad), _) => {
+            FirstHeading { rad, sigma_rad: tuning.given_heading_sigma_rad, source: HeadingSource::Given }
+        }
         (None, Some(rad)) => FirstHeading {
             rad,
             sigma_rad: tuning.first_magnetic_heading_sigma_rad,
@@ -155,7 +154,13 @@ fn first_variances(config: &SessionConfig, start: &StandingStart, first: &FirstH
     ]
 }
 
-fn tell(config: &SessionConfig, line: &FootLine, start: &StandingStart, first: &FirstHeading, events: &mut Vec<Event>) {
+fn tell(
+    config: &SessionConfig,
+    line: &FootLine,
+    start: &StandingStart,
+    first: &FirstHeading,
+    events: &mut Vec<Event>,
+) {
     let at = |index: usize| line.sample_ns(index);
     let (t_start_ns, t_end_ns) = (at(start.used.start), at(start.used.end.saturating_sub(1)));
     let rest_m_s2 = start.f_b.norm();

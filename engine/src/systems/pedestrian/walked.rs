@@ -18,7 +18,7 @@ const SHORTEST_STRIDE_M: f64 = 0.1;
 
 impl Walked {
     /// Foot number `sensor` stands at `p_n`, its x axis at the azimuth `heading_rad`.
-    pub fn stand(&mut self, sensor: usize, p_n: &Vector3<f64>, heading_rad: f64) {
+    pub(crate) fn stand(&mut self, sensor: usize, p_n: &Vector3<f64>, heading_rad: f64) {
         let Some(before) = self.last_stand_p_n[sensor] else {
             self.last_stand_p_n[sensor] = Some(*p_n);
             return;
@@ -38,20 +38,20 @@ impl Walked {
     }
 
     /// The track was moved by a correction: the next stride is measured from there.
-    pub fn shift(&mut self, sensor: usize, by_n: &Vector3<f64>) {
+    pub(crate) fn shift(&mut self, sensor: usize, by_n: &Vector3<f64>) {
         if let Some(p_n) = &mut self.last_stand_p_n[sensor] {
             *p_n += by_n;
         }
     }
 
     /// Length of the path, the mean of the feet that walk, m.
-    pub fn distance_m(&self, feet: usize) -> f64 {
+    pub(crate) fn distance_m(&self, feet: usize) -> f64 {
         self.distance_m[..feet].iter().sum::<f64>() / feet as f64
     }
 
     /// The direction in which the inspector faces when the x axis of sensor 0 has the azimuth
     /// `x_axis_rad`: the same until there has been a stride.
-    pub fn heading_rad(&self, x_axis_rad: f64) -> f64 {
+    pub(crate) fn heading_rad(&self, x_axis_rad: f64) -> f64 {
         if self.mounting == (0.0, 0.0) {
             return x_axis_rad;
         }
