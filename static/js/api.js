@@ -1,0 +1,177 @@
+// The network: one function for each endpoint of docs/wire.md. Errors are thrown, never swallowed.
+
+const BASE = "/api/v1";
+
+/** An error answer of the server, as its problem document tells it. */
+export class Problem extends Error {
+  /**
+   * @param {number} status
+   * @param {{title?: string, detail?: string, code?: string, where?: Record<string, unknown> | string}} body
+   */
+  constructor(status, body) {
+    super(body.detail ?? body.title ?? `HTTP ${status}`);
+    this.name = "Problem";
+    this.status = status;
+    this.code = body.code ?? "";
+    this.title = body.title ?? "";
+    this.where = body.where ?? null;
+  }
+}
+
+/** The server could not be reached at all; trying again later may help. */
+export class Unreachable extends Error {}
+
+/**
+ * @param {string} path
+ * @param {RequestInit} [init]
+ * @returns {Promise<Response>}
+ */
+async function request(path, init) {
+  let response;
+  try {
+    response = await fetch(BASE + path, init);
+  } catch (error) {
+    if (error instanceof DOMException && error.name === "AbortError") throw error;
+    throw new Unreachable(String(error));
+  }
+  if (response.ok) return response;
+  let body = {};
+  try {
+    body = await response.json();
+  } catch {
+    // A proxy in between answers in HTML: the status says enough.
+  }
+  const problem = new Problem(response.status, body);
+  // The right offset of a log that was appended to at a wrong one.
+  const offset = response.headers.get("Upload-Offset");
+  if (offset !== null) Object.assign(problem, { uploadOffset: Number(offset) });
+  throw problem;
+}
+
+/** @param {string} path */
+async function get(path) {
+  return (await request(path)).json();
+}
+
+/**
+ * @param {string} path
+ * @param {unknown} [body]
+ */
+async function post(path, body) {
+  const response = await request(path, {
+    method: "POST",
+    headers: { "Content-Type": "application/json" },
+    body: JSON.stringify(body ?? {}),
+  });
+  return response.status === 204 ? null : response.json();
+}
+
+/** @param {string} id */
+const seg = (id) => encodeURIComponent(id);
+
+export const site = () => get("/site");
+export const sitePlan = () => get("/site/plan");
+export const inspectors = () => get("/inspectors").then(rows);
+/** @param {string} name */
+export const createInspector = (name) => post("/inspectors", { name });
+
+export const sessions = () => get("/sessions").then(rows);
+/** @param {string} id */
+export const session = (id) => get(`/sessions/${seg(id)}`);
+/** @param {Record<string, unknown>} body */
+export const createSession = (body) => post("/sessions", body);
+/** @param {string} id */
+export const visits = (id) => get(`/sessions/${seg(id)}/visits`).then(rows);
+/** @param {string} id */
+export const anomalies = (id) => get(`/sessions/${seg(id)}/anomalies`).then(rows);
+/**
+ * @param {string} id
+ * @param {"main" | "without_markers"} run
+ * @param {number} rate_hz
+ */
+export const track = (id, run, rate_hz) => get(`/sessions/${seg(id)}/track?run=${run}&rate_hz=${rate_hz}`);
+/**
+ * @param {string} id
+ * @param {string} format
+ */
+export const trackFile = (id, format) => `${BASE}/sessions/${seg(id)}/track.${format}`;
+
+/**
+ * @param {string} sessionId
+ * @param {{foot: string, file_name: string, size_bytes: number, sha256: string}} body
+ */
+export const beginLog = (sessionId, body) => post(`/sessions/${seg(sessionId)}/logs`, body);
+/**
+ * @param {string} logId
+ * @returns {Promise<number>} bytes that the server holds
+ */
+export async function logOffset(logId) {
+  const response = await request(`/logs/${seg(logId)}`, { method: "HEAD" });
+  return Number(response.headers.get("Upload-Offset"));
+}
+/**
+ * @param {string} logId
+ * @param {number} offset
+ * @param {Blob} bytes
+ * @returns {Promise<number>} the new offset
+ */
+export async function appendLog(logId, offset, bytes) {
+  const response = await request(`/logs/${seg(logId)}`, {
+    method: "PATCH",
+    headers: { "Content-Type": "application/offset+octet-stream", "Upload-Offset": String(offset) },
+    body: bytes,
+  });
+  return Number(response.headers.get("Upload-Offset") ?? offset + bytes.size);
+}
+/**
+ * @param {string} logId
+ * @param {string} sha256
+ */
+export const finishLog = (logId, sha256) => post(`/logs/${seg(logId)}/finish`, { sha256 });
+/**
+ * @param {string} sessionId
+ * @param {Blob} csv
+ */
+export const addVisits = (sessionId, csv) =>
+  request(`/sessions/${seg(sessionId)}/visits`, {
+    method: "POST",
+    headers: { "Content-Type": "text/csv" },
+    body: csv,
+  });
+/** @param {string} sessionId */
+export const processSession = (sessionId) => post(`/sessions/${seg(sessionId)}/process`);
+/** @param {string} id */
+export const job = (id) => get(`/jobs/${seg(id)}`);
+
+export const markers = () => get("/markers").then(rows);
+export const markersFile = `${BASE}/markers.csv`;
+/** @param {Blob} csv */
+export async function importMarkers(csv) {
+  const response = await request("/markers/import", {
+    method: "POST",
+    headers: { "Content-Type": "text/csv" },
+    body: csv,
+  });
+  return response.json();
+}
+
+/** @param {string} [state] */
+export const faults = (state) => get(`/faults${state ? `?state=${seg(state)}` : ""}`).then(rows);
+/** @param {Record<string, unknown>} body */
+export const reportFault = (body) => post("/faults", body);
+/** @param {string} id */
+export const closeFault = (id) => post(`/faults/${seg(id)}/close`);
+
+export const feedUrl = () => `${location.protocol === "https:" ? "wss" : "ws"}://${location.host}${BASE}/feed`;
+
+/**
+ * A list comes bare or in an envelope named after it.
+ * @param {any} body
+ * @returns {any[]}
+ */
+function rows(body) {
+  if (Array.isArray(body)) return body;
+  const list = Object.values(body).find(Array.isArray);
+  if (!list) throw new Error("expected a list");
+  return list;
+}

@@ -1,0 +1,93 @@
+// What the parts of the page share: the live state, what the person has chosen to see, the map, and one
+// way to say that something has changed.
+
+import { Grid } from "./grid.js";
+import { one } from "./html.js";
+import { colourIndex } from "./map/ink.js";
+import { LiveLayers } from "./live/layers.js";
+import { makeStage } from "./map/stage.js";
+import { emptyState } from "./state/live.js";
+import { people } from "./state/attention.js";
+import * as store from "./ui/remembered.js";
+
+/** @typedef {import("./state/live.js").Topic | "tick" | "choice" | "link"} AnyTopic */
+/**
+ * @typedef {{name: string, latitude_deg: number, longitude_deg: number, height_m: number, gravity_m_s2: number, declination_deg: number}} Site
+ */
+/** @typedef {ReturnType<typeof makeApp>} App */
+
+/**
+ * @param {Site} site
+ * @param {import("./map/plan.js").Plan} plan
+ */
+export function makeApp(site, plan) {
+  /** @type {((changed: Set<AnyTopic>) => void)[]} */
+  const watchers = [];
+  /** @type {Set<AnyTopic>} */
+  let pending = new Set();
+  let frame = 0;
+
+  const stage = makeStage(one("#map"), plan.ring_radius_m);
+  const app = {
+    site,
+    plan,
+    stage,
+    grid: new Grid(plan.nodes),
+    live: emptyState(),
+    /** What the person has chosen to see. */
+    ui: {
+      /** @type {string | null} */
+      selected: null,
+      /** @type {string | null} */
+      fault: null,
+      /** @type {string | null} */
+      goal: null,
+      follow: false,
+      ellipses: store.recall("ellipses") !== "no",
+      trails: store.recall("trails") !== "no",
+      trail_s: Number(store.recall("trail_s") ?? 300),
+      search: "",
+    },
+    /** @type {import("./map/runs.js").Runs | null} */
+    runs: null,
+    people: () => people(app.live, Date.now()),
+    colour: (/** @type {string} */ inspectorId) => colours.get(inspectorId) ?? giveColour(inspectorId),
+    /** @param {AnyTopic[]} topics */
+    changed(...topics) {
+      for (const topic of topics) pending.add(topic);
+      if (topics.length > 0 && frame === 0) frame = requestAnimationFrame(run);
+    },
+    onFrame: (/** @type {(changed: Set<AnyTopic>) => void} */ run) => watchers.push(run),
+    /** @param {string | null} inspectorId */
+    select(inspectorId, follow = true) {
+      app.ui.selected = inspectorId;
+      app.ui.follow = inspectorId !== null && follow;
+      app.changed("choice");
+    },
+    /** @type {LiveLayers} */
+    layers: /** @type {any} */ (null),
+  };
+  app.layers = new LiveLayers(app);
+
+  /** @type {Map<string, number>} */
+  const colours = new Map();
+  const COLOURS = 8;
+  /** @param {string} id */
+  function giveColour(id) {
+    // The colour that goes with the id, or the next one that nobody has yet.
+    const used = new Set(colours.values());
+    let colour = colourIndex(id, COLOURS);
+    for (let i = 0; i < COLOURS && used.has(colour) && used.size < COLOURS; i++) colour = (colour + 1) % COLOURS;
+    colours.set(id, colour);
+    return colour;
+  }
+
+  function run() {
+    frame = 0;
+    const changed = pending;
+    pending = new Set();
+    for (const watcher of watchers) watcher(changed);
+  }
+
+  return app;
+}

@@ -1,0 +1,72 @@
+// Faults as a list. The same card on the live screen and on the faults' own.
+
+import { clock, dateTime, length, percent } from "../format.js";
+import { html } from "../html.js";
+import { t, tOr } from "../i18n.js";
+import { severitySign } from "../ui/signs.js";
+
+/** @typedef {import("../state/live.js").Fault} Fault */
+
+const ORDER = { high: 0, medium: 1, low: 2 };
+
+/**
+ * Worst first, then newest.
+ * @param {Fault[]} faults
+ */
+export function bySeverity(faults) {
+  return [...faults].sort(
+    (a, b) => ORDER[a.severity] - ORDER[b.severity] || b.reported_at.localeCompare(a.reported_at),
+  );
+}
+
+/** @param {string} kind */
+export const faultKind = (kind) => tOr(`fault.kind.${kind}`, kind);
+
+/**
+ * @param {import("../app.js").App} app
+ * @param {Fault[]} faults
+ */
+export function faultCards(app, faults) {
+  if (faults.length === 0) return html`<p class="empty">${t("fault.none_open")}</p>`;
+  return html`${bySeverity(faults).map((fault) => {
+    const who = fault.inspector_id ? app.live.inspectors.get(fault.inspector_id)?.name : undefined;
+    return html`<button type="button" class="card" data-fault="${fault.id}" data-testid="fault-card" aria-pressed="${String(fault.id === app.ui.fault)}">
+      <span class="line">${severitySign(fault.severity)}<b class="grow">${faultKind(fault.kind)}</b><span class="tag">${t(`severity.${fault.severity}`)}</span></span>
+      <span class="sub">${placeOf(fault)}${who && html` · ${who}`} · ${clock(fault.reported_at)}</span>
+    </button>`;
+  })}`;
+}
+
+/**
+ * Where a fault is, and how sure that is: a marker that was keyed in, or the likeliest candidate.
+ * @param {Fault} fault
+ */
+export function placeOf(fault) {
+  if (fault.marker) return fault.marker;
+  const best = fault.candidates?.[0];
+  return best ? `${best.marker} ${percent(best.probability)}` : "–";
+}
+
+/**
+ * @param {Fault} fault
+ * @param {string} who
+ */
+export function faultDetails(fault, who) {
+  return html`
+    <dl class="facts">
+      <dt>${t("fault.severity")}</dt><dd>${t(`severity.${fault.severity}`)}</dd>
+      <dt>${t("fault.reported")}</dt><dd>${dateTime(fault.reported_at)}</dd>
+      <dt>${t("fault.by")}</dt><dd>${who}</dd>
+      ${fault.marker && html`<dt>${t("fault.keyed")}</dt><dd>${fault.marker}</dd>`}
+      ${fault.position_m && html`<dt>${t("drawer.position")}</dt><dd>E ${fault.position_m[0].toFixed(1)} · N ${fault.position_m[1].toFixed(1)} m${fault.sigma_m && html` ± ${length(Math.hypot(fault.sigma_m[0], fault.sigma_m[1]))}`}</dd>`}
+    </dl>
+    ${fault.text && html`<p>${fault.text}</p>`}
+    ${candidateTable(fault)}`;
+}
+
+/** @param {Fault} fault */
+export function candidateTable(fault) {
+  if (!fault.candidates?.length) return html``;
+  return html`<table><thead><tr><th>${t("fault.candidate")}</th><th class="num">${t("fault.probability")}</th><th class="num">${t("fault.distance")}</th></tr></thead>
+    <tbody>${fault.candidates.map((c) => html`<tr><td><b>${c.marker}</b></td><td class="num">${percent(c.probability)}</td><td class="num">${length(c.distance_m)}</td></tr>`)}</tbody></table>`;
+}

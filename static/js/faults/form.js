@@ -1,0 +1,79 @@
+// Reporting a fault where an inspector stands. The actuator is chosen by the person or left open; it is
+// never taken silently from the position, because they stand about as far apart as a position may be off.
+
+import { reportFault } from "../api.js";
+import { length, percent } from "../format.js";
+import { html, one, render } from "../html.js";
+import { t } from "../i18n.js";
+import { makeDialog } from "../ui/dialog.js";
+import { problemBox } from "../ui/problem.js";
+import { candidateTable } from "./cards.js";
+
+/** Demo classes; a kind that is not here is shown as it was sent. */
+export const FAULT_KINDS = [
+  "hydraulic_leak", "motor_over_temperature", "communication_loss", "stroke_limit", "tie_down_cable_wear",
+  "anchor_bolt", "panel_damage", "drainage", "other",
+];
+const SEVERITIES = ["low", "medium", "high"];
+
+/** @param {import("../app.js").App} app */
+export function makeFaultForm(app) {
+  const dialog = makeDialog("fault");
+  /** @type {import("../state/attention.js").Person | null} */
+  let person = null;
+
+  dialog.el.addEventListener("submit", async (event) => {
+    event.preventDefault();
+    const form = /** @type {HTMLFormElement} */ (event.target);
+    const data = new FormData(form);
+    const button = /** @type {HTMLButtonElement} */ (one("button.main-action", form));
+    button.disabled = true;
+    try {
+      const typed = String(data.get("marker_typed") ?? "").trim().toUpperCase();
+      const marker = typed || String(data.get("marker") ?? "");
+      const fault = await reportFault({
+        ...(person?.session ? { session_id: person.session.id } : { inspector_id: person?.inspector.id }),
+        kind: data.get("kind"),
+        severity: data.get("severity"),
+        ...(data.get("text") ? { text: data.get("text") } : {}),
+        ...(marker ? { marker } : {}),
+      });
+      app.live.faults.set(fault.id, fault);
+      app.changed("fault");
+      dialog.open(html`
+        <h2 id="fault-title">${t("fault.done")}</h2>
+        <p class="lead">${t(fault.marker ? "fault.done_keyed" : "fault.done_ranked", { marker: fault.marker ?? "" })}</p>
+        ${candidateTable(fault)}
+        <p></p><div class="row end"><button type="button" class="main-action" data-close autofocus>${t("close")}</button></div>`);
+    } catch (error) {
+      render(one(".answer", form), problemBox(error));
+      button.disabled = false;
+    }
+  });
+
+  return {
+    /**
+     * @param {import("../state/attention.js").Person} who
+     * @param {ReturnType<typeof import("../geometry.js").rankPlaces<{name: string, e_m: number, n_m: number}>>} candidates
+     */
+    show(who, candidates) {
+      person = who;
+      dialog.open(html`
+        <form data-for="${who.inspector.id}" data-at="${Date.now()}">
+          <h2 id="fault-title">${t("fault.report")} · ${who.inspector.name}</h2>
+          <p class="lead">${t("fault.explain")}</p>
+          <label class="field"><span>${t("fault.kind")}</span><select name="kind" autofocus>${FAULT_KINDS.map((k) => html`<option value="${k}">${t(`fault.kind.${k}`)}</option>`)}</select></label>
+          <fieldset><legend>${t("fault.severity")}</legend><div class="choices">${SEVERITIES.map((s) => html`<label><input type="radio" name="severity" value="${s}"${s === "medium" && html` checked`}>${t(`severity.${s}`)}</label>`)}</div></fieldset>
+          <fieldset><legend>${t("fault.actuator")}</legend><div class="choices">
+            <label><input type="radio" name="marker" value="" checked>${t("fault.not_sure")}</label>
+            ${candidates.map((c) => html`<label><input type="radio" name="marker" value="${c.place.name}"><b>${c.place.name}</b> <small class="muted">${percent(c.probability)} · ${length(c.distance_m)}</small></label>`)}
+          </div></fieldset>
+          <label class="field"><span>${t("fault.typed")}</span><input name="marker_typed" autocomplete="off" spellcheck="false"></label>
+          <label class="field"><span>${t("fault.text")}</span><textarea name="text" maxlength="2000"></textarea></label>
+          <div class="answer" aria-live="polite"></div>
+          <div class="row end"><button type="button" data-close>${t("cancel")}</button><button class="main-action">${t("fault.send")}</button></div>
+        </form>`);
+    },
+    remove: () => dialog.el.remove(),
+  };
+}

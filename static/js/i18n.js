@@ -1,0 +1,79 @@
+// Words in two languages. One message file each; a key is the same in both.
+
+/** @typedef {Record<string, string>} Messages */
+
+export const LANGUAGES = /** @type {const} */ (["en", "zh-CN"]);
+
+/** @type {Messages} */
+let messages = {};
+/** @type {string} */
+let language = "en";
+
+/**
+ * The language to begin with: the one chosen before, else the first of the browser's that we speak.
+ * @param {readonly string[]} wanted the browser's languages, best first
+ * @param {string | null} chosen
+ */
+export function pickLanguage(wanted, chosen) {
+  if (chosen && LANGUAGES.some((l) => l === chosen)) return chosen;
+  for (const tag of wanted) {
+    const primary = tag.toLowerCase().split("-")[0];
+    if (primary === "zh") return "zh-CN";
+    if (primary === "en") return "en";
+  }
+  return "en";
+}
+
+/**
+ * @param {string} name
+ * @param {Messages} table
+ */
+export function setLanguage(name, table) {
+  language = name;
+  messages = table;
+}
+
+/** @param {string} name */
+export async function loadLanguage(name) {
+  const response = await fetch(`/messages/${name}.json`);
+  if (!response.ok) throw new Error(`messages/${name}.json: HTTP ${response.status}`);
+  setLanguage(name, await response.json());
+}
+
+export const currentLanguage = () => language;
+
+/**
+ * The message of a key, its {places} filled in.
+ * @param {string} key
+ * @param {Record<string, string | number>} [values]
+ */
+export function t(key, values) {
+  const text = messages[key] ?? key;
+  return values ? text.replace(/\{(\w+)\}/g, (whole, name) => (name in values ? String(values[name]) : whole)) : text;
+}
+
+/**
+ * The message of a key that may not exist (a kind that the server has and this page does not know).
+ * @param {string} key
+ * @param {string} otherwise
+ */
+export function tOr(key, otherwise) {
+  return messages[key] ?? otherwise;
+}
+
+/**
+ * Fills in the fixed words of the page: `data-t` the text, `data-t-label` the accessible name and tooltip,
+ * `data-t-hint` the placeholder.
+ * @param {ParentNode} root
+ */
+export function translate(root) {
+  for (const el of root.querySelectorAll("[data-t]")) el.textContent = t(/** @type {HTMLElement} */ (el).dataset.t ?? "");
+  for (const el of root.querySelectorAll("[data-t-label]")) {
+    const words = t(/** @type {HTMLElement} */ (el).dataset.tLabel ?? "");
+    el.setAttribute("aria-label", words);
+    el.setAttribute("title", words);
+  }
+  for (const el of root.querySelectorAll("[data-t-hint]")) {
+    el.setAttribute("placeholder", t(/** @type {HTMLElement} */ (el).dataset.tHint ?? ""));
+  }
+}

@@ -1,0 +1,144 @@
+// Everything about the selected person. What can be pressed stays the same element while figures change:
+// a button that is replaced five times a second cannot be clicked.
+
+import { dateTime, duration, elapsed, heading, length, number, percent, shortDuration } from "../format.js";
+import { rankPlaces } from "../geometry.js";
+import { html, one, render, setAttribute, setText } from "../html.js";
+import { t, translate, tOr } from "../i18n.js";
+import { presenceGlyph } from "../ui/signs.js";
+import { makeFaultForm } from "../faults/form.js";
+
+const CANDIDATES = 5;
+/** Actuators beyond this many metres are not worth a line. */
+const CANDIDATES_WITHIN_M = 60;
+
+/**
+ * @param {import("../app.js").App} app
+ * @param {HTMLElement} el
+ */
+export function makeDrawer(app, el) {
+  /** @type {string | null} */
+  let shown = null;
+  const faultForm = makeFaultForm(app);
+
+  const onClick = (/** @type {Event} */ event) => {
+    const target = /** @type {HTMLElement} */ (event.target);
+    const person = current();
+    const place = target.closest("[data-place]")?.getAttribute("data-place");
+    if (place) {
+      const node = app.grid.named(place);
+      if (node) {
+        app.ui.goal = node.name;
+        app.stage.goTo([node.e_m, node.n_m], 3);
+        app.layers.repaint();
+      }
+    } else if (target.closest("[data-close-drawer]")) app.select(null);
+    else if (target.closest("[data-report]") && person) faultForm.show(person, candidates(person));
+    else if (target.closest("[data-follow]")) {
+      app.ui.follow = !app.ui.follow;
+      app.changed("choice");
+    }
+  };
+  el.addEventListener("click", onClick);
+
+  const current = () => app.people().find((p) => p.inspector.id === app.ui.selected);
+
+  /** @param {import("../state/attention.js").Person} person */
+  function candidates(person) {
+    const position = person.session?.position;
+    if (!position) return [];
+    const [e, n] = position.position_m;
+    const near = app.grid.within(e, n, CANDIDATES_WITHIN_M).map((found) => found.place);
+    return rankPlaces([e, n], position.sigma_m, position.covariance_en_m2, near).slice(0, CANDIDATES);
+  }
+
+  /** @param {import("../state/attention.js").Person} person */
+  function build(person) {
+    render(el, html`
+      <header data-id="${person.inspector.id}"><span class="state"></span><h2></h2><button type="button" class="quiet icon" data-close-drawer data-t-label="close">✕</button></header>
+      <section class="actions"><button type="button" data-follow data-t="map.follow"></button><button type="button" data-report data-testid="report-fault" data-t="fault.report"></button></section>
+      <section><h3 data-t="drawer.position"></h3><div class="enu"></div><dl class="facts"></dl></section>
+      <section><h3 data-t="drawer.near"></h3>${Array.from({ length: CANDIDATES }, () => html`<div class="candidate"><button type="button" data-place=""></button><progress max="1" value="0" aria-hidden="true"></progress><span class="num p"></span><span class="num d"></span></div>`)}<p class="muted near-none" data-t="drawer.near_none" hidden></p></section>
+      <section><h3 data-t="drawer.visits"></h3><div class="visits"></div></section>
+      <section><h3 data-t="drawer.anomalies"></h3><div class="anomalies"></div></section>`);
+    translate(el);
+  }
+
+  /** @param {import("../state/attention.js").Person} person */
+  function fill(person) {
+    const position = person.session?.position ?? null;
+    setText(one("h2", el), person.inspector.name);
+    render(one(".state", el), presenceGlyph(person.presence));
+    setAttribute(one("[data-follow]", el), "aria-pressed", String(app.ui.follow));
+    setAttribute(one("[data-report]", el), "disabled", position ? null : "");
+    render(one(".enu", el), html`${["east", "north", "up"].map((axis, i) => html`
+      <div><small>${t(`axis.${axis}`)}</small><b>${number(position?.position_m[i], 1)}</b><small>± ${number(position?.sigma_m[i], 1)} m</small></div>`)}`);
+    const session = person.session;
+    render(one(".facts", el), html`
+      <dt>${t("drawer.state")}</dt><dd>${t(`presence.${person.presence}`)}${(person.age_s ?? 0) >= 3 && html` · ${t("live.ago", { age: shortDuration(person.age_s) })}`}</dd>
+      <dt>${t("drawer.sigma")}</dt><dd class="${person.poor ? "warn" : ""}">${length(person.sigma_m)}</dd>
+      <dt>${t("drawer.heading")}</dt><dd>${heading(position?.heading_rad)} · ${number(position?.speed_m_s, 1)} m/s</dd>
+      <dt>${t("drawer.since_marker")}</dt><dd class="${person.overdue ? "warn" : ""}">${length(position?.since_marker_m)} · ${duration(position?.since_marker_s)}</dd>
+      <dt>${t("drawer.walked")}</dt><dd>${length(position?.distance_m)}${position && html` · ${duration(position.t_ns / 1e9)}`}</dd>
+      <dt>${t("drawer.started")}</dt><dd>${session?.started_at ? dateTime(session.started_at) : "–"}</dd>`);
+
+    const near = candidates(person);
+    [...el.querySelectorAll(".candidate")].forEach((line, i) => {
+      const candidate = near[i];
+      /** @type {HTMLElement} */ (line).hidden = !candidate;
+      if (!candidate) return;
+      const button = one("button", line);
+      setText(button, candidate.place.name);
+      setAttribute(button, "data-place", candidate.place.name);
+      setAttribute(one("progress", line), "value", candidate.probability.toFixed(2));
+      setText(one(".p", line), percent(candidate.probability));
+      setText(one(".d", line), length(candidate.distance_m));
+    });
+    one(".near-none", el).hidden = near.length > 0;
+
+    const visits = (session?.visits ?? []).slice(-3).reverse();
+    render(one(".visits", el), html`${visits.length === 0 && html`<p class="muted">${t("drawer.none")}</p>`}${visits.map(visitLine)}`);
+    const anomalies = (session?.anomalies ?? []).slice(-4).reverse();
+    render(one(".anomalies", el), html`${anomalies.length === 0 && html`<p class="muted">${t("drawer.none")}</p>`}${anomalies.map(
+      (a) => html`<p class="alert-line"><b>${tOr(`anomaly.${a.kind}`, a.kind ?? "")}</b>${a.foot && html` · ${t(`foot.${a.foot}`)}`} <span class="muted">${elapsed(startOf(a))} · ${a.detail}</span></p>`,
+    )}`);
+  }
+
+  return {
+    /** @param {Set<import("../app.js").AnyTopic>} _changed */
+    update(_changed) {
+      const person = current();
+      el.hidden = !person;
+      if (!person) {
+        shown = null;
+        return;
+      }
+      if (shown !== person.inspector.id) {
+        build(person);
+        shown = person.inspector.id;
+      }
+      fill(person);
+    },
+    close() {
+      el.removeEventListener("click", onClick);
+      faultForm.remove();
+      render(el, html``);
+      el.hidden = true;
+    },
+  };
+}
+
+/** @param {import("../state/live.js").Visit} visit */
+function visitLine(visit) {
+  const off = visit.before_minus_marker_m;
+  const tone = visit.accepted === null ? "" : visit.accepted ? "good" : "bad";
+  const word = visit.accepted === null ? t("visit.waiting") : visit.accepted ? t("visit.accepted") : t("visit.rejected");
+  return html`<p class="alert-line"><b>${visit.marker}</b> <span class="tag ${tone}">${word}</span>
+    <span class="muted">${elapsed(visit.t_ns !== undefined && visit.t_ns !== null ? visit.t_ns / 1e9 : visit.t_start_s)}${off && html` · ${t("visit.moved", { m: length(Math.hypot(off[0], off[1])) })}`}</span></p>`;
+}
+
+/** @param {import("../state/live.js").Anomaly} anomaly */
+function startOf(anomaly) {
+  return anomaly.t_start_s ?? (anomaly.t_start_ns ?? 0) / 1e9;
+}
+

@@ -1,0 +1,128 @@
+// What the map shows, layer by layer. A layer is redrawn only when something of its own has changed.
+
+import { drawActuators } from "../map/actuators.js";
+import { drawEllipses } from "../map/ellipses.js";
+import { drawFaults, faultAt } from "../map/faults.js";
+import { PeopleLayer } from "../map/people.js";
+import { drawPlan } from "../map/plan.js";
+import { drawRuns } from "../map/runs.js";
+import { drawTrails } from "../map/trails.js";
+import { eastNorth } from "../map/stage.js";
+
+/** How many actuators near the selected person stand out. */
+const NEAR = 5;
+
+export class LiveLayers {
+  /** @param {import("../app.js").App} app */
+  constructor(app) {
+    this.app = app;
+    const { stage, plan } = app;
+    this.plan = stage.canvas("plan", drawPlan(plan));
+    this.actuators = stage.canvas("actuators", drawActuators(plan.nodes, () => ({ named: this.near, goal: app.ui.goal })));
+    this.trails = stage.canvas("trails", drawTrails(() => ({ walked: this.walked(), seconds: app.ui.trail_s })));
+    this.runs = stage.canvas("trails", drawRuns(() => app.runs));
+    this.faults = stage.canvas("faults", drawFaults(() => ({ faults: this.openFaults(), selected: app.ui.fault })));
+    this.ellipses = stage.canvas("ellipses", drawEllipses(() => this.ellipsesShown()));
+    this.people = new PeopleLayer(stage.map, (id) => app.select(id));
+    /** @type {Set<string>} */
+    this.near = new Set();
+    this.screen = "";
+    stage.map.on("click", (event) => this.click(eastNorth(event.latlng)));
+  }
+
+  /** @param {import("../geometry.js").EastNorth} place */
+  click(place) {
+    const { app } = this;
+    if (this.screen !== "live" && this.screen !== "faults") return;
+    const reach_m = 12 / 2 ** app.stage.map.getZoom();
+    const fault = faultAt(this.openFaults(), place, reach_m);
+    app.ui.fault = fault?.id ?? null;
+    app.changed("choice");
+  }
+
+  openFaults() {
+    return [...this.app.live.faults.values()].filter((f) => f.state === "open");
+  }
+
+  /** @returns {import("../map/trails.js").Walked[]} */
+  walked() {
+    const { app } = this;
+    return this.present()
+      .map(({ inspector, session }) => ({
+        trail: session?.trail ?? [],
+        colour: app.colour(inspector.id),
+        selected: inspector.id === app.ui.selected,
+      }))
+      .sort((a, b) => Number(a.selected) - Number(b.selected));
+  }
+
+  ellipsesShown() {
+    const { app } = this;
+    return this.present().flatMap(({ inspector, session, presence }) =>
+      session?.position
+        ? [{
+            position: session.position,
+            colour: app.colour(inspector.id),
+            selected: inspector.id === app.ui.selected,
+            stale: presence === "lost" || presence === "silent",
+          }]
+        : [],
+    );
+  }
+
+  present() {
+    return this.app.people().filter((p) => p.session !== null && p.presence !== "off");
+  }
+
+  /** After a change of theme or of words: everything. */
+  repaint() {
+    for (const canvas of [this.plan, this.actuators, this.trails, this.runs, this.faults, this.ellipses]) canvas.invalidate();
+  }
+
+  /**
+   * @param {Set<import("../app.js").AnyTopic>} changed
+   * @param {string} screen
+   */
+  update(changed, screen) {
+    const { app } = this;
+    const has = (/** @type {import("../app.js").AnyTopic[]} */ ...topics) => topics.some((topic) => changed.has(topic));
+    const live = screen === "live" || screen === "faults";
+    if (screen !== this.screen) {
+      this.screen = screen;
+      this.people.setShown(live);
+      this.runs.setShown(screen === "session");
+      this.faults.setShown(live);
+    }
+    this.trails.setShown(live && app.ui.trails);
+    this.ellipses.setShown(live && app.ui.ellipses);
+    if (screen === "session") this.runs.invalidate();
+    if (!live) {
+      if (this.near.size > 0) {
+        this.near = new Set();
+        this.actuators.invalidate();
+      }
+      return;
+    }
+    if (has("all", "position", "trail", "choice", "session")) this.trails.invalidate();
+    if (has("all", "position", "choice", "session", "tick")) {
+      this.ellipses.invalidate();
+      this.people.update(app.people(), app.colour, app.ui.selected);
+      this.markNear();
+    }
+    if (has("all", "fault", "choice")) this.faults.invalidate();
+    if (app.ui.follow && app.ui.selected && has("all", "position", "choice")) {
+      const position = app.people().find((p) => p.inspector.id === app.ui.selected)?.session?.position;
+      if (position) app.stage.keepInView([position.position_m[0], position.position_m[1]]);
+    }
+  }
+
+  /** Rings around the actuators near the selected person; the canvas is redrawn only when they are others. */
+  markNear() {
+    const { app } = this;
+    const position = app.people().find((p) => p.inspector.id === app.ui.selected)?.session?.position;
+    const near = position ? app.grid.nearest(position.position_m[0], position.position_m[1], NEAR).map((n) => n.place.name) : [];
+    if (near.length === this.near.size && near.every((name) => this.near.has(name))) return;
+    this.near = new Set(near);
+    this.actuators.invalidate();
+  }
+}

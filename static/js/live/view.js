@@ -1,0 +1,80 @@
+// The live screen: everybody in a list, those who need attention first, and the open faults.
+
+import { html, one, render } from "../html.js";
+import { t, translate } from "../i18n.js";
+import { faultCards } from "../faults/cards.js";
+import { severitySign, presenceGlyph } from "../ui/signs.js";
+import { makeDrawer } from "./drawer.js";
+import { PeopleList } from "./people_list.js";
+
+/** @type {import("../ui/router.js").MakeView} */
+export function liveView(app, side) {
+  render(side, html`
+    <div class="side-head">
+      <h1 class="unseen" data-t="live.title"></h1>
+      <input type="search" id="search" data-t-hint="live.search" data-t-label="live.search" autocomplete="off" value="${app.ui.search}">
+      <p class="summary" data-testid="summary"></p>
+    </div>
+    <div class="columns" aria-hidden="true"><span></span><span data-t="live.who"></span><span class="num" data-t="live.sigma"></span><span class="num" data-t="live.since_marker"></span></div>
+    <ol class="people" data-testid="people" data-t-label="live.title"></ol>
+    <div class="list-title"><h2 data-t="live.open_faults"></h2><a href="#/faults" data-t="live.all_faults"></a></div>
+    <div class="faults" data-testid="live-faults"></div>`);
+  translate(side);
+  render(one("#legend"), html`
+    ${["walking", "standing", "silent", "lost"].map((p) => html`<span>${presenceGlyph(p)}${t(`presence.${p}`)}</span>`)}
+    ${["low", "medium", "high"].map((s) => html`<span>${severitySign(s)}${t(`severity.${s}`)}</span>`)}`);
+
+  const list = new PeopleList(app, one(".people", side));
+  const drawer = makeDrawer(app, one("#drawer"));
+  const search = /** @type {HTMLInputElement} */ (one("#search", side));
+  search.addEventListener("input", () => {
+    app.ui.search = search.value;
+    app.changed("choice");
+  });
+  search.addEventListener("keydown", (event) => {
+    if (event.key !== "Enter") return;
+    const first = list.shown()[0];
+    if (first) app.select(first.inspector.id);
+  });
+  const faults = one(".faults", side);
+  faults.addEventListener("click", (event) => {
+    const id = /** @type {HTMLElement} */ (event.target).closest("[data-fault]")?.getAttribute("data-fault");
+    const fault = id ? app.live.faults.get(id) : undefined;
+    if (!fault) return;
+    app.ui.fault = fault.id;
+    app.ui.follow = false;
+    if (fault.position_m) app.stage.goTo([fault.position_m[0], fault.position_m[1]], 2);
+    app.changed("choice");
+  });
+
+  return {
+    update(changed) {
+      list.update();
+      drawer.update(changed);
+      showSummary(app, one(".summary", side));
+      if (["all", "fault", "choice", "session"].some((topic) => changed.has(/** @type {any} */ (topic)))) {
+        render(faults, faultCards(app, app.layers.openFaults()));
+      }
+    },
+    close: () => drawer.close(),
+  };
+}
+
+/**
+ * @param {import("../app.js").App} app
+ * @param {HTMLElement} el
+ */
+function showSummary(app, el) {
+  const people = app.people();
+  const count = (/** @type {string[]} */ ...presences) => people.filter((p) => presences.includes(p.presence)).length;
+  const silent = count("silent");
+  const lost = count("lost");
+  const faults = app.layers.openFaults().length;
+  const part = (/** @type {string} */ key, /** @type {number} */ n, tone = "") =>
+    html`<span class="${n > 0 ? tone : ""}"><b>${n}</b> ${t(key)}</span>`;
+  render(el, html`
+    ${part("live.out", count("walking", "standing", "silent", "lost", "starting"))}
+    ${silent > 0 && part("presence.silent", silent, "warn")}
+    ${lost > 0 && part("presence.lost", lost, "bad")}
+    ${part("live.faults_open", faults)}`);
+}

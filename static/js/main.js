@@ -1,0 +1,125 @@
+// Starts the page: words, theme, site, map, feed; then each thing that changes is shown once a frame.
+
+import * as api from "./api.js";
+import { makeApp } from "./app.js";
+import { Feed } from "./feed.js";
+import { one, setAttribute, setText } from "./html.js";
+import { currentLanguage, loadLanguage, pickLanguage, t, translate } from "./i18n.js";
+import { apply } from "./state/live.js";
+import { forgetInk } from "./map/ink.js";
+import { makeAlarms } from "./ui/alarms.js";
+import { makeHelp } from "./ui/help.js";
+import { makeGoTo } from "./ui/go_to.js";
+import { makeKeyboard } from "./ui/keyboard.js";
+import { makeLinkState } from "./ui/link.js";
+import { makeMapTools } from "./ui/map_tools.js";
+import { makeRouter } from "./ui/router.js";
+import { chosenTheme, showTheme, toggleTheme } from "./ui/theme.js";
+import * as store from "./ui/remembered.js";
+
+showTheme(chosenTheme());
+await loadLanguage(pickLanguage(navigator.languages, store.recall("language")));
+
+const app = await start();
+
+async function start() {
+  const [site, plan] = await fetchUntilThere(() => Promise.all([api.site(), api.sitePlan()]));
+  const app = makeApp(site, plan);
+  const link = makeLinkState(app);
+  const router = makeRouter(app);
+  const alarms = makeAlarms(app);
+  const tools = makeMapTools(app);
+
+  app.onFrame((changed) => {
+    link.update();
+    tools.update();
+    if (changed.has("inspectors")) {
+      api.inspectors().then((list) => {
+        app.live.inspectors = new Map(list.map((i) => [i.id, i]));
+        app.changed("session");
+      }, () => app.changed());
+    }
+    app.layers.update(changed, router.name());
+    router.view()?.update?.(changed);
+    alarms.update();
+  });
+
+  const feed = new Feed({
+    makeSocket: () => new WebSocket(api.feedUrl()),
+    resume: () => (app.live.boot === null ? null : { since: app.live.seq, boot: app.live.boot }),
+    onMessage(message) {
+      const { gap, changed } = apply(app.live, message, Date.now());
+      app.changed(...changed);
+      return { gap };
+    },
+    onLink: (up) => link.set(up),
+  });
+  feed.open();
+  // Try at once when there is reason to hope; a page in the background has its timers slowed.
+  addEventListener("online", () => feed.open());
+  document.addEventListener("visibilitychange", () => {
+    if (!document.hidden) feed.open();
+  });
+
+  // People age and the clock goes on without any message.
+  setInterval(() => app.changed("tick"), 1000);
+
+  const help = makeHelp();
+  const goTo = makeGoTo(app);
+  makeKeyboard(app, { help, goTo });
+  one("#help").addEventListener("click", () => help.show());
+  one("#go").addEventListener("click", () => goTo.show());
+  one("#theme").addEventListener("click", () => {
+    toggleTheme();
+    forgetInk();
+    app.layers.repaint();
+    app.changed("all");
+  });
+  matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => {
+    showTheme(chosenTheme());
+    forgetInk();
+    app.layers.repaint();
+  });
+  one("#language").addEventListener("click", async () => {
+    const next = currentLanguage() === "en" ? "zh-CN" : "en";
+    store.remember("language", next);
+    await loadLanguage(next);
+    words();
+    router.again();
+    app.changed("all");
+  });
+  words();
+  router.go();
+  document.documentElement.dataset.ready = "yes";
+  return app;
+
+  function words() {
+    document.documentElement.lang = currentLanguage();
+    translate(document);
+    setText(one("#language"), currentLanguage() === "en" ? "中文" : "English");
+    setAttribute(one("#language"), "lang", currentLanguage() === "en" ? "zh-CN" : "en");
+  }
+}
+
+/**
+ * The page may be opened while the server is still starting.
+ * @template T
+ * @param {() => Promise<T>} fetchThem
+ * @returns {Promise<T>}
+ */
+async function fetchUntilThere(fetchThem) {
+  const banner = one("#banner");
+  for (let wait_ms = 500; ; wait_ms = Math.min(8000, wait_ms * 2)) {
+    try {
+      const found = await fetchThem();
+      banner.hidden = true;
+      return found;
+    } catch (error) {
+      banner.hidden = false;
+      setText(banner, t("link.no_server", { reason: error instanceof Error ? error.message : String(error) }));
+      await new Promise((resolve) => setTimeout(resolve, wait_ms));
+    }
+  }
+}
+
+export { app };

@@ -1,0 +1,76 @@
+// The whole of handing in: the session, each foot's log, the visits, then processing until it is done.
+
+import { handIn } from "./transfer.js";
+
+/**
+ * @typedef {"left" | "right"} Foot
+ * @typedef {Partial<Record<Foot, File>>} Files
+ * @typedef {import("./remembered_upload.js").Unfinished} Unfinished
+ * @typedef {Pick<typeof import("../api.js"), "createSession" | "beginLog" | "logOffset" | "appendLog" | "finishLog" | "addVisits" | "processSession" | "job">} UploadApi
+ */
+
+/** How often a job is asked for when the feed says nothing, ms. */
+const ASK_EVERY_MS = 700;
+
+/**
+ * @param {UploadApi} api
+ * @param {{
+ *   files: Files, visits: File | null, session: Record<string, unknown>, unfinished: Unfinished | null,
+ *   onFoot: (foot: Foot, progress: import("./transfer.js").Progress) => void,
+ *   onJob: (job: import("../state/live.js").Job) => void,
+ *   remember: (unfinished: Unfinished | null) => void, wait?: (ms: number) => Promise<void>,
+ * }} task
+ * @returns {Promise<{session_id: string, unchanged: boolean}>}
+ */
+export async function runUpload(api, task) {
+  const wait = task.wait ?? ((ms) => new Promise((resolve) => setTimeout(resolve, ms)));
+  const feet = /** @type {Foot[]} */ (["left", "right"]).filter((foot) => task.files[foot]);
+  /** @type {Unfinished} */
+  const record = task.unfinished ?? {
+    session_id: (await api.createSession({ ...task.session, feet })).id,
+    title: String(task.session.title ?? ""),
+    logs: {},
+  };
+  task.remember(record);
+
+  const outcomes = [];
+  for (const foot of feet) {
+    const file = /** @type {File} */ (task.files[foot]);
+    const outcome = await handIn(api, {
+      sessionId: record.session_id,
+      foot,
+      file,
+      begun: record.logs[foot] ?? null,
+      onLog(log_id, sha256) {
+        record.logs[foot] = { log_id, sha256, name: file.name, size: file.size };
+        task.remember(record);
+      },
+      onProgress: (progress) => task.onFoot(foot, progress),
+      wait: task.wait,
+    });
+    outcomes.push(outcome.state);
+  }
+  if (task.visits) await api.addVisits(record.session_id, task.visits);
+
+  let job = await api.processSession(record.session_id);
+  task.onJob(job);
+  while (!ended(job)) {
+    await wait(ASK_EVERY_MS);
+    job = await api.job(job.id);
+    task.onJob(job);
+  }
+  if (job.state === "failed") throw Object.assign(new Error(jobError(job)), { job });
+  task.remember(null);
+  return { session_id: record.session_id, unchanged: outcomes.every((state) => state === "unchanged") };
+}
+
+/** @param {import("../state/live.js").Job} job */
+export function ended(job) {
+  return job.state === "finished" || job.state === "done" || job.state === "failed";
+}
+
+/** @param {import("../state/live.js").Job} job */
+function jobError(job) {
+  const error = /** @type {any} */ (job.error);
+  return typeof error === "string" ? error : (error?.detail ?? error?.title ?? "processing failed");
+}

@@ -1,0 +1,198 @@
+// A server that plays docs/wire.md for the page alone: `npm run mock`, then open the address it prints.
+// The browser tests start it on a free port and give it orders (`cut`, `site.muted`, `dropAfterBytes`).
+
+import { createHash } from "node:crypto";
+import { createReadStream } from "node:fs";
+import { stat } from "node:fs/promises";
+import { createServer } from "node:http";
+import { extname, join, normalize } from "node:path";
+import { fileURLToPath, pathToFileURL } from "node:url";
+import { acceptWebSocket } from "./mock/websocket.mjs";
+import { MockSite, iso } from "./mock/site.mjs";
+
+const ROOT = fileURLToPath(new URL("..", import.meta.url));
+const TYPES = { ".html": "text/html; charset=utf-8", ".js": "text/javascript", ".css": "text/css", ".json": "application/json", ".svg": "image/svg+xml" };
+const CSP = "default-src 'self'; frame-ancestors 'none'; base-uri 'none'; form-action 'self'";
+
+/** @param {{port?: number, stepMs?: number}} [options] */
+export async function startMock({ port = 0, stepMs = 500 } = {}) {
+  const site = new MockSite();
+  const finished = site.finishedWalk();
+  const logs = new Map();
+  const jobs = new Map();
+  const walks = new Map([["s9", {
+    id: "s9", inspector_id: "i5", title: "Spiral, evening", state: "finished", started_at: iso(-9e6), ended_at: iso(-7.8e6), feet: ["left", "right"],
+    samples: 240_000, epochs: 120_000, duration_s: 1200, distance_m: 1440.2, track_sha256: "5e1c".repeat(16),
+    logs: [{ id: "l1", foot: "left", file_name: "left.csv.gz", size_bytes: 5_100_000, samples: 120_000, state: "accepted" }], visits: 9, anomalies: 1,
+  }]]);
+  const orders = { dropAfterBytes: Infinity, refused: false };
+  /** @type {Set<{cut(): void}>} */
+  const sockets = new Set();
+
+  const server = createServer(async (request, response) => {
+    const url = new URL(request.url ?? "/", "http://mock");
+    const path = url.pathname;
+    const chunks = [];
+    for await (const chunk of request) chunks.push(chunk);
+    const body = Buffer.concat(chunks);
+    const json = (value, status = 200, headers = {}) => {
+      response.writeHead(status, { "Content-Type": status >= 400 ? "application/problem+json" : "application/json", ...headers });
+      response.end(JSON.stringify(value));
+    };
+    const problem = (status, code, detail, where) => json({ type: "about:blank", title: code, status, code, detail, where }, status);
+    if (!path.startsWith("/api/v1/")) return serveFile(path, response);
+    const [noun, id, part] = path.slice("/api/v1/".length).split("/").map(decodeURIComponent);
+    const route = `${request.method} ${noun}${id ? "/:id" : ""}${part ? `/${part}` : ""}`;
+    const given = () => JSON.parse(body.toString() || "{}");
+    switch (route) {
+      case "GET site": return json({ name: "FAST (demo)", latitude_deg: 25.652944, longitude_deg: 106.856667, height_m: 1110, gravity_m_s2: 9.787, declination_deg: -2.45 });
+      case "GET site/:id": return json(site.plan);
+      case "GET inspectors": return json(site.inspectors);
+      case "POST inspectors": {
+        const inspector = { id: `i${site.inspectors.length + 1}`, name: given().name, created_at: iso(0) };
+        site.inspectors.push(inspector);
+        return json(inspector, 201);
+      }
+      case "GET sessions": return json([...walks.values(), ...site.sessions.values()]);
+      case "POST sessions": {
+        const row = { id: `s${100 + walks.size}`, state: "created", samples: 0, epochs: 0, duration_s: 0, distance_m: 0, started_at: iso(0), logs: [], ...given() };
+        walks.set(row.id, row);
+        return json(row, 201);
+      }
+      case "GET sessions/:id": return walks.has(id) ? json(walks.get(id)) : site.sessions.has(id) ? json({ ...site.sessions.get(id), logs: [] }) : problem(404, "no_such_session", `expected a session's id, found ${id}`);
+      case "GET sessions/:id/visits": return json(walks.has(id) && walks.get(id).state === "finished" ? finished.visits : []);
+      case "GET sessions/:id/anomalies": return json(id === "s9" ? [{ kind: "gap", foot: "left", t_start_s: 431.2, t_end_s: 431.9, samples: 70, detail: "expected a sample every 10 ms, found none for 700 ms" }] : []);
+      case "GET sessions/:id/track": return json(finished[url.searchParams.get("run") ?? "main"]);
+      case "POST sessions/:id/visits": return json([], 201);
+      case "POST sessions/:id/logs": {
+        const asked = given();
+        const known = [...logs.values()].find((l) => l.sha256 === asked.sha256 && l.session_id === id && l.foot === asked.foot && l.state === "accepted");
+        if (known) return json({ ...row(known), state: "unchanged" });
+        const log = { id: `l${100 + logs.size}`, session_id: id, ...asked, state: "receiving", data: Buffer.alloc(0), samples: 0 };
+        logs.set(log.id, log);
+        return json(row(log), 201);
+      }
+      case "HEAD logs/:id":
+      case "GET logs/:id": {
+        const log = logs.get(id);
+        return log ? json(row(log), 200, { "Upload-Offset": log.data.length }) : problem(404, "no_such_log", `expected a log's id, found ${id}`);
+      }
+      case "PATCH logs/:id": {
+        const log = logs.get(id);
+        if (Number(request.headers["upload-offset"]) !== log.data.length) {
+          return json({ status: 409, code: "wrong_offset", title: "wrong offset", detail: "wrong offset" }, 409, { "Upload-Offset": log.data.length });
+        }
+        log.data = Buffer.concat([log.data, body]);
+        if (log.data.length > orders.dropAfterBytes) {
+          // The bytes are on disk, the answer is lost on the way.
+          orders.dropAfterBytes = Infinity;
+          return request.socket.destroy();
+        }
+        response.writeHead(204, { "Upload-Offset": log.data.length });
+        return response.end();
+      }
+      case "POST logs/:id/finish": {
+        const log = logs.get(id);
+        if (createHash("sha256").update(log.data).digest("hex") !== given().sha256) return problem(422, "wrong_hash", "the bytes that arrived are not those that were hashed");
+        if (!log.data.toString("latin1", 0, 400).includes("gyr_x_rad_s")) {
+          logs.delete(id);
+          return problem(422, "wrong_column", "expected the column gyr_x_rad_s, found none; give rad/s under that name", { line: 1, column: "gyr_x_rad_s" });
+        }
+        log.state = "accepted";
+        return json(row(log));
+      }
+      case "POST sessions/:id/process": {
+        const job = { id: `j${jobs.size + 1}`, session_id: id, state: "running", stage: "filter", progress: 0.2 };
+        jobs.set(job.id, job);
+        return json(job, 202);
+      }
+      case "GET jobs/:id": {
+        const job = jobs.get(id);
+        job.progress = Math.min(1, job.progress + 0.4);
+        if (job.progress >= 1) {
+          job.state = "finished";
+          Object.assign(walks.get(job.session_id), { state: "finished", epochs: 1000, samples: 2000, duration_s: 1200, distance_m: 1440 });
+        }
+        return json(job);
+      }
+      case "GET markers": return json(site.plan.nodes.map(({ name, e_m, n_m, u_m }) => ({ name, e_m, n_m, u_m })));
+      case "POST markers/:id": return body.toString().includes("name") ? json({ added: 1, changed: 2, unchanged: 3 }) : problem(422, "missing_header", "expected a header with name, found none", { line: 1 });
+      case "GET faults": return json(site.faults.filter((f) => !url.searchParams.get("state") || f.state === url.searchParams.get("state")));
+      case "POST faults": {
+        const asked = given();
+        const walk = site.walks.find((w) => w.session.id === asked.session_id);
+        const [e, n] = walk.position.position_m;
+        const near = site.plan.nodes.map((m) => ({ marker: m.name, distance_m: Math.hypot(m.e_m - e, m.n_m - n) })).sort((a, b) => a.distance_m - b.distance_m).slice(0, 5);
+        const fault = { id: `f${site.faults.length + 1}`, inspector_id: walk.inspector.id, text: "", marker: null, state: "open", reported_at: iso(0), position_m: walk.position.position_m, sigma_m: walk.position.sigma_m, candidates: near.map((c, i) => ({ ...c, probability: [0.5, 0.25, 0.15, 0.07, 0.03][i] })), ...asked };
+        site.faults.push(fault);
+        site.publish([{ kind: "fault", fault }]);
+        return json(fault, 201);
+      }
+      case "POST faults/:id/close": {
+        const fault = site.faults.find((f) => f.id === id);
+        Object.assign(fault, { state: "closed", closed_at: iso(0) });
+        site.publish([{ kind: "fault", fault }]);
+        return json(fault);
+      }
+      default: return problem(404, "no_such_route", `expected a path of docs/wire.md, found ${route}`);
+    }
+  });
+
+  server.on("upgrade", (request, socket) => {
+    if (orders.refused || !request.url?.startsWith("/api/v1/feed")) return socket.destroy();
+    const feed = acceptWebSocket(request, /** @type {import("node:net").Socket} */ (socket), (text) => {
+      const hello = JSON.parse(text);
+      for (const message of site.answer(hello)) feed.send(message);
+      site.listeners.add(feed.send);
+    });
+    sockets.add(feed);
+    socket.on("close", () => {
+      sockets.delete(feed);
+      site.listeners.delete(feed.send);
+    });
+  });
+  const walking = setInterval(() => site.step(), stepMs);
+  const beating = setInterval(() => {
+    for (const send of site.listeners) send({ type: "heartbeat", seq: site.seq, server_time: iso(0) });
+  }, 5000);
+  await new Promise((resolve) => server.listen(port, "127.0.0.1", () => resolve(undefined)));
+  const address = /** @type {import("node:net").AddressInfo} */ (server.address());
+  return {
+    url: `http://127.0.0.1:${address.port}`,
+    site,
+    orders,
+    cut: () => sockets.forEach((s) => s.cut()),
+    stop() {
+      clearInterval(walking);
+      clearInterval(beating);
+      sockets.forEach((s) => s.cut());
+      server.closeAllConnections();
+      return new Promise((resolve) => server.close(resolve));
+    },
+  };
+}
+
+function row({ data, ...log }) {
+  return { ...log, offset_bytes: data.length };
+}
+
+/**
+ * @param {string} path
+ * @param {import("node:http").ServerResponse} response
+ */
+async function serveFile(path, response) {
+  const file = join(ROOT, normalize(path === "/" ? "/index.html" : path));
+  const found = file.startsWith(ROOT) ? await stat(file).catch(() => null) : null;
+  if (!found?.isFile()) {
+    response.writeHead(404);
+    response.end();
+    return;
+  }
+  response.writeHead(200, { "Content-Type": TYPES[extname(file)] ?? "application/octet-stream", "Content-Security-Policy": CSP });
+  createReadStream(file).pipe(response);
+}
+
+if (process.argv[1] && import.meta.url === pathToFileURL(process.argv[1]).href) {
+  const mock = await startMock({ port: Number(process.env.PORT ?? 8099) });
+  console.log(`mock server: ${mock.url}`);
+}

@@ -1,0 +1,166 @@
+// What happens on the mock's site: people who walk the spiral road, visits, revisions, faults. Plays the
+// feed's contract; knows nothing of HTTP.
+
+import { makePlan } from "./plan.mjs";
+
+const NAMES = ["Chen Wei", "李娜", "Okafor, Ada", "Zhang Min", "Novak, Petr"];
+const STEP_S = 0.5;
+
+export class MockSite {
+  constructor() {
+    this.plan = makePlan();
+    this.boot = "boot-1";
+    this.seq = 100;
+    /** @type {Set<(message: any) => void>} */
+    this.listeners = new Set();
+    this.history = [];
+    this.inspectors = NAMES.map((name, i) => ({ id: `i${i + 1}`, name, created_at: iso(-86_400_000) }));
+    this.walks = this.inspectors.slice(0, 4).map((inspector, i) => this.beginWalk(inspector, i));
+    this.sessions = new Map(this.walks.map((walk) => [walk.session.id, walk.session]));
+    this.faults = [
+      fault("f1", "i1", "hydraulic_leak", "high", [62, 104, 30], [["A57", 0.61, 4.2], ["A58", 0.24, 8.8], ["A46", 0.1, 10.9]]),
+      fault("f2", "i2", "communication_loss", "medium", [-118, -64, 40], [["D91", 0.48, 5.1], ["D78", 0.31, 7.7]]),
+      fault("f3", "i3", "panel_damage", "low", [35, -150, 45], [["C120", 0.72, 2.9]]),
+    ];
+    /** Whose positions are held back. */
+    this.muted = new Set();
+  }
+
+  beginWalk(inspector, i) {
+    const session = {
+      id: `s${i + 1}`, inspector_id: inspector.id, title: "", state: "live", started_at: iso(-(600 + 400 * i) * 1000), ended_at: null,
+      feet: ["left", "right"], samples: 0, epochs: 0, duration_s: 0, distance_m: 0,
+    };
+    const walk = { session, inspector, s: 120 + 420 * i, speed: 1.1 + 0.1 * i, t_s: 600 + 400 * i, since_m: 40 + 90 * i, since_s: 30 + 75 * i, sigma: 0.8 + 0.9 * i, standing: 0, trail: [], visits: [], anomalies: [], position: null };
+    for (let k = 240; k > 0; k--) {
+      const [e, n] = this.onRoad(walk.s - k * 0.55);
+      walk.trail.push([Math.round((walk.t_s - k * STEP_S) * 1e9), e, n]);
+    }
+    if (i === 0) walk.visits.push({ session_id: session.id, marker: "A57", t_ns: 480e9, accepted: true, nis: 1.8, before_minus_marker_m: [2.1, -1.4, 0.2], after_minus_marker_m: [0.2, -0.1, 0], reason: "" });
+    if (i === 2) walk.anomalies.push({ session_id: session.id, kind: "magnetic_field", foot: "left", t_start_s: 305, t_end_s: 318, samples: 1300, detail: "expected 48.1 µT within 8 µT, found 61.0 µT" });
+    this.place(walk);
+    return walk;
+  }
+
+  /** @param {number} s metres along the road */
+  onRoad(s) {
+    const { road } = this.plan;
+    let left = Math.max(0, s);
+    for (let i = 1; i < road.length; i++) {
+      const d = Math.hypot(road[i][0] - road[i - 1][0], road[i][1] - road[i - 1][1]);
+      if (left <= d) {
+        const f = left / d;
+        return [road[i - 1][0] + f * (road[i][0] - road[i - 1][0]), road[i - 1][1] + f * (road[i][1] - road[i - 1][1])];
+      }
+      left -= d;
+    }
+    return road[road.length - 1];
+  }
+
+  place(walk) {
+    const [e, n] = this.onRoad(walk.s);
+    const [e2, n2] = this.onRoad(walk.s + 1);
+    const along = walk.sigma * 0.6;
+    const across = walk.sigma;
+    const a = Math.atan2(e2 - e, n2 - n);
+    const [see, snn] = [(across * Math.cos(a)) ** 2 + (along * Math.sin(a)) ** 2, (across * Math.sin(a)) ** 2 + (along * Math.cos(a)) ** 2];
+    walk.position = {
+      session_id: walk.session.id, inspector_id: walk.inspector.id, t_ns: Math.round(walk.t_s * 1e9),
+      position_m: [e, n, 12.5], heading_rad: a, sigma_m: [Math.sqrt(see), Math.sqrt(snn), 0.7],
+      covariance_en_m2: (along ** 2 - across ** 2) * Math.sin(a) * Math.cos(a),
+      speed_m_s: walk.standing > 0 ? 0 : walk.speed, state: walk.standing > 0 ? "standing" : "walking",
+      since_marker_s: walk.since_s, since_marker_m: walk.since_m, distance_m: walk.s, received_at: iso(0),
+    };
+  }
+
+  /** Half a second goes by. */
+  step() {
+    const changes = [];
+    for (const walk of this.walks) {
+      walk.t_s += STEP_S;
+      walk.since_s += STEP_S;
+      if (walk.standing > 0) walk.standing -= STEP_S;
+      else {
+        walk.s += walk.speed * STEP_S;
+        walk.since_m += walk.speed * STEP_S;
+        walk.sigma = Math.min(7, walk.sigma + 0.004);
+        if (walk.t_s % 40 < STEP_S) walk.standing = 6;
+      }
+      this.place(walk);
+      if (this.muted.has(walk.inspector.id)) continue;
+      const [e, n] = walk.position.position_m;
+      walk.trail.push([walk.position.t_ns, e, n]);
+      changes.push({ kind: "position", ...walk.position });
+    }
+    if (changes.length > 0) this.publish(changes);
+  }
+
+  /** @param {any[]} changes */
+  publish(changes) {
+    this.seq += 1;
+    const message = { type: "changes", seq: this.seq, server_time: iso(0), changes };
+    this.history.push(message);
+    if (this.history.length > 60) this.history.shift();
+    for (const listener of this.listeners) listener(message);
+  }
+
+  snapshot() {
+    return {
+      type: "snapshot", boot: this.boot, seq: this.seq, server_time: iso(0), inspectors: this.inspectors,
+      sessions: this.walks.map((w) => ({ ...w.session, trail: w.trail, position: w.position, visits: w.visits, anomalies: w.anomalies })),
+      faults: this.faults.filter((f) => f.state === "open"), markers_revision: 7,
+    };
+  }
+
+  /** @param {{since?: number, boot?: string}} hello */
+  answer(hello) {
+    const since = hello.since ?? -1;
+    if (hello.boot !== this.boot || since < (this.history[0]?.seq ?? this.seq + 1) - 1) return [this.snapshot()];
+    return [{ type: "heartbeat", seq: since, server_time: iso(0) }, ...this.history.filter((m) => m.seq > since)];
+  }
+
+  /** A finished walk for the session screen: true road, drifting without markers, pulled back by each. */
+  finishedWalk() {
+    const columns = ["t_s", "e_m", "n_m", "u_m", "heading_rad", "sigma_e_m", "sigma_n_m", "sigma_u_m"];
+    const main = [];
+    const without = [];
+    const visits = [];
+    let drift = [0, 0];
+    for (let k = 0; k <= 2400; k++) {
+      const s = k * 0.6;
+      const t_s = k * 0.5;
+      const [e, n] = this.onRoad(s + 60);
+      const f = s / 1440;
+      const off = [11 * f * Math.sin(4 * f), -9 * f * f * 1.5];
+      const since = [off[0] - drift[0], off[1] - drift[1]];
+      const sigma = 0.4 + 0.018 * (s % 150);
+      main.push([t_s, e + since[0], n + since[1], 0, 0.3, sigma, sigma * 0.8, 0.3]);
+      without.push([t_s, e + off[0], n + off[1], 0, 0.3, 0.4 + 0.01 * s, 0.4 + 0.008 * s, 0.6]);
+      if (k > 0 && k % 250 === 0) {
+        const marker = nearest(this.plan.nodes, e, n);
+        visits.push({
+          session_id: "s9", marker: marker.name, t_start_s: t_s, t_end_s: t_s + 5, accepted: k !== 1250, nis: 1.1 + (k % 7),
+          before_minus_marker_m: [e + since[0] - marker.e_m, n + since[1] - marker.n_m, 0.1], reason: k === 1250 ? "NIS 31.2 is beyond 13.8" : "",
+        });
+        if (k !== 1250) drift = off;
+      }
+    }
+    return { main: { run: "main", columns, rows: main }, without_markers: { run: "without_markers", columns, rows: without }, visits };
+  }
+}
+
+function nearest(nodes, e, n) {
+  return nodes.reduce((best, node) => (Math.hypot(node.e_m - e, node.n_m - n) < Math.hypot(best.e_m - e, best.n_m - n) ? node : best));
+}
+
+function fault(id, inspector_id, kind, severity, position_m, candidates) {
+  return {
+    id, inspector_id, session_id: null, kind, severity, text: "", marker: null, state: "open", reported_at: iso(-300_000),
+    closed_at: null, position_m, sigma_m: [1.8, 1.6, 0.7], candidates: candidates.map(([marker, probability, distance_m]) => ({ marker, probability, distance_m })),
+  };
+}
+
+/** @param {number} offset_ms from now */
+export function iso(offset_ms) {
+  return new Date(Date.now() + offset_ms).toISOString();
+}
