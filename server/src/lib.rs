@@ -11,6 +11,7 @@ pub mod state;
 pub mod wire;
 
 pub mod api;
+mod faults;
 pub mod live;
 pub mod store;
 

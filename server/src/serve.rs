@@ -12,10 +12,10 @@ use tokio_util::sync::CancellationToken;
 use crate::config::Config;
 use crate::live::hub::Hub;
 use crate::live::registry::Registry;
-use crate::site::Site;
+use crate::site::Plan;
 use crate::state::{App, STOP_WITHIN, State};
 use crate::store::Store;
-use crate::{api, assets, live};
+use crate::{api, assets, live, site};
 
 /// Listens where the configuration says, once it is sure that it may.
 pub async fn bind(config: &Config) -> Result<TcpListener> {
@@ -77,19 +77,7 @@ async fn open(config: Config) -> Result<App> {
         "the track rate is {} Hz; expected a positive number",
         config.track_rate_hz
     );
-    let site = match &config.site {
-        None => Site::default(),
-        Some(path) => {
-            let text = std::fs::read_to_string(path)
-                .with_context(|| format!("could not read the site file {}", path.display()))?;
-            toml::from_str(&text).with_context(|| {
-                format!(
-                    "the site file {} is not as expected (name, latitude_deg, longitude_deg, height_m, gravity_m_s2, declination_deg)",
-                    path.display()
-                )
-            })?
-        }
-    };
+    let site = site::read(config.site.as_deref())?;
     std::fs::create_dir_all(config.uploads())
         .with_context(|| format!("could not make the data folder {}", config.data.display()))?;
     let database = config.database();
@@ -100,6 +88,7 @@ async fn open(config: Config) -> Result<App> {
     let hub = Hub::new(board);
     Ok(Arc::new(State {
         config,
+        plan: Plan::of(&site),
         site,
         store,
         hub,

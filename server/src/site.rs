@@ -1,36 +1,99 @@
-//! The site that this server serves: one, given by its configuration.
+//! The site that this server serves, one, and the plan that maps are drawn on.
 
-use serde::{Deserialize, Serialize};
+use std::path::Path;
 
-/// Where the site's origin lies and which fields act there.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(default, deny_unknown_fields)]
-pub struct Site {
-    /// Its name, as pages show it.
-    pub name: String,
-    /// Geodetic latitude (WGS 84) of the origin, degrees.
-    pub latitude_deg: f64,
-    /// Longitude (WGS 84) of the origin, degrees.
-    pub longitude_deg: f64,
-    /// Height of the origin over the ellipsoid, m.
-    pub height_m: f64,
-    /// Local gravity, m/s².
-    pub gravity_m_s2: f64,
-    /// Magnetic declination, east of north positive, degrees.
-    pub declination_deg: f64,
+use anyhow::{Context, Result};
+use lodestep_engine::geo::{dome, terrain};
+use serde::Serialize;
+
+pub use lodestep_engine::geo::Site;
+
+/// A point of the road every so many metres: a smooth line on any screen.
+const ROAD_SPACING_M: f64 = 5.0;
+
+/// The site of a file, or FAST without one.
+pub(crate) fn read(file: Option<&Path>) -> Result<Site> {
+    let Some(file) = file else { return Ok(Site::fast()) };
+    let text = std::fs::read_to_string(file)
+        .with_context(|| format!("could not read the site file {}", file.display()))?;
+    Site::from_toml(&text).with_context(|| file.display().to_string())
 }
 
-impl Default for Site {
-    /// FAST: the centre as observatories publish it, normal gravity between 840 m and 1,110 m, and the
-    /// declination of the IGRF for the middle of 2026.
-    fn default() -> Self {
-        Site {
-            name: "FAST".to_owned(),
-            latitude_deg: 25.652_944,
-            longitude_deg: 106.856_667,
-            height_m: 1_110.028_8,
-            gravity_m_s2: 9.787,
-            declination_deg: -2.45,
+/// What stands still on the site, east-north-up in metres from its origin: `GET /site/plan`.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Plan {
+    /// The nodes of the reflector's cable net.
+    pub nodes: Vec<Node>,
+    /// Radius of the ring beam, m.
+    pub ring_radius_m: f64,
+    /// The inspection road's centre line, `[e_m, n_m]`.
+    pub road: Vec<[f64; 2]>,
+    /// Where the sectors begin.
+    pub sectors: Vec<Sector>,
+    /// The towers around the reflector.
+    pub towers: Vec<Tower>,
+}
+
+/// A node of the cable net.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Node {
+    /// Such as `A17`.
+    pub name: String,
+    /// Its sector's letter.
+    pub sector: char,
+    /// East, m.
+    pub e_m: f64,
+    /// North, m.
+    pub n_m: f64,
+    /// Up, m.
+    pub u_m: f64,
+}
+
+/// A sector of the reflector; it reaches from its own axis to the next sector's.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Sector {
+    /// Its letter.
+    pub name: char,
+    /// Azimuth of its axis, clockwise from true north, degrees in [0, 360).
+    pub azimuth_deg: f64,
+}
+
+/// A tower.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Tower {
+    /// Its name.
+    pub name: String,
+    /// East, m.
+    pub e_m: f64,
+    /// North, m.
+    pub n_m: f64,
+}
+
+impl Plan {
+    /// The plan of a site. It holds still: to the millimetre is plenty, and a third of the bytes.
+    pub fn of(site: &Site) -> Plan {
+        let millimetres = |metres: f64| (metres * 1e3).round() / 1e3;
+        let nodes = dome::nodes(site).into_iter().map(|node| {
+            let [e_m, n_m, u_m] = node.position_n_m.map(millimetres);
+            Node { name: node.name, sector: node.sector, e_m, n_m, u_m }
+        });
+        let sectors = dome::SECTOR_AXES_DEG.into_iter().map(|(name, axis_deg)| Sector {
+            name,
+            azimuth_deg: (axis_deg + site.azimuth_of_plan_deg).rem_euclid(360.0),
+        });
+        let towers = terrain::towers(site).into_iter().map(|tower| {
+            let [e_m, n_m] = tower.position_n_m.map(millimetres);
+            Tower { name: tower.name, e_m, n_m }
+        });
+        Plan {
+            nodes: nodes.collect(),
+            ring_radius_m: dome::RING_RADIUS_M,
+            road: terrain::road(site, ROAD_SPACING_M)
+                .into_iter()
+                .map(|[e, n, _]| [millimetres(e), millimetres(n)])
+                .collect(),
+            sectors: sectors.collect(),
+            towers: towers.collect(),
         }
     }
 }

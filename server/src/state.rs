@@ -9,7 +9,7 @@ use tokio_util::sync::CancellationToken;
 use crate::config::Config;
 use crate::live::hub::Hub;
 use crate::live::registry::Registry;
-use crate::site::Site;
+use crate::site::{Plan, Site};
 use crate::store::Store;
 
 /// The running server: shared by all handlers and tasks.
@@ -21,6 +21,8 @@ pub struct State {
     pub config: Config,
     /// The site it serves.
     pub site: Site,
+    /// What stands still there.
+    pub plan: Plan,
     /// Everything that is kept.
     pub store: Store,
     /// Where changes are told, once they are on disk.

@@ -19,8 +19,10 @@ use crate::{assets, headers, live, origin};
 
 pub mod extract;
 
+pub(crate) mod faults;
 mod health;
 mod inspectors;
+pub mod sessions;
 mod site;
 
 /// The header that names a request in the answer and in the log.
@@ -28,7 +30,12 @@ const REQUEST_ID: HeaderName = HeaderName::from_static("x-request-id");
 
 /// Everything that this server answers.
 pub fn router(app: App) -> Router {
-    let v1 = Router::new().merge(site::routes()).merge(inspectors::routes()).merge(live::routes());
+    let v1 = Router::new()
+        .merge(site::routes())
+        .merge(inspectors::routes())
+        .merge(sessions::routes())
+        .merge(faults::routes())
+        .merge(live::routes());
     let layers = ServiceBuilder::new()
         .layer(SetRequestIdLayer::new(REQUEST_ID, MakeRequestUuid))
         .layer(TraceLayer::new_for_http().make_span_with(span))

@@ -139,6 +139,21 @@ pub async fn get(db: impl SqliteExecutor<'_>, id: Uuid) -> Result<Option<Session
     Ok(query.fetch_optional(db).await?)
 }
 
+/// The inspector's session that had begun last at this instant.
+pub async fn of_inspector_at(
+    db: impl SqliteExecutor<'_>,
+    inspector_id: Uuid,
+    at: OffsetDateTime,
+) -> Result<Option<Session>, StoreError> {
+    let query = sqlx::query_as(
+        "select * from sessions where inspector_id = ?1 and started_at <= ?2
+         order by started_at desc, id desc limit 1",
+    )
+    .bind(inspector_id.to_string())
+    .bind(utc::to_us(at));
+    Ok(query.fetch_optional(db).await?)
+}
+
 /// Adds one.
 pub async fn insert(db: impl SqliteExecutor<'_>, session: &Session) -> Result<(), StoreError> {
     let feet = session.feet.iter().map(|foot| foot.name()).collect::<Vec<_>>().join(",");

@@ -142,6 +142,16 @@ pub async fn last_at(
     Ok(row.map(|Stored(point)| point))
 }
 
+/// The main run's first point.
+pub async fn first(db: impl SqliteExecutor<'_>, session_id: Uuid) -> Result<Option<TrackPoint>, StoreError> {
+    let query = sqlx::query_as(
+        "select * from track_points where session_id = ?1 and run = 'main' order by t_ns limit 1",
+    )
+    .bind(session_id.to_string());
+    let row: Option<Stored> = query.fetch_optional(db).await?;
+    Ok(row.map(|Stored(point)| point))
+}
+
 /// Adds points, or puts them in the place of those of the same times.
 pub async fn upsert(
     db: &mut SqliteConnection,

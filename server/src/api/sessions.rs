@@ -1,0 +1,193 @@
+//! Walks.
+
+use axum::Router;
+use axum::extract::State;
+use axum::http::StatusCode;
+use axum::routing::get;
+use lodestep_engine::sample::Foot;
+use serde::Deserialize;
+use time::OffsetDateTime;
+use uuid::Uuid;
+
+use super::extract::{Json, Path, Query};
+use crate::error::{Error, Result};
+use crate::state::App;
+use crate::store::sessions::{self, Filter, Session, SessionState, Start};
+use crate::store::{anomalies, inspectors, logs, markers, visits};
+use crate::utc;
+use crate::wire::{Change, SessionView};
+
+pub(super) fn routes() -> Router<App> {
+    Router::new().route("/sessions", get(list).post(create)).route("/sessions/{id}", get(show).delete(remove))
+}
+
+/// Letters in a title.
+const TITLE_LENGTH: usize = 200;
+
+/// Farther from the site's origin than this, the flat frame is no place to start in, m.
+const FARTHEST_M: f64 = 100_000.0;
+
+/// A session as it is asked for.
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct NewSession {
+    /// Who walks.
+    pub inspector_id: Uuid,
+    /// The instant of `t_ns` = 0; now, when it is left out.
+    #[serde(default, with = "time::serde::rfc3339::option")]
+    pub started_at: Option<OffsetDateTime>,
+    /// Free words.
+    #[serde(default)]
+    pub title: String,
+    /// Which feet carry a sensor; both, when it is left out.
+    #[serde(default = "both")]
+    pub feet: Vec<Foot>,
+    /// Where the middle of the feet stands at the start; the site's origin, when it is left out.
+    pub start: Option<NewStart>,
+    /// Heading of the first sensor's x axis, clockwise from true north, degrees; from the magnetometer,
+    /// when it is left out.
+    pub initial_heading_deg: Option<f64>,
+}
+
+fn both() -> Vec<Foot> {
+    Foot::BOTH.to_vec()
+}
+
+/// `{"marker":"A17"}` or `{"position_m":[e,n,u]}`.
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum NewStart {
+    /// At this marker; at the origin's height where it has none.
+    Marker(String),
+    /// Here, east-north-up, m.
+    PositionM([f64; 3]),
+}
+
+/// Checks a new session, puts it on disk in this state and tells the feed.
+pub(crate) async fn begin(app: &App, new: NewSession, state: SessionState) -> Result<Session> {
+    let db = app.store.read();
+    if inspectors::get(db, new.inspector_id).await?.is_none() {
+        return Err(Error::not_found("inspector", new.inspector_id));
+    }
+    let mut feet = new.feet;
+    feet.sort_unstable();
+    feet.dedup();
+    if feet.is_empty() {
+        return Err(Error::invalid(
+            "wrong_feet",
+            r#"expected "left", "right" or both in feet, found none: name the feet that carry a sensor"#,
+        ));
+    }
+    if new.initial_heading_deg.is_some_and(|heading| heading.abs() > 360.0) {
+        return Err(Error::invalid(
+            "wrong_heading",
+            "expected initial_heading_deg from −360 to 360 degrees, clockwise from true north: leave it out to take the heading from the magnetometer",
+        ));
+    }
+    let title = new.title.trim();
+    if title.chars().count() > TITLE_LENGTH || title.chars().any(char::is_control) {
+        return Err(Error::invalid(
+            "wrong_title",
+            format!("expected a title of at most {TITLE_LENGTH} letters without line breaks: shorten it"),
+        ));
+    }
+    let start = match new.start {
+        None => Start::default(),
+        Some(NewStart::PositionM(position_m)) => {
+            if position_m.iter().any(|metres| metres.abs() > FARTHEST_M) {
+                return Err(Error::invalid(
+                    "wrong_start",
+                    format!(
+                        "expected start.position_m as [east, north, up] within {FARTHEST_M} m of the site's origin, found {position_m:?}: check the frame and the unit"
+                    ),
+                ));
+            }
+            Start { marker: None, position_m }
+        }
+        Some(NewStart::Marker(name)) => {
+            let marker = markers::get(db, &name).await?.ok_or_else(|| Error::not_found("marker", &name))?;
+            let position_m = [marker.e_m, marker.n_m, marker.u_m.unwrap_or(0.0)];
+            Start { marker: Some(name), position_m }
+        }
+    };
+    let now = utc::now();
+    let session = Session {
+        id: Uuid::now_v7(),
+        inspector_id: new.inspector_id,
+        title: title.to_owned(),
+        state,
+        // To the microsecond, as it will be read back.
+        started_at: new.started_at.map_or(now, |at| utc::from_us(utc::to_us(at))),
+        ended_at: None,
+        feet,
+        start,
+        initial_heading_deg: new.initial_heading_deg,
+        samples: 0,
+        epochs: 0,
+        duration_s: 0.0,
+        distance_m: 0.0,
+        since_marker_s: 0.0,
+        since_marker_m: 0.0,
+        track_sha256: None,
+        error: None,
+        created_at: now,
+    };
+    let row = session.clone();
+    app.store.writer().run(move |db| Box::pin(async move { sessions::insert(db, &row).await })).await?;
+    app.hub.publish(Change::Session { session: Some(session.clone()), deleted: None });
+    Ok(session)
+}
+
+async fn create(
+    State(app): State<App>,
+    Json(new): Json<NewSession>,
+) -> Result<(StatusCode, axum::Json<SessionView>)> {
+    let session = begin(&app, new, SessionState::Created).await?;
+    Ok((StatusCode::CREATED, axum::Json(SessionView { session, logs: Vec::new(), visits: 0, anomalies: 0 })))
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct ListQuery {
+    inspector_id: Option<Uuid>,
+    state: Option<SessionState>,
+}
+
+async fn list(State(app): State<App>, Query(query): Query<ListQuery>) -> Result<axum::Json<Vec<Session>>> {
+    let filter = Filter { inspector_id: query.inspector_id, state: query.state };
+    Ok(axum::Json(sessions::list(app.store.read(), filter).await?))
+}
+
+async fn show(State(app): State<App>, Path(id): Path<Uuid>) -> Result<axum::Json<SessionView>> {
+    let db = app.store.read();
+    let session = sessions::get(db, id).await?.ok_or_else(|| Error::not_found("session", id))?;
+    Ok(axum::Json(SessionView {
+        session,
+        logs: logs::of_session(db, id).await?,
+        visits: visits::count(db, id).await?,
+        anomalies: anomalies::count(db, id).await?,
+    }))
+}
+
+/// Removes a walk with its samples; not while a device or a job works on it.
+async fn remove(State(app): State<App>, Path(id): Path<Uuid>) -> Result<StatusCode> {
+    app.store
+        .writer()
+        .run(move |db| {
+            Box::pin(async move {
+                let session =
+                    sessions::get(&mut *db, id).await?.ok_or_else(|| Error::not_found("session", id))?;
+                if matches!(session.state, SessionState::Live | SessionState::Processing) {
+                    return Err(Error::conflict(
+                        "session_busy",
+                        "this session is live or being processed: wait until it is finished, then delete it",
+                    ));
+                }
+                sessions::delete(db, id).await?;
+                Ok(())
+            })
+        })
+        .await?;
+    app.hub.publish(Change::Session { session: None, deleted: Some(id) });
+    Ok(StatusCode::NO_CONTENT)
+}
