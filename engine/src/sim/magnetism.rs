@@ -1,0 +1,118 @@
+//! The magnetic field along a walk: the site's, and small disturbances by iron in the ground.
+
+use std::collections::HashMap;
+
+use nalgebra::Vector3;
+
+use super::path::Path;
+use super::random::{Purpose, Random};
+use super::sensors::SensorModel;
+use crate::geo::MagneticField;
+
+/// Side of the cells in which disturbances are looked up, m.
+const CELL_M: f64 = 8.0;
+
+#[derive(Clone, Debug)]
+struct Disturbance {
+    centre_n_m: Vector3<f64>,
+    field_n_ut: Vector3<f64>,
+    /// 1/(2σ²), 1/m².
+    falloff: f64,
+}
+
+/// The field of a walk.
+#[derive(Clone, Debug)]
+pub(crate) struct Magnetism {
+    undisturbed_n_ut: Vector3<f64>,
+    disturbances: Vec<Disturbance>,
+    /// Which disturbances are felt in a cell.
+    cells: HashMap<(i32, i32), Vec<usize>>,
+}
+
+fn cell(position: &Vector3<f64>) -> (i32, i32) {
+    (libm::floor(position.x / CELL_M) as i32, libm::floor(position.y / CELL_M) as i32)
+}
+
+impl Magnetism {
+    /// Puts disturbances beside a path, at about even distances; where the path comes back to a
+    /// place, it meets those that are there.
+    pub(crate) fn new(field: MagneticField, path: &Path, model: &SensorModel, seed: u64) -> Magnetism {
+        let mut magnetism = Magnetism {
+            undisturbed_n_ut: Vector3::from(field.b_n_ut),
+            disturbances: Vec::new(),
+            cells: HashMap::new(),
+        };
+        if model.anomaly_ut > 0.0 {
+            magnetism.disturb(path, model, seed);
+        }
+        magnetism
+    }
+
+    fn disturb(&mut self, path: &Path, model: &SensorModel, seed: u64) {
+        let mut random = Random::new(seed, 2, Purpose::MagneticAnomalies);
+        let every_m = model.anomaly_every_m;
+        let count = libm::floor(path.length_m() / every_m) as usize;
+        for number in 1..=count {
+            let along_m = every_m * (number as f64 + random.uniform(-0.3, 0.3));
+            let aside =
+                Vector3::new(random.uniform(-0.5, 0.5), random.uniform(-0.5, 0.5), random.uniform(-0.5, 0.1));
+            let sigma_m = model.anomaly_width_m * random.uniform(0.7, 1.3);
+            let direction = Vector3::from(random.normal_3());
+            let centre_n_m = path.at(along_m).position_n_m + aside;
+            let met_before =
+                self.disturbances.iter().any(|other| (other.centre_n_m - centre_n_m).norm() < 0.35 * every_m);
+            if met_before {
+                continue;
+            }
+            let reach_m = 5.0 * sigma_m;
+            let (west, south) = cell(&(centre_n_m - Vector3::new(reach_m, reach_m, 0.0)));
+            let (east, north) = cell(&(centre_n_m + Vector3::new(reach_m, reach_m, 0.0)));
+            for x in west..=east {
+                for y in south..=north {
+                    self.cells.entry((x, y)).or_default().push(self.disturbances.len());
+                }
+            }
+            self.disturbances.push(Disturbance {
+                centre_n_m,
+                field_n_ut: direction * (model.anomaly_ut / direction.norm()),
+                falloff: 0.5 / (sigma_m * sigma_m),
+            });
+        }
+    }
+
+    /// Flux density at a place, in n, µT.
+    pub(crate) fn at_n_ut(&self, position_n_m: &Vector3<f64>) -> Vector3<f64> {
+        let mut field = self.undisturbed_n_ut;
+        for &index in self.cells.get(&cell(position_n_m)).map_or(&[][..], Vec::as_slice) {
+            let disturbance = &self.disturbances[index];
+            let distance2 = (position_n_m - disturbance.centre_n_m).norm_squared();
+            field += disturbance.field_n_ut * libm::exp(-distance2 * disturbance.falloff);
+        }
+        field
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_25_m_about_8_ut_and_the_site_s_field_between() {
+        let mut path = Path::from_points([Vector3::zeros()]);
+        path.line_to(Vector3::new(0.0, 1000.0, 0.0));
+        let site = MagneticField::from_angles(-2.45, 40.3, 48.1);
+        let field = Magnetism::new(site, &path, &SensorModel::cmp10a(), 3);
+        let off_ut: Vec<f64> = (0..10_000)
+            .map(|i| {
+                (field.at_n_ut(&Vector3::new(0.0, 0.1 * f64::from(i), 0.0)) - Vector3::from(site.b_n_ut))
+                    .norm()
+            })
+            .collect();
+        let peaks = off_ut.windows(3).filter(|w| w[1] > w[0] && w[1] >= w[2] && w[1] > 4.0).count();
+        assert!((36..=40).contains(&peaks), "{peaks} peaks in a kilometre");
+        let strongest = off_ut.iter().copied().fold(0.0, f64::max);
+        assert!((7.0..8.5).contains(&strongest), "{strongest}");
+        let clean = off_ut.iter().filter(|&&off| off < 0.1).count();
+        assert!(clean > 6000, "{clean} of 10000 places are clean");
+    }
+}
