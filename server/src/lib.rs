@@ -12,7 +12,9 @@ pub mod wire;
 
 pub mod api;
 mod faults;
+pub mod jobs;
 pub mod live;
+pub mod sessions;
 pub mod store;
 
 mod assets;

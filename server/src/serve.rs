@@ -7,15 +7,21 @@ use std::sync::{Arc, OnceLock};
 use anyhow::{Context, Result, ensure};
 use metrics_exporter_prometheus::{PrometheusBuilder, PrometheusHandle};
 use tokio::net::TcpListener;
+use tokio::sync::Semaphore;
 use tokio_util::sync::CancellationToken;
 
 use crate::config::Config;
 use crate::live::hub::Hub;
 use crate::live::registry::Registry;
+use crate::sessions::stale_uploads;
+use crate::sessions::upload_turns::UploadTurns;
 use crate::site::Plan;
 use crate::state::{App, STOP_WITHIN, State};
 use crate::store::Store;
-use crate::{api, assets, live, site};
+use crate::{api, assets, jobs, live, site};
+
+/// Uploaded logs that are read at once; more wait, so that the live sessions keep their share.
+const LOG_READERS: usize = 2;
 
 /// Listens where the configuration says, once it is sure that it may.
 pub async fn bind(config: &Config) -> Result<TcpListener> {
@@ -34,6 +40,8 @@ pub async fn serve(
     let address = listener.local_addr().context("the listener has no address")?;
     loopback_only(address)?;
     let app = open(config).await?;
+    stale_uploads::clear(&app).await.context("could not clear the folder of uploads")?;
+    let worker = tokio::spawn(jobs::worker::work(Arc::clone(&app)));
     if let Some(sentence) = assets::missing() {
         tracing::warn!("{sentence}");
     }
@@ -65,6 +73,10 @@ pub async fn serve(
         }
     };
     stopping.cancel();
+    // It stops within some thousand samples, and its job goes on at the next start.
+    if let Err(error) = worker.await {
+        tracing::error!(%error, "the worker ended badly: {error}");
+    }
     app.store.close().await;
     tracing::info!("stopped");
     served
@@ -91,6 +103,9 @@ async fn open(config: Config) -> Result<App> {
         plan: Plan::of(&site),
         site,
         store,
+        upload_turns: UploadTurns::default(),
+        log_readers: Semaphore::new(LOG_READERS),
+        jobs: jobs::Queue::default(),
         hub,
         live: Registry::default(),
         metrics: metrics(),

@@ -4,11 +4,14 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use metrics_exporter_prometheus::PrometheusHandle;
+use tokio::sync::Semaphore;
 use tokio_util::sync::CancellationToken;
 
 use crate::config::Config;
+use crate::jobs;
 use crate::live::hub::Hub;
 use crate::live::registry::Registry;
+use crate::sessions::upload_turns::UploadTurns;
 use crate::site::{Plan, Site};
 use crate::store::Store;
 
@@ -25,6 +28,12 @@ pub struct State {
     pub plan: Plan,
     /// Everything that is kept.
     pub store: Store,
+    /// Who may change which upload now.
+    pub upload_turns: UploadTurns,
+    /// Permits to read an uploaded log, which keeps a core busy.
+    pub log_readers: Semaphore,
+    /// Work that takes a while.
+    pub jobs: jobs::Queue,
     /// Where changes are told, once they are on disk.
     pub hub: Arc<Hub>,
     /// The walks that are streamed right now.

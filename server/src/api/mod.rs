@@ -19,23 +19,39 @@ use crate::{assets, headers, live, origin};
 
 pub mod extract;
 
+mod anomalies;
 pub(crate) mod faults;
 mod health;
 mod inspectors;
+mod jobs;
 pub mod sessions;
 mod site;
+mod tracks;
+mod uploads;
+mod visits;
 
 /// The header that names a request in the answer and in the log.
 const REQUEST_ID: HeaderName = HeaderName::from_static("x-request-id");
 
 /// Everything that this server answers.
 pub fn router(app: App) -> Router {
-    let v1 = Router::new()
+    let timeout = TimeoutLayer::with_status_code(
+        StatusCode::SERVICE_UNAVAILABLE,
+        Duration::from_secs(app.config.request_s),
+    );
+    let quick = Router::new()
         .merge(site::routes())
         .merge(inspectors::routes())
         .merge(sessions::routes())
         .merge(faults::routes())
-        .merge(live::routes());
+        .merge(uploads::routes())
+        .merge(jobs::routes())
+        .merge(tracks::routes())
+        .merge(visits::routes())
+        .merge(anomalies::routes())
+        .merge(live::routes())
+        .layer(timeout);
+    let v1 = quick.merge(uploads::long_routes());
     let layers = ServiceBuilder::new()
         .layer(SetRequestIdLayer::new(REQUEST_ID, MakeRequestUuid))
         .layer(TraceLayer::new_for_http().make_span_with(span))
@@ -45,14 +61,10 @@ pub fn router(app: App) -> Router {
         .layer(middleware::from_fn(headers::problems))
         .layer(CatchPanicLayer::custom(panicked))
         .layer(middleware::from_fn(origin::guard))
-        .layer(TimeoutLayer::with_status_code(
-            StatusCode::SERVICE_UNAVAILABLE,
-            Duration::from_secs(app.config.request_s),
-        ))
         .layer(DefaultBodyLimit::max(app.config.body_bytes));
     Router::new()
         .nest("/api/v1", v1)
-        .merge(health::routes())
+        .merge(health::routes().layer(timeout))
         .fallback(assets::serve)
         .layer(layers)
         .with_state(app)

@@ -86,6 +86,16 @@ impl Packed {
     pub fn bytes(&self) -> usize {
         self.body.len()
     }
+
+    /// Takes its bytes out, to be set aside elsewhere until [`put_body`](Self::put_body).
+    pub(crate) fn take_body(&mut self) -> Vec<u8> {
+        std::mem::take(&mut self.body)
+    }
+
+    /// Puts back the bytes that were taken out.
+    pub(crate) fn put_body(&mut self, body: Vec<u8>) {
+        self.body = body;
+    }
 }
 
 /// Adds a chunk; `log_id` is `None` for the live stream.
@@ -168,6 +178,74 @@ pub fn of_log<'a>(
         .fetch(db)
         .map_err(StoreError::from)
         .and_then(|row| std::future::ready(unpack(&row)))
+}
+
+/// Where the samples of one foot come from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Origin {
+    /// A log that was handed in.
+    Log(Uuid),
+    /// The live stream of a session.
+    Stream {
+        /// The session.
+        session_id: Uuid,
+        /// The foot.
+        foot: Foot,
+    },
+}
+
+/// How many samples there are of this origin.
+pub async fn samples(db: impl SqliteExecutor<'_>, origin: Origin) -> Result<u64, StoreError> {
+    let query = match origin {
+        Origin::Log(log_id) => {
+            sqlx::query("select coalesce(sum(samples), 0) as samples from raw_chunks where log_id = ?1")
+                .bind(log_id.to_string())
+        }
+        Origin::Stream { session_id, foot } => sqlx::query(
+            "select coalesce(sum(samples), 0) as samples from raw_chunks
+             where session_id = ?1 and foot = ?2 and log_id is null",
+        )
+        .bind(session_id.to_string())
+        .bind(foot.name()),
+    };
+    columns::count(&query.fetch_one(db).await?, "samples").map_err(StoreError::from)
+}
+
+/// The chunks that come next, from this sequence number on: at least one where there is one, and
+/// not many more than hold `samples`. Unlike the streams above it leaves the connection free
+/// between two calls.
+pub async fn next(
+    db: impl SqliteExecutor<'_>,
+    origin: Origin,
+    from_sequence: u64,
+    samples: u64,
+) -> Result<Vec<Samples>, StoreError> {
+    let query = match origin {
+        Origin::Log(log_id) => sqlx::query(
+            "select * from raw_chunks where log_id = ?2 and first_sequence >= ?1 order by first_sequence",
+        )
+        .bind(columns::to_column(from_sequence))
+        .bind(log_id.to_string()),
+        Origin::Stream { session_id, foot } => sqlx::query(
+            "select * from raw_chunks
+             where session_id = ?2 and foot = ?3 and log_id is null and first_sequence >= ?1
+             order by first_sequence",
+        )
+        .bind(columns::to_column(from_sequence))
+        .bind(session_id.to_string())
+        .bind(foot.name()),
+    };
+    // Rows come as they are asked for; the rest of them is never read.
+    let mut rows = query.fetch(db);
+    let (mut chunks, mut held) = (Vec::new(), 0);
+    while held < samples
+        && let Some(row) = rows.try_next().await?
+    {
+        let chunk = unpack(&row)?;
+        held += chunk.samples.len() as u64;
+        chunks.push(chunk);
+    }
+    Ok(chunks)
 }
 
 /// A row's samples.

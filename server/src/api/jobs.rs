@@ -1,0 +1,40 @@
+//! Work that takes a while: asked for, and looked at.
+
+use axum::Router;
+use axum::extract::State;
+use axum::http::{StatusCode, header};
+use axum::response::{IntoResponse, Response};
+use axum::routing::{get, post};
+use uuid::Uuid;
+
+use super::extract::Path;
+use crate::error::{Error, Result};
+use crate::jobs::queue;
+use crate::state::App;
+use crate::store::jobs::{self, Job};
+
+/// Jobs in the list.
+const LISTED: u32 = 200;
+
+pub(super) fn routes() -> Router<App> {
+    Router::new()
+        .route("/sessions/{id}/process", post(process))
+        .route("/jobs", get(list))
+        .route("/jobs/{id}", get(show))
+}
+
+async fn process(State(app): State<App>, Path(session_id): Path<Uuid>) -> Result<Response> {
+    let job = queue::enqueue(&app, session_id).await?;
+    let location = format!("/api/v1/jobs/{}", job.id);
+    Ok((StatusCode::ACCEPTED, [(header::LOCATION, location)], axum::Json(job)).into_response())
+}
+
+async fn list(State(app): State<App>) -> Result<axum::Json<Vec<Job>>> {
+    let listed = jobs::list(app.store.read(), LISTED).await?;
+    Ok(axum::Json(listed.into_iter().map(|job| app.jobs.as_it_stands(job)).collect()))
+}
+
+async fn show(State(app): State<App>, Path(id): Path<Uuid>) -> Result<axum::Json<Job>> {
+    let job = jobs::get(app.store.read(), id).await?.ok_or_else(|| Error::not_found("job", id))?;
+    Ok(axum::Json(app.jobs.as_it_stands(job)))
+}

@@ -1,0 +1,151 @@
+//! Tracks: for the page as JSON, for others as files.
+
+use axum::Router;
+use axum::extract::State;
+use axum::http::{HeaderValue, header};
+use axum::response::{IntoResponse, Response};
+use axum::routing::get;
+use futures_util::TryStreamExt;
+use lodestep_engine::event::{TrackPoint, VisitOutcome};
+use serde::Deserialize;
+use tokio::runtime::Handle;
+use uuid::Uuid;
+
+use super::extract::{Path, Query};
+use crate::error::{Error, Result};
+use crate::sessions::body_writer::body_writer;
+use crate::sessions::process;
+use crate::sessions::stored_grid::{Grid, cell_ns};
+use crate::sessions::track_file::{self, Format};
+use crate::state::App;
+use crate::store::sessions::{self, Session};
+use crate::store::track::{self, Run};
+use crate::store::{inspectors, visits};
+
+pub(super) fn routes() -> Router<App> {
+    Router::new()
+        .route("/sessions/{id}/track", get(json))
+        .route("/sessions/{id}/track.csv", get(csv))
+        .route("/sessions/{id}/track.geojson", get(geojson))
+        .route("/sessions/{id}/track.gpx", get(gpx))
+        .route("/sessions/{id}/track.kml", get(kml))
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Asked {
+    #[serde(default)]
+    run: Run,
+    rate_hz: Option<String>,
+}
+
+type TrackRequest = (State<App>, Path<Uuid>, Query<Asked>);
+
+async fn json((State(app), Path(id), Query(asked)): TrackRequest) -> Result<Response> {
+    send(app, id, asked, Format::Json).await
+}
+
+async fn csv((State(app), Path(id), Query(asked)): TrackRequest) -> Result<Response> {
+    send(app, id, asked, Format::Csv).await
+}
+
+async fn geojson((State(app), Path(id), Query(asked)): TrackRequest) -> Result<Response> {
+    send(app, id, asked, Format::GeoJson).await
+}
+
+async fn gpx((State(app), Path(id), Query(asked)): TrackRequest) -> Result<Response> {
+    send(app, id, asked, Format::Gpx).await
+}
+
+async fn kml((State(app), Path(id), Query(asked)): TrackRequest) -> Result<Response> {
+    send(app, id, asked, Format::Kml).await
+}
+
+/// How many points are wanted.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Rate {
+    /// Those that are stored.
+    Stored,
+    /// At most so many a second of those.
+    AtMostHz(f64),
+    /// Every epoch, computed again from the raw samples.
+    Full,
+}
+
+impl Rate {
+    fn parse(asked: Option<&str>) -> Result<Rate> {
+        match asked {
+            None => Ok(Rate::Stored),
+            Some("full") => Ok(Rate::Full),
+            Some(text) => match text.parse() {
+                Ok(rate_hz) if rate_hz > 0.0 && f64::is_finite(rate_hz) => Ok(Rate::AtMostHz(rate_hz)),
+                _ => Err(Error::invalid(
+                    "wrong_rate",
+                    format!(
+                        "expected rate_hz as a number above 0 or as the word full, found {text:?}: leave it out for every point that is stored"
+                    ),
+                )),
+            },
+        }
+    }
+}
+
+async fn send(app: App, session_id: Uuid, asked: Asked, format: Format) -> Result<Response> {
+    let session = sessions::get(app.store.read(), session_id).await?;
+    let session = session.ok_or_else(|| Error::not_found("session", session_id))?;
+    let inspector = inspectors::get(app.store.read(), session.inspector_id).await?;
+    let inspector = inspector.map(|inspector| inspector.name).unwrap_or_default();
+    let place = track_file::place(&app.site, &session, &inspector);
+    let run = asked.run;
+    let (points, visits) = match Rate::parse(asked.rate_hz.as_deref())? {
+        Rate::Stored => stored(&app, session_id, run, None).await?,
+        Rate::AtMostHz(rate_hz) => stored(&app, session_id, run, Some(Grid::new(cell_ns(rate_hz)))).await?,
+        Rate::Full => process::full_track(&app, session_id, run).await?,
+    };
+    let (mut writer, body) = body_writer(Handle::current());
+    tokio::task::spawn_blocking(move || {
+        let written = track_file::write(format, run, &points, &visits, &place, &mut writer);
+        writer.end(written);
+    });
+    let mut response = body.into_response();
+    let headers = response.headers_mut();
+    headers.insert(header::CONTENT_TYPE, HeaderValue::from_static(format.content_type()));
+    if format != Format::Json {
+        headers.insert(header::CONTENT_DISPOSITION, disposition(&session, run, format));
+    }
+    Ok(response)
+}
+
+/// What is stored of a run, thinned by the grid where one is given.
+async fn stored(
+    app: &App,
+    session_id: Uuid,
+    run: Run,
+    mut grid: Option<Grid>,
+) -> Result<(Vec<TrackPoint>, Vec<VisitOutcome>)> {
+    let mut rows = std::pin::pin!(track::points(app.store.read(), session_id, run));
+    let mut points = Vec::new();
+    while let Some(point) = rows.try_next().await? {
+        if grid.as_mut().is_none_or(|grid| grid.takes(point.t_ns)) {
+            points.push(point);
+        }
+    }
+    let visits = match run {
+        Run::Main => track_file::outcomes(visits::of_session(app.store.read(), session_id).await?),
+        Run::WithoutMarkers => Vec::new(),
+    };
+    Ok((points, visits))
+}
+
+/// A name made of nothing but the session's own start and id: safe in every shell and header.
+fn disposition(session: &Session, run: Run, format: Format) -> HeaderValue {
+    let started = session.started_at;
+    let day = format!("{:04}-{:02}-{:02}", started.year(), u8::from(started.month()), started.day());
+    let run = match run {
+        Run::Main => "",
+        Run::WithoutMarkers => "-without-markers",
+    };
+    let name = format!("track-{day}-{}{run}.{}", session.id, format.extension());
+    HeaderValue::try_from(format!("attachment; filename=\"{name}\""))
+        .expect("digits, letters and hyphens are allowed in a header")
+}

@@ -1,0 +1,130 @@
+//! Logs handed in: begun, appended to, asked about, finished, given up.
+
+use axum::Router;
+use axum::body::Body;
+use axum::extract::State;
+use axum::http::{HeaderMap, HeaderName, HeaderValue, StatusCode, header};
+use axum::response::{IntoResponse, Response};
+use axum::routing::{get, post};
+use serde::Deserialize;
+use uuid::Uuid;
+
+use super::extract::{Json, Path};
+use crate::error::{Error, Result};
+use crate::sessions::accept_log;
+use crate::sessions::uploads::{self, BeginLog, Begun};
+use crate::state::App;
+use crate::store::logs::{Log, LogState};
+
+/// Where an upload goes on; sent with a chunk, and with every answer about an upload.
+const UPLOAD_OFFSET: HeaderName = HeaderName::from_static("upload-offset");
+
+/// The quick ones.
+pub(super) fn routes() -> Router<App> {
+    Router::new().route("/sessions/{id}/logs", post(begin))
+}
+
+/// Those that take as long as the link or the log does: no time limit; a sender may be silent for
+/// half a minute, and the size is counted as it comes.
+pub(super) fn long_routes() -> Router<App> {
+    Router::new()
+        .route("/logs/{id}", get(show).patch(append).delete(give_up))
+        .route("/logs/{id}/finish", post(finish))
+}
+
+async fn begin(
+    State(app): State<App>,
+    Path(session_id): Path<Uuid>,
+    Json(asked): Json<BeginLog>,
+) -> Result<Response> {
+    let (status, log) = match uploads::begin(&app, session_id, asked).await? {
+        Begun::New(log) => (StatusCode::CREATED, log),
+        Begun::Known(log) => (StatusCode::OK, log),
+    };
+    let location = format!("/api/v1/logs/{}", log.id);
+    Ok((status, [(header::LOCATION, location)], at_offset(&log), axum::Json(log)).into_response())
+}
+
+async fn show(State(app): State<App>, Path(log_id): Path<Uuid>) -> Result<Response> {
+    let log = uploads::get(&app, log_id).await?;
+    Ok((at_offset(&log), axum::Json(log)).into_response())
+}
+
+async fn append(
+    State(app): State<App>,
+    Path(log_id): Path<Uuid>,
+    headers: HeaderMap,
+    body: Body,
+) -> Result<Response> {
+    let offset_bytes = asked_offset(&headers)?;
+    let appending = {
+        let app = app.clone();
+        // A task of its own: when the link is cut this request is dropped, and what arrived is to be
+        // brought to disk all the same.
+        tokio::spawn(async move { uploads::append(&app, log_id, offset_bytes, body).await })
+    };
+    match ended(appending.await)? {
+        Ok(end_bytes) => {
+            Ok((StatusCode::NO_CONTENT, [(UPLOAD_OFFSET, HeaderValue::from(end_bytes))]).into_response())
+        }
+        Err(error) => {
+            // Whatever went wrong, the sender is told where to go on.
+            let log = uploads::get(&app, log_id).await.ok().filter(|log| log.state == LogState::Receiving);
+            Ok((log.as_ref().map(at_offset), error).into_response())
+        }
+    }
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct FinishLog {
+    /// SHA-256 of the bytes as sent, hex; may be left out when it was announced.
+    sha256: Option<String>,
+}
+
+async fn finish(
+    State(app): State<App>,
+    Path(log_id): Path<Uuid>,
+    Json(FinishLog { sha256 }): Json<FinishLog>,
+) -> Result<Response> {
+    let finishing = {
+        let app = app.clone();
+        // A task of its own: a sender who does not wait for the answer finds it with GET.
+        tokio::spawn(async move { accept_log::finish(&app, log_id, sha256).await })
+    };
+    match ended(finishing.await)? {
+        Ok(log) => Ok((at_offset(&log), axum::Json(log)).into_response()),
+        Err(error) => {
+            let log = uploads::get(&app, log_id).await.ok().filter(|log| log.state == LogState::Receiving);
+            Ok((log.as_ref().map(at_offset), error).into_response())
+        }
+    }
+}
+
+async fn give_up(State(app): State<App>, Path(log_id): Path<Uuid>) -> Result<StatusCode> {
+    uploads::give_up(&app, log_id).await?;
+    Ok(StatusCode::NO_CONTENT)
+}
+
+fn at_offset(log: &Log) -> [(HeaderName, HeaderValue); 1] {
+    [(UPLOAD_OFFSET, HeaderValue::from(log.offset_bytes))]
+}
+
+/// What a task answered; one that panicked is a failure of ours.
+fn ended<T>(task: std::result::Result<T, tokio::task::JoinError>) -> Result<T> {
+    task.map_err(|error| Error::Internal(anyhow::Error::new(error)))
+}
+
+fn asked_offset(headers: &HeaderMap) -> Result<u64> {
+    let asked = headers.get(&UPLOAD_OFFSET).and_then(|value| value.to_str().ok()?.parse().ok());
+    asked.ok_or_else(|| {
+        Error::http(
+            StatusCode::BAD_REQUEST,
+            "upload_offset_missing",
+            format!(
+                "expected the header Upload-Offset with a number of bytes, found {:?}: ask with HEAD where to go on",
+                headers.get(&UPLOAD_OFFSET)
+            ),
+        )
+    })
+}

@@ -1,0 +1,119 @@
+//! Visits: told as JSON or as a CSV file, listed with what became of them.
+
+use axum::Router;
+use axum::body::Bytes;
+use axum::extract::State;
+use axum::http::{HeaderMap, StatusCode, header};
+use axum::routing::get;
+use lodestep_engine::parse::visits_csv;
+use serde::Deserialize;
+use uuid::Uuid;
+
+use super::extract::Path;
+use crate::error::{Error, Place, Result};
+use crate::sessions::tell_visits::{self, TellVisits, Told};
+use crate::state::App;
+use crate::store::sessions;
+use crate::store::visits::{self, Visit};
+
+/// Longest time that a visit may name, s: a year.
+const LATEST_S: f64 = 366.0 * 86_400.0;
+
+pub(super) fn routes() -> Router<App> {
+    Router::new().route("/sessions/{id}/visits", get(list).post(tell))
+}
+
+async fn list(State(app): State<App>, Path(session_id): Path<Uuid>) -> Result<axum::Json<Vec<Visit>>> {
+    if sessions::get(app.store.read(), session_id).await?.is_none() {
+        return Err(Error::not_found("session", session_id));
+    }
+    Ok(axum::Json(visits::of_session(app.store.read(), session_id).await?))
+}
+
+async fn tell(
+    State(app): State<App>,
+    Path(session_id): Path<Uuid>,
+    headers: HeaderMap,
+    body: Bytes,
+) -> Result<(StatusCode, axum::Json<TellVisits>)> {
+    let kind = headers.get(header::CONTENT_TYPE).and_then(|kind| kind.to_str().ok()).unwrap_or_default();
+    let told = match kind.split(';').next().unwrap_or_default().trim() {
+        "application/json" => from_json(&body)?,
+        "text/csv" => from_csv(&body)?,
+        _ => {
+            return Err(Error::http(
+                StatusCode::UNSUPPORTED_MEDIA_TYPE,
+                "json_or_csv_expected",
+                format!("expected Content-Type application/json or text/csv, found {kind:?}"),
+            ));
+        }
+    };
+    let told = tell_visits::tell(&app, session_id, told).await?;
+    let status = if told.added > 0 { StatusCode::CREATED } else { StatusCode::OK };
+    Ok((status, axum::Json(told)))
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Row {
+    marker: String,
+    t_start_s: f64,
+    t_end_s: f64,
+}
+
+#[derive(Deserialize)]
+#[serde(untagged)]
+enum OneOrMore {
+    One(Row),
+    More(Vec<Row>),
+}
+
+fn from_json(body: &[u8]) -> Result<Vec<Told>> {
+    let rows: OneOrMore = serde_json::from_slice(body).map_err(|error| {
+        Error::invalid(
+            "wrong_field",
+            format!("expected {{\"marker\", \"t_start_s\", \"t_end_s\"}} or a list of these, found something else ({error})"),
+        )
+    })?;
+    let rows = match rows {
+        OneOrMore::One(row) => vec![row],
+        OneOrMore::More(rows) => rows,
+    };
+    rows.into_iter()
+        .zip(1..)
+        .map(|(row, line)| {
+            Ok(Told {
+                marker: row.marker,
+                t_start_ns: to_ns(row.t_start_s, "t_start_s", line)?,
+                t_end_ns: to_ns(row.t_end_s, "t_end_s", line)?,
+                line,
+            })
+        })
+        .collect()
+}
+
+fn to_ns(t_s: f64, column: &str, line: u64) -> Result<i64> {
+    if t_s.abs() <= LATEST_S {
+        return Ok((t_s * 1e9).round() as i64);
+    }
+    Err(Error::invalid_at(
+        "bad_time",
+        format!("visit {line}: expected {column} in seconds since the session's start, found {t_s}"),
+        Place { line: Some(line), column: Some(column.to_owned()) },
+    ))
+}
+
+fn from_csv(body: &[u8]) -> Result<Vec<Told>> {
+    let rows = visits_csv::read(body).map_err(|error| {
+        let place = Place { line: error.line, column: error.column.clone() };
+        Error::invalid_at(error.code(), format!("{error}. No visit was stored"), place)
+    })?;
+    // The header is line 1.
+    let told = rows.into_iter().zip(2..).map(|(row, line)| Told {
+        marker: row.marker,
+        t_start_ns: row.t_start_ns,
+        t_end_ns: row.t_end_ns,
+        line,
+    });
+    Ok(told.collect())
+}

@@ -1,0 +1,39 @@
+//! How far the running job is: told in steps, so that nobody is told too often.
+
+use crate::state::App;
+use crate::store::jobs::Job;
+use crate::wire::Change;
+
+/// Steps from nothing to done.
+const STEPS: f64 = 50.0;
+
+/// Tells the progress of one job.
+pub(crate) struct Progress {
+    app: App,
+    job: Job,
+    stage: &'static str,
+    step: f64,
+}
+
+impl Progress {
+    pub(crate) fn new(app: App, job: Job) -> Progress {
+        Progress { app, job, stage: "", step: 0.0 }
+    }
+
+    /// The job is in this stage and this far, from 0 to 1, over all stages.
+    pub(crate) fn tell(&mut self, stage: &'static str, progress: f64) {
+        let step = (progress * STEPS).floor();
+        if step == self.step && stage == self.stage {
+            return;
+        }
+        (self.stage, self.step) = (stage, step);
+        self.app.jobs.note(self.job.id, stage, progress);
+        let job = Job { stage: stage.to_owned(), progress, ..self.job.clone() };
+        self.app.hub.publish(Change::Job { job });
+    }
+
+    /// Whether the server is stopping: the job will be begun again at the next start.
+    pub(crate) fn is_stopping(&self) -> bool {
+        self.app.stopping.is_cancelled()
+    }
+}

@@ -1,0 +1,94 @@
+//! Asking for work, and looking at how far it is.
+
+use std::collections::HashMap;
+use std::sync::{Mutex, MutexGuard};
+
+use futures_util::FutureExt;
+use tokio::sync::Notify;
+use uuid::Uuid;
+
+use crate::error::{Error, Result};
+use crate::sessions::uploads::publish_session;
+use crate::state::App;
+use crate::store::jobs::{self, Job, JobState};
+use crate::store::sessions::{self, SessionState};
+use crate::utc;
+use crate::wire::Change;
+
+/// What the requests and the worker share.
+#[derive(Debug, Default)]
+pub struct Queue {
+    /// Wakes the worker.
+    pub(super) asked: Notify,
+    /// Stage and progress of the jobs that run now.
+    running: Mutex<HashMap<Uuid, (&'static str, f64)>>,
+}
+
+impl Queue {
+    /// A job with its progress of this moment.
+    pub(crate) fn as_it_stands(&self, job: Job) -> Job {
+        match self.running().get(&job.id) {
+            Some((stage, progress)) if job.state == JobState::Running => {
+                Job { stage: (*stage).to_owned(), progress: *progress, ..job }
+            }
+            _ => job,
+        }
+    }
+
+    pub(super) fn note(&self, job_id: Uuid, stage: &'static str, progress: f64) {
+        self.running().insert(job_id, (stage, progress));
+    }
+
+    pub(super) fn forget(&self, job_id: Uuid) {
+        self.running().remove(&job_id);
+    }
+
+    fn running(&self) -> MutexGuard<'_, HashMap<Uuid, (&'static str, f64)>> {
+        self.running.lock().expect("nothing panics while it holds the progress")
+    }
+}
+
+/// Asks for a session's track to be computed from its stored samples. When that is waiting to be done
+/// already, the answer is the waiting job.
+pub(crate) async fn enqueue(app: &App, session_id: Uuid) -> Result<Job> {
+    let session = sessions::get(app.store.read(), session_id).await?;
+    let session = session.ok_or_else(|| Error::not_found("session", session_id))?;
+    if session.state == SessionState::Live {
+        return Err(Error::conflict(
+            "session_live",
+            "a device still streams this session, and its track grows by itself: finish it on the device, or wait for its end",
+        ));
+    }
+    let job = Job {
+        id: Uuid::now_v7(),
+        session_id,
+        state: JobState::Queued,
+        stage: "waiting".to_owned(),
+        progress: 0.0,
+        error: None,
+        created_at: utc::now(),
+        started_at: None,
+        finished_at: None,
+    };
+    let job = app
+        .store
+        .writer()
+        .run(move |db| {
+            async move {
+                if let Some(waiting) = jobs::unfinished_of_session(&mut *db, session_id).await?
+                    && waiting.state == JobState::Queued
+                {
+                    return Ok(waiting);
+                }
+                jobs::insert(&mut *db, &job).await?;
+                sessions::set_state(&mut *db, session_id, SessionState::Processing, None).await?;
+                Ok::<_, Error>(job)
+            }
+            .boxed()
+        })
+        .await?;
+    app.hub.publish(Change::Job { job: job.clone() });
+    publish_session(app, session_id).await?;
+    app.jobs.asked.notify_one();
+    Ok(job)
+}

@@ -1,0 +1,124 @@
+//! Does what is asked for, one job after the other, the computing on a thread of its own.
+
+use futures_util::FutureExt;
+
+use super::progress::Progress;
+use crate::error::{Error, Result};
+use crate::sessions::process::{self, ProcessError};
+use crate::sessions::uploads::publish_session;
+use crate::state::App;
+use crate::store::jobs::{self, Job, JobState};
+use crate::store::sessions::{self, SessionState};
+use crate::utc;
+use crate::wire::Change;
+
+/// Works until the server stops. Jobs that a stopped server left come first.
+pub(crate) async fn work(app: App) {
+    if let Err(error) = queue_interrupted(&app).await {
+        tracing::error!(%error, "jobs of the last run of the server could not be queued again: {error}");
+    }
+    while !app.stopping.is_cancelled() {
+        // Asked before the table is read, so that no job falls between.
+        let asked = app.jobs.asked.notified();
+        match next(&app).await {
+            Ok(Some(job)) => {
+                if let Err(error) = run(&app, job).await {
+                    tracing::error!(%error, "a job could not be finished: {error}");
+                    pause(&app).await;
+                }
+            }
+            Ok(None) => tokio::select! {
+                () = asked => {}
+                () = app.stopping.cancelled() => {}
+            },
+            Err(error) => {
+                tracing::error!(%error, "the queue of jobs could not be read: {error}");
+                pause(&app).await;
+            }
+        }
+    }
+}
+
+/// Lets a store that fails recover.
+async fn pause(app: &App) {
+    tokio::select! {
+        () = tokio::time::sleep(std::time::Duration::from_secs(1)) => {}
+        () = app.stopping.cancelled() => {}
+    }
+}
+
+async fn queue_interrupted(app: &App) -> Result<()> {
+    for job in jobs::unfinished(app.store.read()).await? {
+        if job.state == JobState::Running {
+            let again = Job {
+                state: JobState::Queued,
+                stage: "waiting".to_owned(),
+                progress: 0.0,
+                started_at: None,
+                ..job
+            };
+            save(app, &again).await?;
+        }
+    }
+    Ok(())
+}
+
+async fn next(app: &App) -> Result<Option<Job>> {
+    let unfinished = jobs::unfinished(app.store.read()).await?;
+    Ok(unfinished.into_iter().find(|job| job.state == JobState::Queued))
+}
+
+async fn run(app: &App, job: Job) -> Result<()> {
+    let job =
+        Job { state: JobState::Running, stage: "reading".to_owned(), started_at: Some(utc::now()), ..job };
+    save(app, &job).await?;
+    let progress = Progress::new(app.clone(), job.clone());
+    let outcome = process::process(app, job.session_id, progress).await;
+    app.jobs.forget(job.id);
+    let done = Job { finished_at: Some(utc::now()), stage: String::new(), ..job };
+    match outcome {
+        Ok(()) => {
+            save(app, &Job { state: JobState::Finished, progress: 1.0, ..done }).await?;
+        }
+        // It stays `running` in the table and is queued again at the next start.
+        Err(ProcessError::Stopping) => return Ok(()),
+        // Its row went with the session.
+        Err(ProcessError::SessionGone) => return Ok(()),
+        Err(error) => {
+            let why = error.to_string();
+            tracing::warn!(job_id = %done.id, session_id = %done.session_id, "a job failed: {why}");
+            fail(app, Job { state: JobState::Failed, error: Some(why), ..done }).await?;
+        }
+    }
+    Ok(())
+}
+
+/// Notes why, on the job and on its session; the former track stays.
+async fn fail(app: &App, job: Job) -> Result<()> {
+    let row = job.clone();
+    app.store
+        .writer()
+        .run(move |db| {
+            async move {
+                jobs::update(&mut *db, &row).await?;
+                sessions::set_state(&mut *db, row.session_id, SessionState::Failed, row.error.as_deref())
+                    .await?;
+                Ok::<_, Error>(())
+            }
+            .boxed()
+        })
+        .await?;
+    let session_id = job.session_id;
+    app.hub.publish(Change::Job { job });
+    publish_session(app, session_id).await
+}
+
+async fn save(app: &App, job: &Job) -> Result<()> {
+    let row = job.clone();
+    app.store
+        .writer()
+        .run(move |db| async move { Ok::<_, Error>(jobs::update(&mut *db, &row).await?) }.boxed())
+        .await?;
+    app.hub.publish(Change::Job { job: job.clone() });
+    Ok(())
+}

@@ -1,0 +1,207 @@
+//! The end of an upload: the log is read whole and its samples are stored at once, or nothing is.
+
+use std::io;
+
+use axum::http::StatusCode;
+use futures_util::FutureExt;
+use uuid::Uuid;
+
+use super::read_log::{self, ReadLog, ReadLogError};
+use super::unpack::{Packing, UnpackError, UnpackLimits};
+use super::upload_file;
+use super::uploads::{self, disk_error, parse_sha256};
+use crate::error::{Error, Place, Result};
+use crate::state::App;
+use crate::store::logs::{self, Codec, Log, LogState};
+use crate::store::raw_chunks;
+use crate::utc;
+
+/// How far a packed log may grow: sensor noise packs to a half or a fifth, a bomb to a thousandth.
+const MAX_RATIO: u64 = 200;
+
+/// Finishes an upload whose bytes have this SHA-256. Finishing again is answered in the same way.
+pub(crate) async fn finish(app: &App, log_id: Uuid, sha256: Option<String>) -> Result<Log> {
+    let _turn = app.upload_turns.take(log_id).await;
+    let log = uploads::get(app, log_id).await?;
+    let sha256 = sha256.as_deref().map(parse_sha256).transpose()?;
+    match log.state {
+        LogState::Receiving => {}
+        LogState::Accepted | LogState::Unchanged => return finished_before(log, sha256.as_deref()),
+        LogState::Failed => {
+            return Err(Error::conflict(
+                "upload_failed",
+                format!(
+                    "this upload ended because of its content ({}): correct the log and begin a new upload",
+                    log.error.unwrap_or_default()
+                ),
+            ));
+        }
+    }
+    let sha256 = sha256.or_else(|| log.sha256.clone()).ok_or_else(|| {
+        Error::invalid("sha256_missing", "expected {\"sha256\":\"…\"} of the bytes as sent, found none: send what `sha256sum` prints for the file")
+    })?;
+    if let Some(size_bytes) = log.size_bytes
+        && log.offset_bytes < size_bytes
+    {
+        return Err(Error::conflict(
+            "upload_incomplete",
+            format!(
+                "expected {size_bytes} bytes, found {}: send the rest from there, then finish",
+                log.offset_bytes
+            ),
+        ));
+    }
+    check_hash(app, &log, &sha256).await?;
+    if logs::accepted_with(app.store.read(), log.session_id, log.foot, &sha256).await?.is_some() {
+        return settle(app, Log { state: LogState::Unchanged, sha256: Some(sha256), ..log }).await;
+    }
+    match read(app, &log).await {
+        Ok(read) => accept(app, Log { sha256: Some(sha256), ..log }, read).await,
+        Err(ReadLogError::Unpack(UnpackError::Io(error)) | ReadLogError::Spill(error)) => {
+            Err(disk_error(error))
+        }
+        Err(ReadLogError::Store(error)) => Err(error.into()),
+        Err(error) => {
+            let failed = Log { state: LogState::Failed, error: Some(error.to_string()), ..log };
+            settle(app, failed).await?;
+            Err(problem(error))
+        }
+    }
+}
+
+/// The answer to finishing a log that was accepted: the first answer may have been lost.
+fn finished_before(log: Log, sha256: Option<&str>) -> Result<Log> {
+    match sha256 {
+        Some(asked) if log.sha256.as_deref() != Some(asked) => Err(Error::conflict(
+            "upload_finished",
+            format!(
+                "this upload was accepted with sha256 {}: begin a new upload for another log",
+                log.sha256.unwrap_or_default()
+            ),
+        )),
+        _ => Ok(log),
+    }
+}
+
+/// Compares the hash of what is on disk. On a difference the upload stays: the sender may have
+/// hashed the wrong file, and then only has to finish again.
+async fn check_hash(app: &App, log: &Log, sha256: &str) -> Result<()> {
+    if log.offset_bytes == 0 {
+        // Nothing was ever sent; the reader says so in better words.
+        return Ok(());
+    }
+    let path = upload_file::path(&app.config.uploads(), log.id);
+    let found = blocking(move || read_log::sha256(&path)).await?.map_err(disk_error)?;
+    if found == sha256 {
+        return Ok(());
+    }
+    Err(Error::invalid(
+        "wrong_hash",
+        format!(
+            "expected bytes with sha256 {sha256}, found {found} over the {} bytes that arrived. The upload is kept: finish again with the hash of the file that was sent, or give it up with DELETE /logs/{} and send the file anew",
+            log.offset_bytes, log.id
+        ),
+    ))
+}
+
+async fn read(app: &App, log: &Log) -> Result<ReadLog, ReadLogError> {
+    let folder = app.config.uploads();
+    let path = upload_file::path(&folder, log.id);
+    let spill_path = upload_file::spill_path(&folder, log.id);
+    if log.offset_bytes == 0 {
+        return Err(UnpackError::Empty.into());
+    }
+    let limits = UnpackLimits { max_unpacked_bytes: app.config.unpacked_bytes, max_ratio: MAX_RATIO };
+    let foot = log.foot;
+    // Reading is work for a core: a few at a time, the others wait here.
+    let _permit = app.log_readers.acquire().await;
+    match blocking(move || read_log::read_log(&path, &spill_path, foot, limits)).await {
+        Ok(read) => read,
+        Err(error) => Err(ReadLogError::Spill(io::Error::other(error.to_string()))),
+    }
+}
+
+/// Stores the samples and the log's new state in one transaction, then lets go of the bytes.
+async fn accept(app: &App, log: Log, read: ReadLog) -> Result<Log> {
+    let accepted = Log {
+        state: LogState::Accepted,
+        codec: Some(match read.packing {
+            Packing::Plain => Codec::Plain,
+            Packing::Gzip => Codec::Gzip,
+            Packing::Zstd => Codec::Zstd,
+        }),
+        samples: read.samples,
+        t_first_ns: Some(read.t_first_ns),
+        t_last_ns: Some(read.t_last_ns),
+        finished_at: Some(utc::now()),
+        ..log.clone()
+    };
+    let chunks = read.chunks.into_chunks().map_err(disk_error)?;
+    let row = accepted.clone();
+    let stored = app
+        .store
+        .writer()
+        .run(move |db| {
+            async move {
+                for chunk in chunks {
+                    let chunk = chunk.map_err(disk_error)?;
+                    raw_chunks::insert(&mut *db, row.session_id, Some(row.id), chunk).await?;
+                }
+                Ok::<_, Error>(logs::update(&mut *db, &row).await?)
+            }
+            .boxed()
+        })
+        .await;
+    match stored {
+        Ok(()) => {}
+        // The same bytes came in by another upload at the same moment.
+        Err(Error::Store(error)) if error.is_duplicate() => {
+            return settle(app, Log { state: LogState::Unchanged, ..log }).await;
+        }
+        // Its session was deleted meanwhile.
+        Err(Error::Store(error)) if error.is_dangling() => return Err(Error::not_found("log", log.id)),
+        Err(error) => return Err(error),
+    }
+    upload_file::remove(&app.config.uploads(), accepted.id).await.map_err(disk_error)?;
+    metrics::counter!("lodestep_uploaded_samples_total").increment(accepted.samples);
+    Ok(accepted)
+}
+
+/// Ends an upload of which nothing is kept but its row.
+async fn settle(app: &App, log: Log) -> Result<Log> {
+    let log = Log { finished_at: Some(utc::now()), ..log };
+    let row = log.clone();
+    app.store
+        .writer()
+        .run(move |db| async move { Ok::<_, Error>(logs::update(&mut *db, &row).await?) }.boxed())
+        .await?;
+    upload_file::remove(&app.config.uploads(), log.id).await.map_err(disk_error)?;
+    Ok(log)
+}
+
+async fn blocking<T: Send + 'static>(work: impl FnOnce() -> T + Send + 'static) -> Result<T> {
+    tokio::task::spawn_blocking(work).await.map_err(|error| Error::Internal(anyhow::Error::new(error)))
+}
+
+/// What the sender is told about a log that is not right.
+fn problem(error: ReadLogError) -> Error {
+    let detail = format!("{error}. Nothing of this log was stored");
+    match error {
+        ReadLogError::Parse(error) => {
+            let place = Place { line: error.line, column: error.column.clone() };
+            Error::invalid_at(error.code(), detail, place)
+        }
+        ReadLogError::Unpack(error) => match error {
+            UnpackError::Empty => Error::invalid("empty_file", detail),
+            UnpackError::NotALog { .. } => Error::invalid("not_text", detail),
+            UnpackError::Truncated { .. } => Error::invalid("truncated", detail),
+            UnpackError::Damaged { .. } => Error::invalid("damaged", detail),
+            UnpackError::TooLarge { .. } | UnpackError::RatioTooHigh { .. } => {
+                Error::http(StatusCode::PAYLOAD_TOO_LARGE, "unpacked_too_large", detail)
+            }
+            UnpackError::Io(error) => disk_error(error),
+        },
+        ReadLogError::Spill(error) => disk_error(error),
+        ReadLogError::Store(error) => Error::Store(error),
+    }
+}

@@ -1,0 +1,20 @@
+//! What the engine is told before a session's first sample: the same for an upload and a stream.
+
+use lodestep_engine::sample::Foot;
+use lodestep_engine::session::{Aids, SessionConfig};
+
+use crate::site::Site;
+use crate::store::sessions::Session;
+
+/// The engine's configuration for a walk on this site with samples of these feet.
+pub(crate) fn engine_config(site: &Site, session: &Session, feet: Vec<Foot>) -> SessionConfig {
+    SessionConfig {
+        feet,
+        initial_position_n_m: session.start.position_m,
+        initial_heading_rad: session.initial_heading_deg.map(f64::to_radians),
+        declination_rad: site.declination_deg.to_radians(),
+        gravity_m_s2: site.gravity_m_s2,
+        aids: Aids::default(),
+        max_lead_ns: None,
+    }
+}

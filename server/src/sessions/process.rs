@@ -1,0 +1,264 @@
+//! From raw samples to a stored track: with every aid, and again as if no marker had been visited.
+
+use std::collections::HashMap;
+
+use futures_util::FutureExt;
+use lodestep_engine::event::{Anomaly, AnomalyKind, TrackPoint, VisitOutcome};
+use lodestep_engine::sample::Foot;
+use lodestep_engine::session::{SessionConfig, Visit};
+use tokio::runtime::Handle;
+use uuid::Uuid;
+
+use super::engine_config::engine_config;
+use super::in_time_order::InTimeOrder;
+use super::run::{self, Computed, FullRun};
+use super::stored_grid;
+use super::stored_samples::{self, Recording, StoredSamples};
+use super::uploads::publish_session;
+use crate::error::{Error, Result};
+use crate::jobs::progress::Progress;
+use crate::state::App;
+use crate::store::sessions::Session;
+use crate::store::track::Run;
+use crate::store::{self, Store, StoreError};
+use crate::utc;
+use crate::wire::Change;
+
+/// Why a session's track could not be computed. The former track stays.
+#[derive(Debug, thiserror::Error)]
+pub(crate) enum ProcessError {
+    #[error("the server is stopping")]
+    Stopping,
+    #[error("the session was deleted")]
+    SessionGone,
+    #[error(
+        "there are no samples to compute a track from: upload a log of at least one foot, then process again"
+    )]
+    NoSamples,
+    #[error(
+        "{samples} samples gave no position: expected a standing start of some seconds and a walk; check that the right log was uploaded"
+    )]
+    NoTrack { samples: u64 },
+    #[error("the computation met a fault of its own and was given up ({0}): please report it with the log")]
+    Panicked(String),
+    #[error(transparent)]
+    Store(#[from] StoreError),
+    #[error(transparent)]
+    Read(anyhow::Error),
+}
+
+/// What a session is computed from.
+struct Walk {
+    session: Session,
+    config: SessionConfig,
+    recordings: Vec<Recording>,
+    visits: Vec<Visit>,
+    /// Told about visits that cannot be used.
+    outcomes: Vec<VisitOutcome>,
+    /// Told about feet that have no samples.
+    anomalies: Vec<Anomaly>,
+}
+
+/// Both runs.
+struct Runs {
+    main: Computed,
+    without_markers: Option<Computed>,
+}
+
+/// Computes a session's track and stores it in place of the former one.
+pub(crate) async fn process(app: &App, session_id: Uuid, progress: Progress) -> Result<(), ProcessError> {
+    let walk = Walk::read(app, session_id).await?;
+    let cell_ns = stored_grid::cell_ns(app.config.track_rate_hz);
+    let (store, runtime) = (app.store.clone(), Handle::current());
+    let computing = tokio::task::spawn_blocking(move || {
+        let mut progress = progress;
+        compute(&store, &runtime, &walk, cell_ns, &mut progress).map(|runs| (walk, runs))
+    });
+    let (walk, runs) = computing.await.map_err(|error| ProcessError::Panicked(error.to_string()))??;
+    put_in_place(app, walk, runs).await
+}
+
+impl Walk {
+    async fn read(app: &App, session_id: Uuid) -> Result<Walk, ProcessError> {
+        let db = app.store.read();
+        let session = store::sessions::get(db, session_id).await?.ok_or(ProcessError::SessionGone)?;
+        let mut recordings = Vec::new();
+        let mut anomalies = Vec::new();
+        for &foot in &session.feet {
+            match stored_samples::recording(&app.store, session_id, foot).await? {
+                Some(recording) => recordings.push(recording),
+                None => anomalies.push(missing_foot(foot)),
+            }
+        }
+        if recordings.is_empty() {
+            return Err(ProcessError::NoSamples);
+        }
+        let markers: HashMap<_, _> =
+            store::markers::list(db).await?.into_iter().map(|marker| (marker.name.clone(), marker)).collect();
+        let mut visits = Vec::new();
+        let mut outcomes = Vec::new();
+        for visit in store::visits::of_session(db, session_id).await? {
+            match markers.get(&visit.marker) {
+                Some(marker) => visits.push(Visit {
+                    marker: visit.marker,
+                    t_start_ns: visit.t_start_ns,
+                    t_end_ns: visit.t_end_ns,
+                    position_n_m: (marker.e_m, marker.n_m, marker.u_m),
+                }),
+                None => outcomes.push(unknown_marker(visit)),
+            }
+        }
+        let feet = recordings.iter().map(|recording| recording.foot).collect();
+        let config = engine_config(&app.site, &session, feet);
+        Ok(Walk { session, config, recordings, visits, outcomes, anomalies })
+    }
+
+    fn samples(&self) -> u64 {
+        self.recordings.iter().map(|recording| recording.samples).sum()
+    }
+
+    /// Computes one run, on a thread that may block.
+    fn run(
+        &self,
+        store: &Store,
+        runtime: &Handle,
+        run: Run,
+        go_on: impl FnMut(u64) -> bool,
+    ) -> anyhow::Result<Option<FullRun>> {
+        let feet = self.recordings.iter().map(|recording| {
+            (recording.foot, StoredSamples::new(store.clone(), runtime.clone(), recording.origin))
+        });
+        let mut config = self.config.clone();
+        let visits = match run {
+            Run::Main => &self.visits[..],
+            Run::WithoutMarkers => {
+                config.aids.markers = false;
+                &[]
+            }
+        };
+        run::run(config, visits, InTimeOrder::new(feet), go_on)
+    }
+}
+
+/// A session that says both feet and holds one is computed with the one, and says so.
+fn missing_foot(foot: Foot) -> Anomaly {
+    Anomaly {
+        kind: AnomalyKind::FootMissing,
+        foot: Some(foot),
+        t_start_ns: 0,
+        t_end_ns: 0,
+        samples: 0,
+        detail: format!(
+            "expected samples of the {} foot, found none: the track was computed without it",
+            foot.name()
+        ),
+    }
+}
+
+/// A visit whose marker has been deleted or renamed measures nothing.
+fn unknown_marker(visit: store::visits::Visit) -> VisitOutcome {
+    VisitOutcome {
+        reason: format!("there is no marker {:?} now: add it and process again", visit.marker),
+        marker: visit.marker,
+        t_ns: visit.t_start_ns,
+        before_minus_marker_n_m: [0.0; 3],
+        after_minus_marker_n_m: [0.0; 3],
+        nis: 0.0,
+        degrees_of_freedom: 0,
+        accepted: false,
+    }
+}
+
+/// The runs, one after the other.
+fn compute(
+    store: &Store,
+    runtime: &Handle,
+    walk: &Walk,
+    cell_ns: i64,
+    progress: &mut Progress,
+) -> Result<Runs, ProcessError> {
+    let runs = if walk.visits.is_empty() { 1 } else { 2 };
+    let total = (runs * walk.samples()).max(1) as f64;
+    let mut one = |run, stage, before: u64| {
+        let full = walk.run(store, runtime, run, |done| {
+            // The last percent is for storing.
+            progress.tell(stage, 0.99 * (before + done) as f64 / total);
+            !progress.is_stopping()
+        });
+        full.map_err(ProcessError::Read)?
+            .ok_or(ProcessError::Stopping)
+            .map(|full| full.into_computed(cell_ns))
+    };
+    let main = one(Run::Main, "filtering", 0)?;
+    if main.stored.is_empty() {
+        return Err(ProcessError::NoTrack { samples: walk.samples() });
+    }
+    let without_markers = match runs {
+        1 => None,
+        _ => Some(one(Run::WithoutMarkers, "filtering_without_markers", walk.samples())?),
+    };
+    progress.tell("storing", 0.99);
+    Ok(Runs { main, without_markers })
+}
+
+/// Every epoch of a run, computed from the raw samples for this one answer, with its visits.
+pub(crate) async fn full_track(
+    app: &App,
+    session_id: Uuid,
+    run: Run,
+) -> Result<(Vec<TrackPoint>, Vec<VisitOutcome>)> {
+    let walk = match Walk::read(app, session_id).await {
+        Err(ProcessError::SessionGone) => return Err(Error::not_found("session", session_id)),
+        Err(ProcessError::Store(error)) => return Err(error.into()),
+        Err(error) => return Err(Error::invalid("no_samples", error.to_string())),
+        Ok(walk) => walk,
+    };
+    let (store, runtime) = (app.store.clone(), Handle::current());
+    let _permit = app.log_readers.acquire().await;
+    let computing = tokio::task::spawn_blocking(move || walk.run(&store, &runtime, run, |_| true));
+    let full = computing.await.map_err(anyhow::Error::new)??;
+    Ok(full.map(|full| (full.track.points, full.track.visits)).unwrap_or_default())
+}
+
+/// Puts the new result in the place of the former one: all of it or nothing.
+async fn put_in_place(app: &App, walk: Walk, runs: Runs) -> Result<(), ProcessError> {
+    let session_id = walk.session.id;
+    let last_ns = runs.main.stored.last().map_or(0, |point| point.t_ns);
+    let ended_at = utc::at(walk.session.started_at, last_ns);
+    let stored = app
+        .store
+        .writer()
+        .run(move |db| {
+            async move {
+                for (run, computed) in
+                    [(Run::Main, Some(&runs.main)), (Run::WithoutMarkers, runs.without_markers.as_ref())]
+                {
+                    store::track::clear(&mut *db, session_id, run).await?;
+                    if let Some(computed) = computed {
+                        store::track::upsert(&mut *db, session_id, run, &computed.stored).await?;
+                    }
+                }
+                store::visits::clear_outcomes(&mut *db, session_id).await?;
+                for outcome in runs.main.visits.iter().chain(&walk.outcomes) {
+                    store::visits::set_outcome(&mut *db, session_id, outcome).await?;
+                }
+                store::anomalies::clear(&mut *db, session_id).await?;
+                for anomaly in runs.main.anomalies.iter().chain(&walk.anomalies) {
+                    store::anomalies::insert(&mut *db, session_id, anomaly).await?;
+                }
+                store::sessions::set_summary(&mut *db, session_id, &runs.main.summary).await?;
+                store::sessions::finish(&mut *db, session_id, ended_at, &runs.main.sha256).await?;
+                Ok::<_, StoreError>(())
+            }
+            .boxed()
+        })
+        .await;
+    match stored {
+        Err(error) if error.is_dangling() => return Err(ProcessError::SessionGone),
+        other => other?,
+    }
+    for visit in store::visits::of_session(app.store.read(), session_id).await? {
+        app.hub.publish(Change::Visit { visit });
+    }
+    publish_session(app, session_id).await.map_err(|error| ProcessError::Read(error.into()))
+}

@@ -1,0 +1,146 @@
+//! Reads an uploaded log whole, from its bytes as sent to packed chunks, before anything is stored.
+
+use std::fs::File;
+use std::io::{self, Read};
+use std::path::Path;
+
+use lodestep_engine::parse::ParseError;
+use lodestep_engine::parse::imu_csv::ImuCsv;
+use lodestep_engine::sample::{Foot, ImuSample};
+use sha2::{Digest, Sha256};
+
+use super::spill::Spill;
+use super::unpack::{Packing, Unpack, UnpackError, UnpackLimits};
+use crate::store::StoreError;
+use crate::store::raw_chunks::{Packed, Samples};
+
+/// Samples in one chunk: 82 s at 100 Hz, 0.7 MB before packing.
+const SAMPLES_A_CHUNK: usize = 8_192;
+
+/// Bytes given to the parser at a time.
+const PIECE_BYTES: usize = 64 << 10;
+
+/// A log that was read to its end and found right.
+pub(crate) struct ReadLog {
+    pub(crate) packing: Packing,
+    pub(crate) samples: u64,
+    /// Times of the first and the last sample, ns.
+    pub(crate) t_first_ns: i64,
+    pub(crate) t_last_ns: i64,
+    /// Its samples, ready for the store.
+    pub(crate) chunks: Spill,
+}
+
+/// Why a log was not accepted.
+#[derive(Debug, thiserror::Error)]
+pub(crate) enum ReadLogError {
+    #[error(transparent)]
+    Unpack(#[from] UnpackError),
+    #[error(transparent)]
+    Parse(#[from] ParseError),
+    /// Not the log's fault.
+    #[error("the log's samples cannot be set aside: {0}")]
+    Spill(io::Error),
+    /// Not the log's fault.
+    #[error(transparent)]
+    Store(#[from] StoreError),
+}
+
+/// The SHA-256 of a file's bytes, lower-case hex.
+pub(crate) fn sha256(path: &Path) -> io::Result<String> {
+    let mut file = File::open(path)?;
+    let mut hasher = Sha256::new();
+    let mut buffer = vec![0; PIECE_BYTES];
+    loop {
+        match file.read(&mut buffer)? {
+            0 => break,
+            n => hasher.update(&buffer[..n]),
+        }
+    }
+    Ok(hasher.finalize().iter().map(|byte| format!("{byte:02x}")).collect())
+}
+
+/// Reads the log at `path`, setting packed samples aside in `spill_path`.
+pub(crate) fn read_log(
+    path: &Path,
+    spill_path: &Path,
+    foot: Foot,
+    limits: UnpackLimits,
+) -> Result<ReadLog, ReadLogError> {
+    let file = File::open(path).map_err(UnpackError::Io)?;
+    let mut unpack = Unpack::new(file, limits)?;
+    let mut chunks = Chunks::new(foot, Spill::create(spill_path).map_err(ReadLogError::Spill)?);
+    match parse(&mut unpack, &mut chunks) {
+        // What does not read as a log may be a bomb: that is the more useful thing to say.
+        Err(ReadLogError::Parse(error)) => {
+            unpack.judge_packing()?;
+            return Err(error.into());
+        }
+        other => other?,
+    }
+    chunks.finish(unpack.packing())
+}
+
+fn parse(unpack: &mut Unpack<File>, chunks: &mut Chunks) -> Result<(), ReadLogError> {
+    let mut parser = ImuCsv::new();
+    let mut piece = vec![0; PIECE_BYTES];
+    loop {
+        match unpack.read(&mut piece)? {
+            0 => break,
+            n => parser.push(&piece[..n], &mut chunks.waiting)?,
+        }
+        chunks.pack_full()?;
+    }
+    parser.finish(&mut chunks.waiting)?;
+    Ok(())
+}
+
+/// Samples on their way into chunks.
+struct Chunks {
+    foot: Foot,
+    waiting: Vec<ImuSample>,
+    samples: u64,
+    first_t_ns: Option<i64>,
+    last_t_ns: i64,
+    spill: Spill,
+}
+
+impl Chunks {
+    fn new(foot: Foot, spill: Spill) -> Chunks {
+        let waiting = Vec::with_capacity(2 * SAMPLES_A_CHUNK);
+        Chunks { foot, waiting, samples: 0, first_t_ns: None, last_t_ns: 0, spill }
+    }
+
+    /// Packs as many full chunks as there are.
+    fn pack_full(&mut self) -> Result<(), ReadLogError> {
+        while self.waiting.len() >= SAMPLES_A_CHUNK {
+            let later = self.waiting.split_off(SAMPLES_A_CHUNK);
+            let full = std::mem::replace(&mut self.waiting, later);
+            self.pack(full)?;
+        }
+        Ok(())
+    }
+
+    fn pack(&mut self, samples: Vec<ImuSample>) -> Result<(), ReadLogError> {
+        let (Some(first), Some(last)) = (samples.first(), samples.last()) else { return Ok(()) };
+        self.first_t_ns.get_or_insert(first.t_ns);
+        self.last_t_ns = last.t_ns;
+        self.samples += samples.len() as u64;
+        let first_sequence = self.spill.chunks() as u64;
+        let packed = Packed::new(&Samples { foot: self.foot, first_sequence, sequences: 1, samples })?;
+        self.spill.push(packed).map_err(ReadLogError::Spill)
+    }
+
+    fn finish(mut self, packing: Packing) -> Result<ReadLog, ReadLogError> {
+        self.pack_full()?;
+        let rest = std::mem::take(&mut self.waiting);
+        self.pack(rest)?;
+        Ok(ReadLog {
+            packing,
+            samples: self.samples,
+            t_first_ns: self.first_t_ns.unwrap_or_default(),
+            t_last_ns: self.last_t_ns,
+            chunks: self.spill,
+        })
+    }
+}

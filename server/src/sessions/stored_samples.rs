@@ -1,0 +1,61 @@
+//! One foot's raw samples out of the store, a few chunks at a time.
+
+use lodestep_engine::sample::{Foot, ImuSample};
+use tokio::runtime::Handle;
+use uuid::Uuid;
+
+use super::in_time_order::FootSamples;
+use crate::store::logs;
+use crate::store::raw_chunks::{self, Origin};
+use crate::store::{Store, StoreError};
+
+/// Samples held of one foot at a time, at least one chunk.
+const SAMPLES_AT_ONCE: u64 = 8_192;
+
+/// Where a foot's samples lie, and how many there are.
+#[derive(Clone, Debug)]
+pub(crate) struct Recording {
+    pub(crate) foot: Foot,
+    pub(crate) origin: Origin,
+    pub(crate) samples: u64,
+}
+
+/// The recording that stands for a foot: the log accepted last, or else the stream.
+pub(crate) async fn recording(
+    store: &Store,
+    session_id: Uuid,
+    foot: Foot,
+) -> Result<Option<Recording>, StoreError> {
+    let origin = match logs::latest_accepted(store.read(), session_id, foot).await? {
+        Some(log) => Origin::Log(log.id),
+        None => Origin::Stream { session_id, foot },
+    };
+    let samples = raw_chunks::samples(store.read(), origin).await?;
+    Ok((samples > 0).then_some(Recording { foot, origin, samples }))
+}
+
+/// Reads a recording from a thread that may block. No connection is held between two reads.
+pub(crate) struct StoredSamples {
+    store: Store,
+    runtime: Handle,
+    origin: Origin,
+    next_sequence: u64,
+}
+
+impl StoredSamples {
+    pub(crate) fn new(store: Store, runtime: Handle, origin: Origin) -> StoredSamples {
+        StoredSamples { store, runtime, origin, next_sequence: 0 }
+    }
+}
+
+impl FootSamples for StoredSamples {
+    fn next_piece(&mut self, samples: &mut Vec<ImuSample>) -> anyhow::Result<()> {
+        samples.clear();
+        let next = raw_chunks::next(self.store.read(), self.origin, self.next_sequence, SAMPLES_AT_ONCE);
+        for chunk in self.runtime.block_on(next)? {
+            self.next_sequence = chunk.first_sequence + chunk.sequences;
+            samples.extend_from_slice(&chunk.samples);
+        }
+        Ok(())
+    }
+}

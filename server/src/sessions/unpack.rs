@@ -1,0 +1,320 @@
+//! Unpacks a log as it was sent: plain text, gzip or zstd, told apart by the first bytes.
+//!
+//! Reads piece by piece in bounded memory, and stops as soon as the stream unpacks to more than the
+//! limits allow, so that ten megabytes cannot become ten gigabytes.
+
+use std::io::{self, BufReader, Read};
+
+use flate2::bufread::MultiGzDecoder;
+
+use super::signature;
+
+/// Below this many unpacked bytes the ratio is not judged: a short log of a still sensor packs well.
+pub(crate) const RATIO_GRACE_BYTES: u64 = 16 << 20;
+
+/// The largest zstd window that is unpacked, as a power of two: 8 MiB, what level 19 uses.
+const ZSTD_WINDOW_LOG_MAX: u32 = 23;
+
+/// Bytes read from the file at a time.
+const READ_BYTES: usize = 64 << 10;
+
+/// How far a packed log may grow.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct UnpackLimits {
+    /// Unpacked bytes at most.
+    pub(crate) max_unpacked_bytes: u64,
+    /// Unpacked bytes for one packed byte at most, judged once past `RATIO_GRACE_BYTES`.
+    pub(crate) max_ratio: u64,
+}
+
+/// How a log was packed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Packing {
+    Plain,
+    Gzip,
+    Zstd,
+}
+
+impl Packing {
+    fn name(self) -> &'static str {
+        match self {
+            Packing::Plain => "plain text",
+            Packing::Gzip => "gzip",
+            Packing::Zstd => "zstd",
+        }
+    }
+}
+
+/// Why a log could not be unpacked.
+#[derive(Debug, thiserror::Error)]
+pub(crate) enum UnpackError {
+    #[error(
+        "the file is empty: 0 bytes where a header line and samples were expected. Send the log again from the device"
+    )]
+    Empty,
+    #[error("expected a CSV log (plain, gzip or zstd), found {found}. {advice}")]
+    NotALog { found: &'static str, advice: &'static str },
+    #[error(
+        "the {} stream ends in the middle, after {unpacked_bytes} unpacked bytes: the file was cut off. \
+         Copy it from the device again and upload the whole of it", packing.name()
+    )]
+    Truncated { packing: Packing, unpacked_bytes: u64 },
+    #[error(
+        "the {} stream is damaged after {unpacked_bytes} unpacked bytes ({reason}). \
+         Copy the file from the device again, or send it unpacked", packing.name()
+    )]
+    Damaged { packing: Packing, unpacked_bytes: u64, reason: String },
+    #[error(
+        "the log unpacks to more than {limit_bytes} bytes, which is the limit for one log. \
+         Split the session, or ask for a larger `max_unpacked_bytes` in the server's configuration"
+    )]
+    TooLarge { limit_bytes: u64 },
+    #[error(
+        "the log unpacks to more than {limit} times its packed size ({packed_bytes} bytes became {unpacked_bytes}), \
+         which no sensor log does. Send it unpacked if it is a log after all"
+    )]
+    RatioTooHigh { limit: u64, packed_bytes: u64, unpacked_bytes: u64 },
+    #[error("the uploaded file cannot be read back: {0}")]
+    Io(io::Error),
+}
+
+/// Counts what the decoder below has consumed.
+struct Counted<R> {
+    inner: R,
+    bytes: u64,
+}
+
+impl<R: Read> Read for Counted<R> {
+    fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
+        let n = self.inner.read(buffer)?;
+        self.bytes += n as u64;
+        Ok(n)
+    }
+}
+
+type Source<R> = BufReader<Counted<io::Chain<io::Cursor<Vec<u8>>, R>>>;
+
+enum Stream<R: Read> {
+    Plain(Source<R>),
+    Gzip(Box<MultiGzDecoder<Source<R>>>),
+    Zstd(zstd::stream::read::Decoder<'static, Source<R>>),
+}
+
+/// A log being unpacked.
+pub(crate) struct Unpack<R: Read> {
+    stream: Stream<R>,
+    limits: UnpackLimits,
+    unpacked_bytes: u64,
+}
+
+impl<R: Read> Unpack<R> {
+    /// Looks at the first bytes of `source` and chooses how to unpack it.
+    pub(crate) fn new(mut source: R, limits: UnpackLimits) -> Result<Self, UnpackError> {
+        let mut head = Vec::with_capacity(signature::LONGEST);
+        source.by_ref().take(signature::LONGEST as u64).read_to_end(&mut head).map_err(UnpackError::Io)?;
+        if head.is_empty() {
+            return Err(UnpackError::Empty);
+        }
+        let packing = signature::packing(&head);
+        if packing == Packing::Plain {
+            refuse_foreign(&head)?;
+        }
+        let counted = Counted { inner: io::Cursor::new(head).chain(source), bytes: 0 };
+        let source = BufReader::with_capacity(READ_BYTES, counted);
+        let stream = match packing {
+            Packing::Plain => Stream::Plain(source),
+            Packing::Gzip => Stream::Gzip(Box::new(MultiGzDecoder::new(source))),
+            Packing::Zstd => {
+                let mut decoder =
+                    zstd::stream::read::Decoder::with_buffer(source).map_err(UnpackError::Io)?;
+                decoder.window_log_max(ZSTD_WINDOW_LOG_MAX).map_err(UnpackError::Io)?;
+                Stream::Zstd(decoder)
+            }
+        };
+        Ok(Unpack { stream, limits, unpacked_bytes: 0 })
+    }
+
+    /// How it was packed.
+    pub(crate) fn packing(&self) -> Packing {
+        match self.stream {
+            Stream::Plain(_) => Packing::Plain,
+            Stream::Gzip(_) => Packing::Gzip,
+            Stream::Zstd(_) => Packing::Zstd,
+        }
+    }
+
+    /// The next piece of the log into `buffer`; 0 at its end.
+    pub(crate) fn read(&mut self, buffer: &mut [u8]) -> Result<usize, UnpackError> {
+        let read = match &mut self.stream {
+            Stream::Plain(source) => source.read(buffer),
+            Stream::Gzip(decoder) => decoder.read(buffer),
+            Stream::Zstd(decoder) => decoder.read(buffer),
+        };
+        let n = read.map_err(|error| self.explain(error))?;
+        if self.unpacked_bytes == 0 && n > 0 && self.packing() != Packing::Plain {
+            refuse_foreign(&buffer[..n])?;
+        }
+        self.unpacked_bytes += n as u64;
+        self.check_limits()?;
+        Ok(n)
+    }
+
+    /// Goes on unpacking, for nothing, as far as the ratio's grace: a parser that gave up on the
+    /// first line cannot tell a bomb from a mistake, and the two deserve different answers.
+    pub(crate) fn judge_packing(&mut self) -> Result<(), UnpackError> {
+        let mut discarded = vec![0; READ_BYTES];
+        while self.packing() != Packing::Plain && self.unpacked_bytes <= RATIO_GRACE_BYTES {
+            if self.read(&mut discarded)? == 0 {
+                break;
+            }
+        }
+        Ok(())
+    }
+
+    fn packed_bytes(&self) -> u64 {
+        match &self.stream {
+            Stream::Plain(source) => source.get_ref().bytes,
+            Stream::Gzip(decoder) => decoder.get_ref().get_ref().bytes,
+            Stream::Zstd(decoder) => decoder.get_ref().get_ref().bytes,
+        }
+    }
+
+    fn check_limits(&self) -> Result<(), UnpackError> {
+        let UnpackLimits { max_unpacked_bytes, max_ratio } = self.limits;
+        if self.unpacked_bytes > max_unpacked_bytes {
+            return Err(UnpackError::TooLarge { limit_bytes: max_unpacked_bytes });
+        }
+        let packed_bytes = self.packed_bytes();
+        if self.unpacked_bytes > RATIO_GRACE_BYTES && self.unpacked_bytes / packed_bytes.max(1) > max_ratio {
+            return Err(UnpackError::RatioTooHigh {
+                limit: max_ratio,
+                packed_bytes,
+                unpacked_bytes: self.unpacked_bytes,
+            });
+        }
+        Ok(())
+    }
+
+    fn explain(&self, error: io::Error) -> UnpackError {
+        let (packing, unpacked_bytes) = (self.packing(), self.unpacked_bytes);
+        match error.kind() {
+            _ if packing == Packing::Plain => UnpackError::Io(error),
+            io::ErrorKind::UnexpectedEof => UnpackError::Truncated { packing, unpacked_bytes },
+            _ => UnpackError::Damaged { packing, unpacked_bytes, reason: error.to_string() },
+        }
+    }
+}
+
+fn refuse_foreign(head: &[u8]) -> Result<(), UnpackError> {
+    match signature::foreign(head) {
+        Some((found, advice)) => Err(UnpackError::NotALog { found, advice }),
+        None => Ok(()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::io::Write;
+
+    use super::*;
+
+    const LIMITS: UnpackLimits = UnpackLimits { max_unpacked_bytes: 1 << 30, max_ratio: 200 };
+
+    fn gzip(bytes: &[u8]) -> Vec<u8> {
+        let mut encoder = flate2::write::GzEncoder::new(Vec::new(), flate2::Compression::default());
+        encoder.write_all(bytes).unwrap();
+        encoder.finish().unwrap()
+    }
+
+    fn text() -> Vec<u8> {
+        (0..20_000).flat_map(|i| format!("{},{}\n", i, (i * 7919) % 1009).into_bytes()).collect()
+    }
+
+    fn unpack(packed: &[u8], limits: UnpackLimits) -> Result<Vec<u8>, UnpackError> {
+        let mut unpack = Unpack::new(packed, limits)?;
+        let (mut all, mut buffer) = (Vec::new(), [0; 1000]);
+        loop {
+            match unpack.read(&mut buffer)? {
+                0 => return Ok(all),
+                n => all.extend_from_slice(&buffer[..n]),
+            }
+        }
+    }
+
+    #[test]
+    fn every_packing_gives_the_same_bytes() {
+        let text = text();
+        let zstd = zstd::encode_all(&text[..], 3).unwrap();
+        let halves = [gzip(&text[..5000]), gzip(&text[5000..])].concat();
+        for packed in [text.clone(), gzip(&text), halves, zstd] {
+            assert!(unpack(&packed, LIMITS).unwrap() == text);
+        }
+    }
+
+    #[test]
+    fn a_stream_that_was_cut_is_called_truncated_wherever_it_was_cut() {
+        let text = text();
+        for packed in [gzip(&text), zstd::encode_all(&text[..], 3).unwrap()] {
+            for cut in [5, 9, 15, packed.len() / 2, packed.len() - 1] {
+                let error = unpack(&packed[..cut], LIMITS).unwrap_err();
+                assert!(matches!(error, UnpackError::Truncated { .. }), "cut at {cut}: {error}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_flipped_byte_is_called_damaged() {
+        let mut packed = gzip(&text());
+        let checksum = packed.len() - 6;
+        packed[checksum] ^= 0x10;
+        let error = unpack(&packed, LIMITS).unwrap_err();
+        assert!(matches!(error, UnpackError::Damaged { packing: Packing::Gzip, .. }), "{error}");
+    }
+
+    #[test]
+    fn nothing_and_a_picture_are_named_for_what_they_are() {
+        assert!(matches!(unpack(b"", LIMITS).unwrap_err(), UnpackError::Empty));
+        let png = b"\x89PNG\r\n\x1a\n\0\0\0\rIHDR";
+        for picture in [png.to_vec(), gzip(png)] {
+            let error = unpack(&picture, LIMITS).unwrap_err().to_string();
+            assert!(error.contains("PNG picture"), "{error}");
+        }
+        let twice = unpack(&gzip(&gzip(b"t_s,gyr_x_rad_s")), LIMITS).unwrap_err().to_string();
+        assert!(twice.contains("gzip file inside"), "{twice}");
+    }
+
+    /// 64 GiB of zeros, by way of a source that repeats one gzip member, stops at the grace.
+    #[test]
+    fn a_bomb_stops_soon_after_the_grace() {
+        struct Repeat {
+            member: Vec<u8>,
+            at: usize,
+        }
+        impl Read for Repeat {
+            fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
+                let n = buffer.len().min(self.member.len() - self.at);
+                buffer[..n].copy_from_slice(&self.member[self.at..self.at + n]);
+                self.at = (self.at + n) % self.member.len();
+                Ok(n)
+            }
+        }
+        let member = gzip(&vec![0; 1 << 20]);
+        let mut bomb = Unpack::new(Repeat { member, at: 0 }, LIMITS).unwrap();
+        let mut buffer = vec![0; 64 << 10];
+        let error = loop {
+            if let Err(error) = bomb.read(&mut buffer) {
+                break error;
+            }
+        };
+        assert!(matches!(error, UnpackError::RatioTooHigh { .. }), "{error}");
+        assert!(bomb.unpacked_bytes <= RATIO_GRACE_BYTES + buffer.len() as u64);
+    }
+
+    #[test]
+    fn the_plain_limit_holds_too_and_is_named() {
+        let limits = UnpackLimits { max_unpacked_bytes: 1000, max_ratio: 200 };
+        let error = unpack(&text(), limits).unwrap_err().to_string();
+        assert!(error.contains("more than 1000 bytes"), "{error}");
+        assert_eq!(unpack(&text()[..1000], limits).unwrap().len(), 1000);
+    }
+}
