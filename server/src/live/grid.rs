@@ -5,6 +5,8 @@
 
 use std::collections::VecDeque;
 
+use crate::sessions::stored_grid::{cell_ns, cell_of};
+
 /// At most this many points are shown each second: enough for a walking pace.
 const SHOWN_HZ: i64 = 5;
 /// How long a chosen epoch is remembered for corrections, ns: longer than any rewind of the filter.
@@ -35,7 +37,7 @@ pub(crate) struct Grid {
 impl Grid {
     /// A grid that stores at most so many points a second.
     pub(crate) fn new(stored_hz: f64) -> Grid {
-        let stored_cell_ns = ((1e9 / stored_hz).round() as i64).max(1);
+        let stored_cell_ns = cell_ns(stored_hz);
         let shown_cell_ns =
             ((1_000_000_000 / SHOWN_HZ + stored_cell_ns - 1) / stored_cell_ns) * stored_cell_ns;
         Grid { stored_cell_ns, shown_cell_ns, recent: VecDeque::new(), last_shown_ns: None }
@@ -43,9 +45,8 @@ impl Grid {
 
     /// Chooses about a new epoch; epochs come in the order of their times.
     pub(crate) fn choose(&mut self, t_ns: i64) -> Choice {
-        let in_new_cell = |last: Option<i64>, cell: i64| {
-            last.is_none_or(|last| last.div_euclid(cell) < t_ns.div_euclid(cell))
-        };
+        let in_new_cell =
+            |last: Option<i64>, cell: i64| last.is_none_or(|last| cell_of(last, cell) < cell_of(t_ns, cell));
         if !in_new_cell(self.recent.back().map(|chosen| chosen.0), self.stored_cell_ns) {
             return Choice::Skipped;
         }

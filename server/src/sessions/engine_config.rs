@@ -1,7 +1,7 @@
 //! What the engine is told before a session's first sample: the same for an upload and a stream.
 
 use lodestep_engine::sample::Foot;
-use lodestep_engine::session::{Aids, SessionConfig};
+use lodestep_engine::session::SessionConfig;
 
 use crate::site::Site;
 use crate::store::sessions::Session;
@@ -10,11 +10,12 @@ use crate::store::sessions::Session;
 pub(crate) fn engine_config(site: &Site, session: &Session, feet: Vec<Foot>) -> SessionConfig {
     SessionConfig {
         feet,
+        // Stored samples are complete: a foot waits for the other as long as it takes.
+        max_lead_ns: None,
         initial_position_n_m: session.start.position_m,
         initial_heading_rad: session.initial_heading_deg.map(f64::to_radians),
         declination_rad: site.declination_deg.to_radians(),
         gravity_m_s2: site.gravity_m_s2,
-        aids: Aids::default(),
-        max_lead_ns: None,
+        ..SessionConfig::default()
     }
 }

@@ -14,15 +14,14 @@ use super::in_time_order::InTimeOrder;
 use super::run::{self, Computed, FullRun};
 use super::stored_grid;
 use super::stored_samples::{self, Recording, StoredSamples};
-use super::uploads::publish_session;
 use crate::error::{Error, Result};
 use crate::jobs::progress::Progress;
+use crate::live::session_changes;
 use crate::state::App;
 use crate::store::sessions::Session;
 use crate::store::track::Run;
 use crate::store::{self, Store, StoreError};
 use crate::utc;
-use crate::wire::Change;
 
 /// Why a session's track could not be computed. The former track stays.
 #[derive(Debug, thiserror::Error)]
@@ -257,8 +256,8 @@ async fn put_in_place(app: &App, walk: Walk, runs: Runs) -> Result<(), ProcessEr
         Err(error) if error.is_dangling() => return Err(ProcessError::SessionGone),
         other => other?,
     }
-    for visit in store::visits::of_session(app.store.read(), session_id).await? {
-        app.hub.publish(Change::Visit { visit });
+    if let Some(session) = store::sessions::get(app.store.read(), session_id).await? {
+        app.hub.publish_all(session_changes(&app.store, session).await?);
     }
-    publish_session(app, session_id).await.map_err(|error| ProcessError::Read(error.into()))
+    Ok(())
 }

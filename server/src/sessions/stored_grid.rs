@@ -10,6 +10,11 @@ pub(crate) fn cell_ns(rate_hz: f64) -> i64 {
     ((1e9 / rate_hz).round() as i64).max(1)
 }
 
+/// The cell that a time lies in.
+pub(crate) fn cell_of(t_ns: i64, cell_ns: i64) -> i64 {
+    (t_ns + SLACK_NS).div_euclid(cell_ns)
+}
+
 /// Chooses among points that come by time.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Grid {
@@ -24,7 +29,7 @@ impl Grid {
 
     /// Whether a point is the first of its cell.
     pub(crate) fn takes(&mut self, t_ns: i64) -> bool {
-        let cell = (t_ns + SLACK_NS).div_euclid(self.cell_ns);
+        let cell = cell_of(t_ns, self.cell_ns);
         let first = self.last_cell != Some(cell);
         self.last_cell = Some(cell);
         first

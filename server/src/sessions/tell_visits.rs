@@ -97,9 +97,7 @@ pub(crate) async fn tell(app: &App, session_id: Uuid, told: Vec<Told>) -> Result
         })
         .await?;
     let new = added.len() as u64;
-    for visit in added {
-        app.hub.publish(Change::Visit { visit });
-    }
+    app.hub.publish_all(added.into_iter().map(Change::Visit));
     let visits = visits::of_session(app.store.read(), session_id).await?;
     Ok(TellVisits { added: new, unchanged: of_list - new, overlaps: overlaps(&visits), visits })
 }
