@@ -11,8 +11,9 @@ use crate::error::Error;
 #[folder = "$CARGO_MANIFEST_DIR/../static/"]
 #[exclude = "node_modules/*"]
 #[exclude = "tests/*"]
+#[exclude = "scripts/*"]
 #[exclude = "package*.json"]
-#[exclude = "tsconfig.json"]
+#[exclude = "jsconfig.json"]
 #[allow_missing = true]
 struct Pages;
 

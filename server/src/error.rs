@@ -3,6 +3,7 @@
 use axum::Json;
 use axum::http::{HeaderValue, StatusCode, header};
 use axum::response::{IntoResponse, Response};
+use lodestep_engine::parse::ParseError;
 use serde::{Deserialize, Serialize};
 use uuid::Uuid;
 
@@ -143,6 +144,16 @@ impl Error {
         };
         let title = status.canonical_reason().unwrap_or("Error").to_owned();
         Problem { kind: "about:blank".to_owned(), title, status: status.as_u16(), code, detail, place }
+    }
+}
+
+impl From<ParseError> for Error {
+    /// What a parser says is already a sentence for the one who sent it.
+    fn from(error: ParseError) -> Self {
+        let detail = error.to_string();
+        let place = (error.line.is_some() || error.column.is_some())
+            .then(|| Place { line: error.line, column: error.column.clone() });
+        Error::Invalid { code: error.code(), detail, place }
     }
 }
 

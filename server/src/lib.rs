@@ -14,6 +14,7 @@ pub mod api;
 mod faults;
 pub mod jobs;
 pub mod live;
+pub mod markers;
 pub mod sessions;
 pub mod store;
 

@@ -24,6 +24,7 @@ pub(crate) mod faults;
 mod health;
 mod inspectors;
 mod jobs;
+mod markers;
 pub mod sessions;
 mod site;
 mod tracks;
@@ -44,6 +45,7 @@ pub fn router(app: App) -> Router {
         .merge(inspectors::routes())
         .merge(sessions::routes())
         .merge(faults::routes())
+        .merge(markers::routes())
         .merge(uploads::routes())
         .merge(jobs::routes())
         .merge(tracks::routes())
