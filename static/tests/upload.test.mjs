@@ -167,6 +167,14 @@ test("the whole of it: session, both feet, visits, processing; the note of the c
   assert.equal(notes.at(-1), null);
 });
 
+test("a log that was refused is not remembered as one to go on with, its session is", async () => {
+  const api = server();
+  api.finishLog = async () => { throw new Refused(422); };
+  let note;
+  await assert.rejects(runUpload(api, { files: { left: file(pattern(9)) }, visits: null, session: {}, unfinished: null, onFoot() {}, onJob() {}, remember: (n) => { note = structuredClone(n); }, wait: noWait }));
+  assert.deepEqual(note, { session_id: "s1", title: "", logs: {} });
+});
+
 test("one foot alone is a session of one foot", async () => {
   const api = server();
   await runUpload(api, { files: { right: file(pattern(20)) }, visits: null, session: {}, unfinished: null, onFoot() {}, onJob() {}, remember() {}, wait: noWait });

@@ -58,7 +58,7 @@ export function faultDetails(fault, who) {
       <dt>${t("fault.reported")}</dt><dd>${dateTime(fault.reported_at)}</dd>
       <dt>${t("fault.by")}</dt><dd>${who}</dd>
       ${fault.marker && html`<dt>${t("fault.keyed")}</dt><dd>${fault.marker}</dd>`}
-      ${fault.position_m && html`<dt>${t("drawer.position")}</dt><dd>E ${fault.position_m[0].toFixed(1)} · N ${fault.position_m[1].toFixed(1)} m${fault.sigma_m && html` ± ${length(Math.hypot(fault.sigma_m[0], fault.sigma_m[1]))}`}</dd>`}
+      ${fault.position_m && html`<dt>${t("fault.place")}</dt><dd>E ${fault.position_m[0].toFixed(1)} · N ${fault.position_m[1].toFixed(1)} m${fault.sigma_m && html` ± ${length(Math.hypot(fault.sigma_m[0], fault.sigma_m[1]))}`}</dd>`}
     </dl>
     ${fault.text && html`<p>${fault.text}</p>`}
     ${candidateTable(fault)}`;

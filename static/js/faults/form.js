@@ -44,7 +44,7 @@ export function makeFaultForm(app) {
         <h2 id="fault-title">${t("fault.done")}</h2>
         <p class="lead">${t(fault.marker ? "fault.done_keyed" : "fault.done_ranked", { marker: fault.marker ?? "" })}</p>
         ${candidateTable(fault)}
-        <p></p><div class="row end"><button type="button" class="main-action" data-close autofocus>${t("close")}</button></div>`);
+        <div class="row end"><button type="button" class="main-action" data-close autofocus>${t("close")}</button></div>`);
     } catch (error) {
       render(one(".answer", form), problemBox(error));
       button.disabled = false;

@@ -64,7 +64,7 @@ export function faultsView(app, side) {
     const selected = open.find((f) => f.id === app.ui.fault);
     render(one(".selected", side), selected
       ? html`<div class="session" data-testid="fault-details"><h2>${faultKind(selected.kind)}</h2>${faultDetails(selected, nameOf(selected))}
-          <div class="answer"></div><p></p><div class="row end"><button type="button" class="main-action" data-close-fault data-testid="close-fault">${t("fault.close")}</button></div></div>`
+          <div class="answer"></div><div class="row end"><button type="button" class="main-action" data-close-fault data-testid="close-fault">${t("fault.close")}</button></div></div>`
       : html`<p class="empty">${open.length > 0 && t("fault.choose")}</p>`);
     render(one(".closed", side), closed.length === 0 ? html`<p class="empty">${t("fault.none_closed")}</p>` : html`${closed.map(
       (f) => html`<div class="card"><span class="line">${severitySign(f.severity)}<span class="grow">${faultKind(f.kind)}</span><span class="tag">${placeOf(f)}</span></span>

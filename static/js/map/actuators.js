@@ -1,9 +1,9 @@
 // The actuators: 2,226 dots on a canvas of their own. Names appear only where they do not run into each other.
 
-/** Actuators stand about this far apart. */
-const SPACING_M = 10.4;
+/** The least distance of two actuators in plan, near the rim; most stand 10 m apart. */
+const SPACING_M = 6;
 /** Names are drawn when neighbours are at least this far apart on the screen. */
-const LABEL_SPACING_PX = 25;
+const LABEL_SPACING_PX = 24;
 
 /**
  * @param {import("./plan.js").Plan["nodes"]} nodes
@@ -30,7 +30,7 @@ export function drawActuators(nodes, marked) {
     g.textBaseline = "top";
     g.lineWidth = 3;
     g.lineJoin = "round";
-    const size = SPACING_M * scale >= 44 ? 11 : 9;
+    const size = SPACING_M * scale >= 34 ? 11 : 10;
     for (const node of nodes) {
       const special = named.has(node.name) || node.name === goal;
       if (!(labels || special) || !sees(node.e_m, node.n_m)) continue;

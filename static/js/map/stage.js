@@ -40,6 +40,9 @@ export function makeStage(el, ring_radius_m) {
   fit();
   map.setMaxBounds(home.pad(1));
 
+  // The banner and the drawer change the room that the map has, not only the window.
+  new ResizeObserver(() => map.invalidateSize({ animate: false, pan: false })).observe(el);
+
   return {
     map,
     fit,
@@ -53,7 +56,8 @@ export function makeStage(el, ring_radius_m) {
      * @param {number} [closest] zoom at least this far in, log2 of pixels per metre
      */
     goTo(place, closest) {
-      map.setView(at(place), Math.max(map.getZoom(), closest ?? map.getZoom()), { animate: !still });
+      // At once: a zoom that is still under way would put the map back where it was going.
+      map.setView(at(place), Math.max(map.getZoom(), closest ?? map.getZoom()), { animate: false });
     },
     /**
      * Keeps a place near the middle without moving the map for every step.

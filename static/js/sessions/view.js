@@ -2,7 +2,7 @@
 // the figures. The address can be sent on.
 
 import * as api from "../api.js";
-import { bytes, dateTime, duration, elapsed, heading, length, number } from "../format.js";
+import { bytes, dateTime, elapsed, heading, length, number } from "../format.js";
 import { html, one, render, setText } from "../html.js";
 import { t, tOr, translate } from "../i18n.js";
 import { eastNorth } from "../map/stage.js";
@@ -40,6 +40,8 @@ export function sessionView(app, side, id) {
   let without = null;
   /** @type {import("../state/live.js").Visit[]} */
   let visits = [];
+  /** @type {any} */
+  let known = null;
   /** @type {number | null} */
   let cursor_s = null;
   const show = { main: true, without: true, arrows: true };
@@ -90,6 +92,7 @@ export function sessionView(app, side, id) {
       const [row, list, found] = await Promise.all([api.session(id), api.visits(id), api.anomalies(id)]);
       if (gone) return;
       visits = list;
+      known = row;
       showHead(row);
       showVisits();
       showAnomalies(found);
@@ -127,7 +130,7 @@ export function sessionView(app, side, id) {
       ${row.error && html`<div class="problem"><b>${t("problem.failed")}</b><p>${typeof row.error === "string" ? row.error : (row.error.detail ?? row.error.title)}</p></div>`}
       <div class="figures" data-testid="figures">
         ${figure(length(row.distance_m), "session.distance")}
-        ${figure(duration(row.duration_s), "session.duration")}
+        ${figure(elapsed(row.duration_s), "session.duration")}
         ${figure(`${used.length} / ${visits.length}`, "session.visits_used")}
         ${figure(offs.length > 0 ? length(offs.reduce((a, b) => a + b, 0) / offs.length) : "–", "session.mean_off")}
         ${figure(offs.length > 0 ? length(Math.max(...offs)) : "–", "session.largest_off")}
@@ -211,7 +214,11 @@ export function sessionView(app, side, id) {
       // The session is still being worked on: its end is worth a new look.
       const ended = [...app.live.jobs.values()].some((j) => j.session_id === id && (j.state === "finished" || j.state === "done" || j.state === "failed"));
       if (changed.has("job") && ended && !main) load();
-      if (changed.has("all")) moveCursor();
+      if (changed.has("all")) {
+        // The inspectors' names come with the feed.
+        if (known) showHead(known);
+        moveCursor();
+      }
     },
     close() {
       gone = true;

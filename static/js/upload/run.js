@@ -36,7 +36,7 @@ export async function runUpload(api, task) {
   const outcomes = [];
   for (const foot of feet) {
     const file = /** @type {File} */ (task.files[foot]);
-    const outcome = await handIn(api, {
+    const handedIn = handIn(api, {
       sessionId: record.session_id,
       foot,
       file,
@@ -48,7 +48,16 @@ export async function runUpload(api, task) {
       onProgress: (progress) => task.onFoot(foot, progress),
       wait: task.wait,
     });
-    outcomes.push(outcome.state);
+    try {
+      outcomes.push((await handedIn).state);
+    } catch (/** @type {any} */ error) {
+      // What the server has refused it does not keep: there is nothing of this log to go on with.
+      if (error.status >= 400 && error.status < 500) {
+        delete record.logs[foot];
+        task.remember(record);
+      }
+      throw error;
+    }
   }
   if (task.visits) await api.addVisits(record.session_id, task.visits);
 

@@ -90,7 +90,7 @@ export function uploadView(app, side) {
       setText(one(".state", box), file ? bytes(file.size) : "");
     }
     setText(one(".visits-file", side), visits ? t("upload.visits_file", { file: visits.name }) : t("upload.visits_none"));
-    one(".swap", side).hidden = !files.left && !files.right;
+    /** @type {HTMLButtonElement} */ (one(".swap", side)).disabled = busy || (!files.left && !files.right);
     go.disabled = busy || (!files.left && !files.right);
   }
 
@@ -118,7 +118,7 @@ export function uploadView(app, side) {
   function showUnfinished() {
     const left = unfinishedUpload();
     render(one(".unfinished", side), left
-      ? html`<div class="block" role="status" data-testid="unfinished"><h2>${t("upload.unfinished")}</h2><p>${t("upload.unfinished_how", { files: Object.values(left.logs).map((l) => l?.name).join(", ") || left.title })}</p>
+      ? html`<div class="block" role="status" data-testid="unfinished"><h2>${t("upload.unfinished")}</h2><p>${unfinishedWords(left)}</p>
           <p></p><button type="button" class="discard">${t("upload.discard")}</button></div>`
       : html``);
     one(".session-facts", side).hidden = left !== null;
@@ -249,4 +249,10 @@ export function uploadView(app, side) {
       removeEventListener("beforeunload", warn);
     },
   };
+}
+
+/** @param {import("./remembered_upload.js").Unfinished} left */
+function unfinishedWords(left) {
+  const names = Object.values(left.logs).map((log) => log?.name);
+  return names.length > 0 ? t("upload.unfinished_how", { files: names.join(", ") }) : t("upload.unfinished_open");
 }

@@ -1,0 +1,58 @@
+// Starts an installed Chromium or Chrome for a test, and watches what the page does: errors, reports of the
+// content security policy, and requests to any other host, which are blocked.
+
+import { access } from "node:fs/promises";
+import { chromium } from "playwright-core";
+
+const PLACES = [
+  process.env.CHROME, "/usr/bin/chromium", "/usr/bin/chromium-browser", "/usr/bin/google-chrome", "/usr/bin/google-chrome-stable",
+  "/opt/google/chrome/chrome", "/Applications/Google Chrome.app/Contents/MacOS/Google Chrome",
+];
+
+/** @returns {Promise<string | null>} */
+export async function findChrome() {
+  for (const place of PLACES) {
+    if (place && (await access(place).then(() => true, () => false))) return place;
+  }
+  return null;
+}
+
+export const HOW_TO_GET_CHROME = "no Chromium or Chrome found: install the package `chromium`, or name the program in CHROME";
+
+/**
+ * @param {string} url where the page is served
+ * @param {import("playwright-core").BrowserContextOptions} [options]
+ */
+export async function openPage(url, options = {}) {
+  const executablePath = await findChrome();
+  if (!executablePath) throw new Error(HOW_TO_GET_CHROME);
+  const browser = await chromium.launch({
+    executablePath,
+    args: [
+      "--headless", "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run", "--disable-background-networking",
+      "--disable-component-update", "--disable-sync",
+    ],
+  });
+  const context = await browser.newContext({ viewport: { width: 1440, height: 900 }, locale: "en-GB", ...options });
+  const page = await context.newPage();
+  /** @type {string[]} */
+  const wrongs = [];
+  const origin = new URL(url).origin;
+  await context.route(
+    (asked) => asked.origin !== origin,
+    (route) => {
+      wrongs.push(`request to another host: ${route.request().url()}`);
+      return route.abort();
+    },
+  );
+  page.on("console", (message) => {
+    if (message.type() === "error") wrongs.push(`console: ${message.text()}`);
+  });
+  page.on("pageerror", (error) => wrongs.push(`error: ${error.stack ?? error.message}`));
+  await page.addInitScript(() => {
+    document.addEventListener("securitypolicyviolation", (event) => {
+      console.error(`policy: ${event.violatedDirective} ${event.blockedURI} ${event.sourceFile}:${event.lineNumber}`);
+    });
+  });
+  return { page, context, wrongs, close: () => browser.close() };
+}

@@ -1,0 +1,42 @@
+// The page on a running demo: `LODESTEP_URL=http://127.0.0.1:8080 npm run test:browser`. Opens it, blocks every
+// other host, and sees an inspector move.
+
+import assert from "node:assert/strict";
+import { test } from "node:test";
+import { findChrome, HOW_TO_GET_CHROME, openPage } from "./chrome.mjs";
+
+const url = process.env.LODESTEP_URL;
+const skip = !url ? "set LODESTEP_URL to a running demo" : (await findChrome()) ? false : HOW_TO_GET_CHROME;
+
+test("an inspector moves on the demo's page, which asks no other host for anything", { skip, timeout: 120_000 }, async () => {
+  const tab = await openPage(String(url));
+  try {
+    const { page } = tab;
+    const answer = await page.goto(`${url}/#/live`);
+    assert.equal(answer?.status(), 200);
+    await page.locator("html[data-ready=yes]").waitFor();
+    const walking = page.locator("[data-testid=inspector-row][data-east-m]");
+    await walking.first().waitFor({ timeout: 60_000 });
+    assert.ok((await page.getByTestId("map-person").count()) > 0, "nobody is on the map");
+    const places = () => page.evaluate(() => [...document.querySelectorAll("[data-inspector][data-east-m]")].map((row) => [row.getAttribute("data-inspector"), Number(row.getAttribute("data-east-m")), Number(row.getAttribute("data-north-m"))]));
+    const before = await places();
+    await page.waitForFunction(
+      (was) => [...document.querySelectorAll("[data-inspector][data-east-m]")].some((row) => {
+        const old = was.find((w) => w[0] === row.getAttribute("data-inspector"));
+        return old && Math.hypot(Number(row.getAttribute("data-east-m")) - Number(old[1]), Number(row.getAttribute("data-north-m")) - Number(old[2])) > 1;
+      }),
+      before,
+      { timeout: 60_000 },
+    );
+    await page.goto(`${url}/#/sessions`);
+    await page.getByTestId("session-card").first().waitFor();
+    const finished = page.locator("[data-testid=session-card][data-state=finished]");
+    if ((await finished.count()) > 0) {
+      await finished.first().click();
+      await page.locator("[data-testid=session][data-drawn=yes]").waitFor();
+    }
+    assert.deepEqual(tab.wrongs, []);
+  } finally {
+    await tab.close();
+  }
+});

@@ -1,0 +1,148 @@
+// The page in a real browser, against the mock server, which can be told to misbehave.
+
+import assert from "node:assert/strict";
+import { after, before, describe, test } from "node:test";
+import { startMock } from "../mock-server.mjs";
+import { findChrome, HOW_TO_GET_CHROME, openPage } from "./chrome.mjs";
+
+const skip = (await findChrome()) ? false : HOW_TO_GET_CHROME;
+const LOG = `t_s,gyr_x_rad_s,gyr_y_rad_s\n${"0.01,0.1,0.2\n".repeat(700_000)}`;
+
+describe("the page", { skip }, () => {
+  /** @type {Awaited<ReturnType<typeof startMock>>} */
+  let mock;
+  /** @type {Awaited<ReturnType<typeof openPage>>} */
+  let tab;
+
+  before(async () => {
+    mock = await startMock({ stepMs: 100 });
+    tab = await openPage(mock.url);
+  });
+  after(async () => {
+    await tab?.close();
+    await mock?.stop();
+  });
+  const visit = async (/** @type {string} */ hash) => {
+    await tab.page.goto(`${mock.url}/${hash}`);
+    await tab.page.locator("html[data-ready=yes]").waitFor();
+  };
+  const row = (/** @type {string} */ id) => tab.page.locator(`[data-inspector="${id}"]`);
+
+  test("shows everybody and moves their rows", async () => {
+    await visit("#/live");
+    await row("i1").waitFor();
+    assert.equal(await tab.page.locator("[data-testid=inspector-row]").count(), 5);
+    assert.equal(await tab.page.locator("[data-testid=map-person]").count(), 4);
+    const east = await row("i1").getAttribute("data-east-m");
+    await tab.page.waitForFunction((was) => document.querySelector('[data-inspector="i1"]')?.getAttribute("data-east-m") !== was, east);
+  });
+
+  test("a click on a row opens the details, Escape closes them", async () => {
+    await row("i1").click();
+    const drawer = tab.page.getByTestId("drawer");
+    await drawer.getByText("Chen Wei").waitFor();
+    assert.equal(await drawer.locator(".candidate:visible").count(), 5);
+    await tab.page.keyboard.press("Escape");
+    await drawer.waitFor({ state: "hidden" });
+  });
+
+  test("the search narrows the list; letters typed there are no shortcuts", async () => {
+    await tab.page.keyboard.press("/");
+    await tab.page.keyboard.type("oka");
+    assert.equal(await tab.page.locator("[data-testid=inspector-row]:visible").count(), 1);
+    await tab.page.locator("#search").fill("");
+    await tab.page.keyboard.press("Escape");
+  });
+
+  test("somebody whose data stop becomes silent, on the client's own clock", async () => {
+    mock.site.muted.add("i2");
+    await tab.page.locator('[data-inspector="i2"][data-presence="silent"]').waitFor();
+    assert.equal(await tab.page.locator("[data-testid=inspector-row]").first().getAttribute("data-inspector"), "i2");
+    mock.site.muted.clear();
+  });
+
+  test("a lost link is told with the age of the data, and mends itself", async () => {
+    mock.orders.refused = true;
+    mock.cut();
+    const banner = tab.page.getByTestId("banner");
+    await banner.getByText(/Data as of \d\d:\d\d:\d\d UTC\+8/).waitFor();
+    mock.orders.refused = false;
+    await banner.waitFor({ state: "hidden" });
+    const north = await row("i1").getAttribute("data-north-m");
+    await tab.page.waitForFunction((was) => document.querySelector('[data-inspector="i1"]')?.getAttribute("data-north-m") !== was, north);
+    // A refused socket is an error in the browser's console; that one was ordered.
+    const rest = tab.wrongs.filter((w) => !w.includes("WebSocket"));
+    tab.wrongs.length = 0;
+    tab.wrongs.push(...rest);
+  });
+
+  test("a fault is reported from where somebody stands, and closed", async () => {
+    await row("i1").click();
+    await tab.page.getByTestId("report-fault").click();
+    const dialog = tab.page.getByTestId("dialog-fault");
+    await dialog.locator("select[name=kind]").selectOption("anchor_bolt");
+    await dialog.getByText("high").click();
+    await dialog.getByRole("button", { name: "Report", exact: true }).click();
+    await dialog.getByText("50 %").waitFor();
+    await dialog.getByRole("button", { name: "Close" }).click();
+    await visit("#/faults");
+    await tab.page.getByTestId("open-faults").getByText("Anchor bolt").click();
+    await tab.page.getByTestId("close-fault").click();
+    await tab.page.locator(".closed").getByText("Anchor bolt").waitFor();
+    assert.equal(await tab.page.getByTestId("fault-card").count(), 3);
+  });
+
+  test("a finished walk is drawn with and without markers", async () => {
+    await visit("#/sessions");
+    await tab.page.getByText("Spiral, evening").click();
+    await tab.page.locator("[data-testid=session][data-drawn=yes]").waitFor();
+    assert.equal(await tab.page.getByTestId("visits").locator("tbody tr").count(), 9);
+    await tab.page.locator("#legend").getByText("without markers").waitFor();
+    assert.match((await tab.page.getByTestId("figures").textContent()) ?? "", /1440 m.*8 \/ 9/s);
+  });
+
+  test("both feet are handed in through a lost answer; the track is worked out and linked", async () => {
+    await visit("#/upload");
+    mock.orders.dropAfterBytes = 5_000_000;
+    await tab.page.getByTestId("files").setInputFiles([
+      { name: "walk-right.csv", mimeType: "text/csv", buffer: Buffer.from(LOG.slice(0, 50_000)) },
+      { name: "walk-left.csv", mimeType: "text/csv", buffer: Buffer.from(LOG) },
+    ]);
+    await tab.page.getByTestId("foot-left").getByText("walk-left.csv").waitFor();
+    await tab.page.locator("input[name=marker]").fill("a17");
+    await tab.page.getByRole("button", { name: "Hand in" }).click();
+    await tab.page.getByTestId("upload-done").getByText("Done: the walk is in.").waitFor();
+    // The cut was ordered; a browser that repeats the piece by itself is told the right offset (409).
+    tab.wrongs.splice(0, tab.wrongs.length, ...tab.wrongs.filter((w) => !/ERR_EMPTY_RESPONSE|ERR_CONNECTION_RESET|409/.test(w)));
+    await tab.page.getByText("Open the track").click();
+    await tab.page.locator("[data-testid=session][data-drawn=yes]").waitFor();
+  });
+
+  test("what the server refuses is said in its words, with the place", async () => {
+    await visit("#/upload");
+    await tab.page.getByTestId("files").setInputFiles([{ name: "left.csv", mimeType: "text/csv", buffer: Buffer.from("a,b\n1,2\n") }]);
+    await tab.page.locator("input[name=marker]").fill("A17");
+    await tab.page.getByRole("button", { name: "Hand in" }).click();
+    const problem = tab.page.getByTestId("problem");
+    await problem.getByText("expected the column gyr_x_rad_s").waitFor();
+    await problem.getByText("line 1").waitFor();
+    // The refusal itself shows in the browser's console.
+    tab.wrongs.splice(0, tab.wrongs.length, ...tab.wrongs.filter((w) => !w.includes("422")));
+    await tab.page.reload();
+    await tab.page.getByTestId("unfinished").getByRole("button").click();
+  });
+
+  test("the language changes in place, and is kept", async () => {
+    await visit("#/live");
+    await tab.page.locator("#language").click();
+    await tab.page.getByRole("link", { name: "实时" }).waitFor();
+    await tab.page.reload();
+    await tab.page.getByRole("link", { name: "巡检记录" }).waitFor();
+    assert.equal(await tab.page.locator("html").getAttribute("lang"), "zh-CN");
+    await tab.page.locator("#language").click();
+  });
+
+  test("nothing went wrong: no error, no report of the policy, no request to another host", () => {
+    assert.deepEqual(tab.wrongs, []);
+  });
+});
