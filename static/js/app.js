@@ -14,6 +14,7 @@ import * as store from "./ui/remembered.js";
 /**
  * @typedef {{name: string, latitude_deg: number, longitude_deg: number, height_m: number, gravity_m_s2: number, declination_deg: number}} Site
  */
+/** @typedef {{name: string, e_m: number, n_m: number}} Place */
 /** @typedef {ReturnType<typeof makeApp>} App */
 
 /**
@@ -32,7 +33,22 @@ export function makeApp(site, plan) {
     site,
     plan,
     stage,
+    /** @type {Place[]} where the actuators stand: surveyed, where they are */
+    places: plan.nodes,
+    /** @type {Grid<Place>} */
     grid: new Grid(plan.nodes),
+    /**
+     * Markers are the surveyed anchors; the plan's nodes are right above only near the middle of the dish.
+     * @param {Place[]} markers
+     */
+    setMarkers(markers) {
+      const surveyed = new Map(markers.map((m) => [m.name, m]));
+      const others = plan.nodes.filter((node) => !surveyed.has(node.name));
+      app.places = [...surveyed.values(), ...others];
+      app.grid = new Grid(app.places);
+      app.layers.repaint();
+      app.changed("choice");
+    },
     live: emptyState(),
     /** What the person has chosen to see. */
     ui: {

@@ -37,9 +37,17 @@ export function worstSigma(sigma_m, covarianceEN) {
   return ellipse(sigma_m[0] ** 2, sigma_m[1] ** 2, covarianceEN, 1).major_m;
 }
 
+/** How far from a marker one stands while looking at it, one sigma on each axis, m. */
+const ARM_M = 1;
+/** Share of moments that are at no marker at all, before the position is known. */
+const ELSEWHERE = 0.1;
+/** Markers in a square metre: they form triangles of 10 m. */
+const DENSITY_M2 = 0.0115;
+
 /**
- * How likely each of some places is the true one, given a position and its covariance: normal density
- * at each place, scaled so that those listed add up to one.
+ * How likely each of some places is the true one, given a position and its covariance. The same rule as
+ * the server's for faults: the person stood anywhere, or within an arm's length of one of the markers;
+ * Bayes' rule gives the shares. They add up to less than one: the rest is "at none of them".
  * @template {{e_m: number, n_m: number}} Place
  * @param {EastNorth} at
  * @param {number[]} sigma_m east, north
@@ -48,23 +56,19 @@ export function worstSigma(sigma_m, covarianceEN) {
  * @returns {{place: Place, distance_m: number, probability: number}[]} the likeliest first
  */
 export function rankPlaces(at, sigma_m, covarianceEN, places) {
-  // A marker and a stance are only good to about half a metre, whatever the filter claims.
-  const floor = 0.25;
-  const a = sigma_m[0] ** 2 + floor;
-  const c = sigma_m[1] ** 2 + floor;
+  const a = sigma_m[0] ** 2 + ARM_M ** 2;
+  const c = sigma_m[1] ** 2 + ARM_M ** 2;
   const determinant = a * c - covarianceEN ** 2;
   const ranked = places.map((place) => {
     const de = place.e_m - at[0];
     const dn = place.n_m - at[1];
     const mahalanobis2 = (c * de * de - 2 * covarianceEN * de * dn + a * dn * dn) / determinant;
-    return { place, distance_m: Math.hypot(de, dn), mahalanobis2 };
+    const weight = ((1 - ELSEWHERE) * Math.exp(-mahalanobis2 / 2)) / (2 * Math.PI * Math.sqrt(determinant));
+    return { place, distance_m: Math.hypot(de, dn), weight };
   });
-  ranked.sort((x, y) => x.mahalanobis2 - y.mahalanobis2);
-  // Relative to the best, so that far-away positions do not underflow to 0/0.
-  const best = ranked[0]?.mahalanobis2 ?? 0;
-  const weights = ranked.map((r) => Math.exp(-(r.mahalanobis2 - best) / 2));
-  const total = weights.reduce((sum, w) => sum + w, 0);
-  return ranked.map(({ place, distance_m }, i) => ({ place, distance_m, probability: weights[i] / total }));
+  const all = ELSEWHERE * DENSITY_M2 + ranked.reduce((sum, r) => sum + r.weight, 0);
+  ranked.sort((x, y) => y.weight - x.weight);
+  return ranked.map(({ place, distance_m, weight }) => ({ place, distance_m, probability: weight / all }));
 }
 
 /**

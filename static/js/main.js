@@ -33,16 +33,21 @@ async function start() {
   app.onFrame((changed) => {
     link.update();
     tools.update();
-    if (changed.has("inspectors")) {
-      api.inspectors().then((list) => {
-        app.live.inspectors = new Map(list.map((i) => [i.id, i]));
-        app.changed("session");
-      }, () => app.changed());
-    }
+    if (changed.has("markers") || app.live.markers_revision !== markersRevision) fetchMarkers();
     app.layers.update(changed, router.name());
     router.view()?.update?.(changed);
     alarms.update();
   });
+
+  /** The markers that the map shows are of this revision. */
+  let markersRevision = -1;
+  function fetchMarkers() {
+    markersRevision = app.live.markers_revision;
+    api.markers().then(app.setMarkers, () => {
+      // Asked for again with the next change or connection; the plan's own places stand in until then.
+      markersRevision = -1;
+    });
+  }
 
   const feed = new Feed({
     makeSocket: () => new WebSocket(api.feedUrl()),

@@ -51,12 +51,13 @@ test("candidates weigh distance by the covariance: the one along the long axis w
   const places = [{ name: "across", e_m: 0, n_m: 4 }, { name: "along", e_m: 6, n_m: 0 }];
   const ranked = rankPlaces([0, 0], [5, 1, 1], 0, places);
   assert.equal(ranked[0].place.name, "along");
-  assert.ok(Math.abs(ranked.reduce((sum, r) => sum + r.probability, 0) - 1) < 1e-12);
+  const named = ranked.reduce((sum, r) => sum + r.probability, 0);
+  assert.ok(named < 1 && named > 0.8, `${named}`);
 });
 
-test("candidates far beyond the sigma still have probabilities that add up to one", () => {
-  const ranked = rankPlaces([0, 0], [0.01, 0.01, 1], 0, [{ e_m: 300, n_m: 0 }, { e_m: 0, n_m: 310 }]);
-  assert.ok(Math.abs(ranked[0].probability - 1) < 1e-9);
+test("where no marker is near, none is called likely", () => {
+  const ranked = rankPlaces([0, 0], [0.5, 0.5, 1], 0, [{ e_m: 30, n_m: 0 }, { e_m: 0, n_m: 300 }]);
+  assert.ok(ranked.every((r) => r.probability < 1e-6));
 });
 
 test("headings run clockwise from north, 0 to 360", () => {

@@ -70,6 +70,20 @@ test("a session that goes on keeps its trail and its position when its row chang
   assert.deepEqual(session?.visits, []);
 });
 
+test("a visit that has been weighed takes the place of the one that was keyed in", () => {
+  const state = started();
+  const visit = { kind: "visit", id: "v", session_id: "s1", marker: "A17", t_start_ns: 1e9, t_end_ns: 5e9 };
+  apply(state, changes(11, visit), NOW);
+  apply(state, changes(12, { ...visit, accepted: true, nis: 2 }), NOW);
+  assert.deepEqual(state.sessions.get("s1")?.visits.map((v) => v.accepted), [true]);
+});
+
+test("a changed table of inspectors replaces the old one", () => {
+  const state = started();
+  apply(state, changes(11, { kind: "inspectors", inspectors: [{ id: "i9", name: "Wu" }] }), NOW);
+  assert.deepEqual([...state.inspectors.keys()], ["i9"]);
+});
+
 test("a deleted session is gone", () => {
   const state = started();
   apply(state, changes(11, { kind: "session", deleted: "s1" }), NOW);

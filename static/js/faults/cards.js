@@ -43,7 +43,7 @@ export function faultCards(app, faults) {
  */
 export function placeOf(fault) {
   if (fault.marker) return fault.marker;
-  const best = fault.candidates?.[0];
+  const best = fault.candidates?.find((candidate) => candidate.marker !== null);
   return best ? `${best.marker} ${percent(best.probability)}` : "–";
 }
 
@@ -68,5 +68,5 @@ export function faultDetails(fault, who) {
 export function candidateTable(fault) {
   if (!fault.candidates?.length) return html``;
   return html`<table><thead><tr><th>${t("fault.candidate")}</th><th class="num">${t("fault.probability")}</th><th class="num">${t("fault.distance")}</th></tr></thead>
-    <tbody>${fault.candidates.map((c) => html`<tr><td><b>${c.marker}</b></td><td class="num">${percent(c.probability)}</td><td class="num">${length(c.distance_m)}</td></tr>`)}</tbody></table>`;
+    <tbody>${fault.candidates.map((c) => html`<tr><td>${c.marker === null ? html`<span class="muted">${t("fault.none_of_these")}</span>` : html`<b>${c.marker}</b>`}</td><td class="num">${percent(c.probability)}</td><td class="num">${length(c.distance_m)}</td></tr>`)}</tbody></table>`;
 }

@@ -5,6 +5,7 @@ import { dateTime, duration, elapsed, heading, length, number, percent, shortDur
 import { rankPlaces } from "../geometry.js";
 import { html, one, render, setAttribute, setText } from "../html.js";
 import { t, translate, tOr } from "../i18n.js";
+import { offBefore, visitOutcome, visitTime } from "../state/findings.js";
 import { presenceGlyph } from "../ui/signs.js";
 import { makeFaultForm } from "../faults/form.js";
 
@@ -100,7 +101,7 @@ export function makeDrawer(app, el) {
     render(one(".visits", el), html`${visits.length === 0 && html`<p class="muted">${t("drawer.none")}</p>`}${visits.map(visitLine)}`);
     const anomalies = (session?.anomalies ?? []).slice(-4).reverse();
     render(one(".anomalies", el), html`${anomalies.length === 0 && html`<p class="muted">${t("drawer.none")}</p>`}${anomalies.map(
-      (a) => html`<p class="alert-line"><b>${tOr(`anomaly.${a.kind}`, a.kind ?? "")}</b>${a.foot && html` · ${t(`foot.${a.foot}`)}`} <span class="muted">${elapsed(startOf(a))} · ${a.detail}</span></p>`,
+      (a) => html`<p class="alert-line"><b>${tOr(`anomaly.${a.anomaly}`, a.anomaly)}</b>${a.foot && html` · ${t(`foot.${a.foot}`)}`} <span class="muted">${elapsed(a.t_start_ns / 1e9)} · ${a.detail}</span></p>`,
     )}`);
   }
 
@@ -128,17 +129,13 @@ export function makeDrawer(app, el) {
   };
 }
 
-/** @param {import("../state/live.js").Visit} visit */
+/** @type {Record<string, string>} */
+const TONES = { accepted: "good", rejected: "bad", waiting: "" };
+
+/** @param {import("../state/findings.js").Visit} visit */
 function visitLine(visit) {
-  const off = visit.before_minus_marker_m;
-  const tone = visit.accepted === null ? "" : visit.accepted ? "good" : "bad";
-  const word = visit.accepted === null ? t("visit.waiting") : visit.accepted ? t("visit.accepted") : t("visit.rejected");
-  return html`<p class="alert-line"><b>${visit.marker}</b> <span class="tag ${tone}">${word}</span>
-    <span class="muted">${elapsed(visit.t_ns !== undefined && visit.t_ns !== null ? visit.t_ns / 1e9 : visit.t_start_s)}${off && html` · ${t("visit.moved", { m: length(Math.hypot(off[0], off[1])) })}`}</span></p>`;
+  const outcome = visitOutcome(visit);
+  const off = offBefore(visit);
+  return html`<p class="alert-line"><b>${visit.marker}</b> <span class="tag ${TONES[outcome]}">${t(`visit.${outcome}`)}</span>
+    <span class="muted">${elapsed(visitTime(visit))}${off !== null && html` · ${t("visit.moved", { m: length(off) })}`}</span></p>`;
 }
-
-/** @param {import("../state/live.js").Anomaly} anomaly */
-function startOf(anomaly) {
-  return anomaly.t_start_s ?? (anomaly.t_start_ns ?? 0) / 1e9;
-}
-

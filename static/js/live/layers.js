@@ -18,7 +18,7 @@ export class LiveLayers {
     this.app = app;
     const { stage, plan } = app;
     this.plan = stage.canvas("plan", drawPlan(plan));
-    this.actuators = stage.canvas("actuators", drawActuators(plan.nodes, () => ({ named: this.near, goal: app.ui.goal })));
+    this.actuators = stage.canvas("actuators", drawActuators(() => app.places, () => ({ named: this.near, goal: app.ui.goal })));
     this.trails = stage.canvas("trails", drawTrails(() => ({ walked: this.walked(), seconds: app.ui.trail_s })));
     this.runs = stage.canvas("trails", drawRuns(() => app.runs));
     this.faults = stage.canvas("faults", drawFaults(() => ({ faults: this.openFaults(), selected: app.ui.fault })));

@@ -6,14 +6,15 @@ const SPACING_M = 6;
 const LABEL_SPACING_PX = 24;
 
 /**
- * @param {import("./plan.js").Plan["nodes"]} nodes
+ * @param {() => {name: string, e_m: number, n_m: number}[]} places
  * @param {() => {named: Set<string>, goal: string | null}} marked actuators to stand out: near the selected
  *   person, and the one that was gone to
  * @returns {import("./canvas.js").Draw}
  */
-export function drawActuators(nodes, marked) {
+export function drawActuators(places, marked) {
   return (g, { x, y, scale, ink, sees }) => {
     const { named, goal } = marked();
+    const nodes = places();
     const radius = Math.min(4, Math.max(1, 0.55 * scale));
     const labels = SPACING_M * scale >= LABEL_SPACING_PX;
     g.fillStyle = ink.dot;

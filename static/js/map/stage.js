@@ -34,7 +34,8 @@ export function makeStage(el, ring_radius_m) {
   });
   L.control.scale({ imperial: false, position: "bottomleft", maxWidth: 140 }).addTo(map);
 
-  const margin = ring_radius_m * 1.06;
+  // Anchors and towers stand outside the ring.
+  const margin = ring_radius_m * 1.16;
   const home = L.latLngBounds(at([-margin, -margin]), at([margin, margin]));
   const fit = () => map.fitBounds(home, { animate: false });
   fit();

@@ -71,7 +71,7 @@ export function nearestIndex(track, place, reach_m) {
 
 /**
  * Each visit's correction on the map: from where the filter had the inspector to where it put them.
- * @param {import("../state/live.js").Visit[]} visits
+ * @param {import("../state/findings.js").Visit[]} visits
  * @param {(name: string) => {e_m: number, n_m: number} | undefined} marker
  * @returns {import("../map/runs.js").Correction[]}
  */

@@ -6,6 +6,7 @@ import { bytes, dateTime, elapsed, heading, length, number } from "../format.js"
 import { html, one, render, setText } from "../html.js";
 import { t, tOr, translate } from "../i18n.js";
 import { eastNorth } from "../map/stage.js";
+import { offBefore, visitOutcome, visitTime } from "../state/findings.js";
 import { problemBox } from "../ui/problem.js";
 import { drawChart } from "./chart.js";
 import { stateTag } from "./list.js";
@@ -13,6 +14,8 @@ import { corrections, indexAt, line, nearestIndex, readTrack } from "./track.js"
 
 /** Points a second that are fetched: at walking pace a point every 0.7 m. */
 const RATE_HZ = 2;
+/** @type {Record<string, string>} */
+const OUTCOME_TONES = { accepted: "good", rejected: "bad", waiting: "" };
 const EXPORTS = ["csv", "geojson", "gpx", "kml"];
 
 /** @type {import("../ui/router.js").MakeView} */
@@ -122,7 +125,7 @@ export function sessionView(app, side, id) {
   function showHead(row) {
     const name = app.live.inspectors.get(row.inspector_id)?.name ?? "–";
     const used = visits.filter((v) => v.accepted);
-    const offs = used.flatMap((v) => (v.before_minus_marker_m ? [Math.hypot(v.before_minus_marker_m[0], v.before_minus_marker_m[1])] : []));
+    const offs = used.map((v) => offBefore(v) ?? 0);
     const figure = (/** @type {string} */ value, /** @type {string} */ key) => html`<div><b>${value}</b><small>${t(key)}</small></div>`;
     render(one(".head", side), html`
       <h1>${row.title || name}</h1>
@@ -160,10 +163,10 @@ export function sessionView(app, side, id) {
       : html`<div class="scroll"><table data-testid="visits"><thead><tr><th>${t("session.time")}</th><th>${t("session.marker")}</th><th>${t("session.outcome")}</th><th class="num">${t("session.before")}</th><th class="num">ΔE</th><th class="num">ΔN</th><th class="num">NIS</th></tr></thead>
         <tbody>${visits.map((v) => {
           const off = v.before_minus_marker_m;
-          const words = v.accepted === null ? t("visit.waiting") : v.accepted ? t("visit.accepted") : t("visit.rejected");
+          const outcome = visitOutcome(v);
           return html`<tr><td>${elapsed(visitTime(v))}</td><td><button type="button" data-visit="${v.marker}">${v.marker}</button></td>
-            <td><span class="tag ${v.accepted === null ? "" : v.accepted ? "good" : "bad"}">${words}</span>${v.reason && html` <small class="muted">${v.reason}</small>`}</td>
-            <td class="num">${off ? length(Math.hypot(off[0], off[1])) : "–"}</td><td class="num">${number(off?.[0], 1)}</td><td class="num">${number(off?.[1], 1)}</td><td class="num">${number(v.nis, 1)}</td></tr>`;
+            <td><span class="tag ${OUTCOME_TONES[outcome]}">${t(`visit.${outcome}`)}</span>${v.reason && html` <small class="muted">${v.reason}</small>`}</td>
+            <td class="num">${length(offBefore(v))}</td><td class="num">${number(off?.[0], 1)}</td><td class="num">${number(off?.[1], 1)}</td><td class="num">${number(v.nis, 1)}</td></tr>`;
         })}</tbody></table></div>`}`);
   }
 
@@ -172,7 +175,7 @@ export function sessionView(app, side, id) {
     render(one(".anomalies", side), html`<h2>${t("session.anomalies")}</h2>${found.length === 0
       ? html`<p class="muted">${t("session.no_anomalies")}</p>`
       : html`<div class="scroll"><table data-testid="anomalies"><thead><tr><th>${t("session.time")}</th><th>${t("session.what")}</th><th>${t("session.foot")}</th><th>${t("session.found")}</th></tr></thead>
-        <tbody>${found.map((a) => html`<tr><td>${elapsed(a.t_start_s ?? (a.t_start_ns ?? 0) / 1e9)}</td><td>${tOr(`anomaly.${a.kind}`, a.kind ?? "")}</td><td>${a.foot ? t(`foot.${a.foot}`) : "–"}</td><td>${a.detail}</td></tr>`)}</tbody></table></div>`}`);
+        <tbody>${found.map((a) => html`<tr><td>${elapsed(a.t_start_ns / 1e9)}</td><td>${tOr(`anomaly.${a.anomaly}`, a.anomaly)}</td><td>${a.foot ? t(`foot.${a.foot}`) : "–"}</td><td>${a.detail}</td></tr>`)}</tbody></table></div>`}`);
   }
 
   /** @param {any} row */
@@ -212,7 +215,7 @@ export function sessionView(app, side, id) {
   return {
     update(changed) {
       // The session is still being worked on: its end is worth a new look.
-      const ended = [...app.live.jobs.values()].some((j) => j.session_id === id && (j.state === "finished" || j.state === "done" || j.state === "failed"));
+      const ended = [...app.live.jobs.values()].some((j) => j.session_id === id && (j.state === "finished" || j.state === "failed"));
       if (changed.has("job") && ended && !main) load();
       if (changed.has("all")) {
         // The inspectors' names come with the feed.
@@ -226,9 +229,4 @@ export function sessionView(app, side, id) {
       app.stage.map.off("click", onMapClick);
     },
   };
-}
-
-/** @param {import("../state/live.js").Visit} visit */
-function visitTime(visit) {
-  return visit.t_ns !== undefined && visit.t_ns !== null ? visit.t_ns / 1e9 : (visit.t_start_s ?? 0);
 }

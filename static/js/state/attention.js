@@ -23,8 +23,6 @@ export const POOR_SIGMA_M = 5;
 export const OVERDUE_M = 300;
 export const OVERDUE_S = 300;
 
-const LIVE_STATES = new Set(["live", "receiving", "created"]);
-
 /**
  * @param {LiveState} state
  * @param {number} now_ms this machine's clock
@@ -39,7 +37,7 @@ export function serverNow(state, now_ms) {
  * @returns {{presence: Presence, age_s: number | null}}
  */
 export function presenceOf(session, server_now_ms) {
-  if (!session || !LIVE_STATES.has(session.state)) return { presence: "off", age_s: null };
+  if (session?.state !== "live") return { presence: "off", age_s: null };
   if (!session.position) return { presence: "starting", age_s: null };
   const age_s = Math.max(0, (server_now_ms - Date.parse(session.position.received_at)) / 1000);
   if (age_s > LOST_AFTER_S) return { presence: "lost", age_s };
@@ -59,7 +57,7 @@ export function people(state, now_ms) {
   /** @type {Map<string, LiveSession>} */
   const latest = new Map();
   for (const session of state.sessions.values()) {
-    if (!LIVE_STATES.has(session.state)) continue;
+    if (session.state !== "live") continue;
     const other = latest.get(session.inspector_id);
     if (!other || (session.started_at ?? "") >= (other.started_at ?? "")) latest.set(session.inspector_id, session);
   }

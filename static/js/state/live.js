@@ -5,6 +5,8 @@ import { extend, revise } from "./trail.js";
 
 /**
  * @typedef {import("./trail.js").TrailPoint} TrailPoint
+ * @typedef {import("./findings.js").Visit} Visit
+ * @typedef {import("./findings.js").Anomaly} Anomaly
  * @typedef {{id: string, name: string}} Inspector
  * @typedef {{
  *   kind?: string, session_id?: string, inspector_id?: string, t_ns: number,
@@ -14,19 +16,11 @@ import { extend, revise } from "./trail.js";
  *   received_at: string,
  * }} Position
  * @typedef {{
- *   id?: string, session_id: string, marker: string, t_ns?: number, t_start_s?: number, accepted: boolean | null,
- *   nis: number | null, before_minus_marker_m: number[] | null, after_minus_marker_m?: number[] | null, reason?: string | null,
- * }} Visit
- * @typedef {{
- *   session_id?: string, foot: string | null, t_start_ns?: number, t_start_s?: number, t_end_s?: number, t_end_ns?: number,
- *   kind?: string, anomaly?: string, samples: number, detail: string,
- * }} Anomaly
- * @typedef {{
  *   id: string, inspector_id?: string | null, session_id?: string | null, kind: string, severity: "low" | "medium" | "high",
  *   text?: string | null, marker?: string | null, state: string, reported_at: string, closed_at?: string | null,
  *   position_m: [number, number, number] | null, sigma_m: [number, number, number] | null,
- *   candidates: {marker: string, probability: number, distance_m: number}[],
- * }} Fault
+ *   candidates: {marker: string | null, probability: number, distance_m: number | null}[],
+ * }} Fault a candidate without a marker stands for none of those named
  * @typedef {{
  *   id: string, inspector_id: string, title?: string | null, state: string, started_at: string | null, ended_at?: string | null,
  *   feet?: string[], position: Position | null, trail: TrailPoint[], visits: Visit[], anomalies: Anomaly[],
@@ -37,7 +31,7 @@ import { extend, revise } from "./trail.js";
  *   inspectors: Map<string, Inspector>, sessions: Map<string, LiveSession>, faults: Map<string, Fault>,
  *   jobs: Map<string, Job>, markers_revision: number,
  * }} LiveState
- * @typedef {"all" | "position" | "trail" | "session" | "visit" | "anomaly" | "fault" | "markers" | "job" | "inspectors"} Topic
+ * @typedef {"all" | "position" | "trail" | "session" | "visit" | "anomaly" | "fault" | "markers" | "job"} Topic
  */
 
 /** How many of the latest anomalies and visits of a live session are kept to be shown. */
@@ -149,14 +143,16 @@ function applyChange(state, change, changed) {
       break;
     }
     case "inspectors":
-      changed.add("inspectors");
+      state.inspectors = new Map(change.inspectors.map((/** @type {Inspector} */ i) => [i.id, i]));
+      changed.add("session");
       break;
     case "visit":
-      if (session) keep(session.visits, change.visit ?? change);
+      // Told once when it is keyed in, and again when it has been weighed.
+      if (session) keep(session.visits, change, (known) => known.id === change.id);
       changed.add("visit");
       break;
     case "anomaly":
-      if (session) keep(session.anomalies, change.anomaly instanceof Object ? change.anomaly : change);
+      if (session) keep(session.anomalies, change, () => false);
       changed.add("anomaly");
       break;
     case "fault":
@@ -194,8 +190,11 @@ function newcomer(state, position) {
  * @template T
  * @param {T[]} list
  * @param {T} item
+ * @param {(known: T) => boolean} same what it takes the place of
  */
-function keep(list, item) {
-  list.push(item);
+function keep(list, item, same) {
+  const at = list.findIndex(same);
+  if (at >= 0) list[at] = item;
+  else list.push(item);
   if (list.length > KEPT) list.shift();
 }

@@ -17,7 +17,7 @@ export function makeAlarms(app) {
       }
       for (const fault of app.live.faults.values()) {
         if (fault.state === "open" && fault.severity === "high") {
-          now.set(`fault ${fault.id}`, t("alarm.fault", { marker: fault.marker ?? fault.candidates?.[0]?.marker ?? "?" }));
+          now.set(`fault ${fault.id}`, t("alarm.fault", { marker: fault.marker ?? fault.candidates.find((c) => c.marker)?.marker ?? "?" }));
         }
       }
       // What stood there when the page was opened is in the lists; only news is told.

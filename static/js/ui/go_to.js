@@ -15,7 +15,7 @@ export function makeGoTo(app) {
     const wanted = text.trim().toUpperCase();
     if (wanted === "") return [];
     const exact = app.grid.named(wanted);
-    const begins = app.plan.nodes.filter((node) => node.name.toUpperCase().startsWith(wanted) && node !== exact);
+    const begins = app.places.filter((node) => node.name.toUpperCase().startsWith(wanted) && node !== exact);
     return [...(exact ? [exact] : []), ...begins].slice(0, MOST_HITS);
   }
 

@@ -75,7 +75,7 @@ export async function runUpload(api, task) {
 
 /** @param {import("../state/live.js").Job} job */
 export function ended(job) {
-  return job.state === "finished" || job.state === "done" || job.state === "failed";
+  return job.state === "finished" || job.state === "failed";
 }
 
 /** @param {import("../state/live.js").Job} job */

@@ -19,7 +19,7 @@ export class MockSite {
     this.sessions = new Map(this.walks.map((walk) => [walk.session.id, walk.session]));
     this.faults = [
       fault("f1", "i1", "hydraulic_leak", "high", [62, 104, 30], [["A57", 0.61, 4.2], ["A58", 0.24, 8.8], ["A46", 0.1, 10.9]]),
-      fault("f2", "i2", "communication_loss", "medium", [-118, -64, 40], [["D91", 0.48, 5.1], ["D78", 0.31, 7.7]]),
+      fault("f2", "i2", "communication_loss", "medium", [-118, -64, 40], [["D91", 0.48, 5.1], ["D78", 0.31, 7.7], [null, 0.21, null]]),
       fault("f3", "i3", "panel_damage", "low", [35, -150, 45], [["C120", 0.72, 2.9]]),
     ];
     /** Whose positions are held back. */
@@ -36,8 +36,8 @@ export class MockSite {
       const [e, n] = this.onRoad(walk.s - k * 0.55);
       walk.trail.push([Math.round((walk.t_s - k * STEP_S) * 1e9), e, n]);
     }
-    if (i === 0) walk.visits.push({ session_id: session.id, marker: "A57", t_ns: 480e9, accepted: true, nis: 1.8, before_minus_marker_m: [2.1, -1.4, 0.2], after_minus_marker_m: [0.2, -0.1, 0], reason: "" });
-    if (i === 2) walk.anomalies.push({ session_id: session.id, kind: "magnetic_field", foot: "left", t_start_s: 305, t_end_s: 318, samples: 1300, detail: "expected 48.1 µT within 8 µT, found 61.0 µT" });
+    if (i === 0) walk.visits.push({ session_id: session.id, id: "v1", marker: "A57", t_start_ns: 478e9, t_end_ns: 482e9, t_applied_ns: 480e9, accepted: true, nis: 1.8, before_minus_marker_m: [2.1, -1.4, 0.2], after_minus_marker_m: [0.2, -0.1, 0], reason: "" });
+    if (i === 2) walk.anomalies.push({ session_id: session.id, anomaly: "magnetic_field", foot: "left", t_start_ns: 305e9, t_end_ns: 318e9, samples: 1300, detail: "expected 48.1 µT within 8 µT, found 61.0 µT" });
     this.place(walk);
     return walk;
   }
@@ -139,7 +139,7 @@ export class MockSite {
       if (k > 0 && k % 250 === 0) {
         const marker = nearest(this.plan.nodes, e, n);
         visits.push({
-          session_id: "s9", marker: marker.name, t_start_s: t_s, t_end_s: t_s + 5, accepted: k !== 1250, nis: 1.1 + (k % 7),
+          session_id: "s9", marker: marker.name, id: `v${k}`, t_start_ns: t_s * 1e9, t_end_ns: (t_s + 5) * 1e9, t_applied_ns: (t_s + 2.5) * 1e9, accepted: k !== 1250, nis: 1.1 + (k % 7),
           before_minus_marker_m: [e + since[0] - marker.e_m, n + since[1] - marker.n_m, 0.1], reason: k === 1250 ? "NIS 31.2 is beyond 13.8" : "",
         });
         if (k !== 1250) drift = off;
