@@ -10,6 +10,7 @@ use crate::error::Error;
 #[derive(RustEmbed)]
 #[folder = "$CARGO_MANIFEST_DIR/../static/"]
 #[exclude = "node_modules/*"]
+#[exclude = "scripts/*"]
 #[exclude = "tests/*"]
 #[exclude = "scripts/*"]
 #[exclude = "package*.json"]
