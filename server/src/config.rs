@@ -41,6 +41,10 @@ pub struct Config {
     #[arg(long, env = "LODESTEP_REQUEST_S", value_name = "SECONDS", default_value_t = 60)]
     pub request_s: u64,
 
+    /// Fills an empty database with markers and a recorded walk, and lets simulated inspectors stream.
+    #[arg(long, env = "LODESTEP_DEMO")]
+    pub demo: bool,
+
     /// Connections to the database for reading.
     #[arg(long, env = "LODESTEP_READERS", value_name = "COUNT", default_value_t = 4)]
     pub readers: u32,
@@ -58,6 +62,7 @@ impl Config {
             body_bytes: 4 << 20,
             track_rate_hz: 10.0,
             request_s: 60,
+            demo: false,
             readers: 2,
         }
     }

@@ -11,6 +11,7 @@ pub mod state;
 pub mod wire;
 
 pub mod api;
+pub(crate) mod demo;
 mod faults;
 pub mod jobs;
 pub mod live;

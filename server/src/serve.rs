@@ -18,7 +18,7 @@ use crate::sessions::upload_turns::UploadTurns;
 use crate::site::Plan;
 use crate::state::{App, STOP_WITHIN, State};
 use crate::store::Store;
-use crate::{api, assets, jobs, live, site};
+use crate::{api, assets, demo, jobs, live, site};
 
 /// Uploaded logs that are read at once; more wait, so that the live sessions keep their share.
 const LOG_READERS: usize = 2;
@@ -48,6 +48,9 @@ pub async fn serve(
     tracing::info!(%address, "serving http://{address}/ for {}", app.site.name);
 
     tokio::spawn(Arc::clone(&app.hub).run(app.stopping.clone()));
+    if app.config.demo {
+        tokio::spawn(demo::run(Arc::clone(&app), address));
+    }
     let stopping = app.stopping.clone();
     let stop = {
         let stopping = stopping.clone();
@@ -83,7 +86,7 @@ pub async fn serve(
 }
 
 /// The state of a server with this configuration: its site read, its store open.
-async fn open(config: Config) -> Result<App> {
+pub(crate) async fn open(config: Config) -> Result<App> {
     ensure!(
         config.track_rate_hz > 0.0 && config.track_rate_hz.is_finite(),
         "the track rate is {} Hz; expected a positive number",
