@@ -1,3 +1,5 @@
-//! What the tests share: a real server in a folder of its own.
+//! What the tests share: a real server in a folder of its own, and those who speak with it.
 
+pub mod device;
+pub mod feed;
 pub mod server;

@@ -59,6 +59,16 @@ pub(crate) async fn enqueue(app: &App, session_id: Uuid) -> Result<Job> {
             "a device still streams this session, and its track grows by itself: finish it on the device, or wait for its end",
         ));
     }
+    put(app, session_id).await
+}
+
+/// Asks for the final track of a session whose stream has ended; in one write with the end, so that no
+/// session is left without its job.
+pub(crate) async fn enqueue_ended_stream(app: &App, session_id: Uuid) -> Result<Job> {
+    put(app, session_id).await
+}
+
+async fn put(app: &App, session_id: Uuid) -> Result<Job> {
     let job = Job {
         id: Uuid::now_v7(),
         session_id,

@@ -22,7 +22,7 @@ use super::device::{self, Device, ToDevice};
 use super::rebuild;
 use super::sequence::{Arrival, Sequence};
 use super::walk::{Findings, Shown, Walk};
-use crate::error::Error;
+use crate::error::{Error, Result};
 use crate::state::App;
 use crate::store::raw_chunks::Samples;
 use crate::store::sessions::{Session, SessionState};
@@ -31,6 +31,7 @@ use crate::store::visits::{self, Outcome, Visit};
 use crate::store::{Record, StoreError, anomalies, markers, sessions, track};
 use crate::utc;
 use crate::wire::{Change, Motion, Position};
+use crate::{api, jobs};
 
 /// Batches that may be on their way to the disk; more make the device wait.
 const MOST_UNDERWAY: usize = 32;
@@ -90,7 +91,7 @@ struct Actor {
 
 /// A write that has ended, and what was to follow it.
 struct Written {
-    result: Result<(), StoreError>,
+    result: Result<()>,
     submitted_at: Instant,
     then: Then,
 }
@@ -260,9 +261,14 @@ impl Actor {
         self.submit(async move { writer.record(record).await }, then);
     }
 
-    fn submit(&mut self, write: impl Future<Output = Result<(), StoreError>> + Send + 'static, then: Then) {
+    fn submit<E: Into<Error>>(
+        &mut self,
+        write: impl Future<Output = Result<(), E>> + Send + 'static,
+        then: Then,
+    ) {
         let submitted_at = Instant::now();
-        self.underway.push_back(async move { Written { result: write.await, submitted_at, then } }.boxed());
+        let written = async move { Written { result: write.await.map_err(Into::into), submitted_at, then } };
+        self.underway.push_back(written.boxed());
     }
 
     /// Something is on disk, or is not.
@@ -274,7 +280,7 @@ impl Actor {
             metrics::histogram!("lodestep_live_commit_seconds").record(submitted_at.elapsed().as_secs_f64());
             if let Err(error) = result {
                 // What is on disk and what the walk has taken have parted: start again from the disk.
-                let told = device::told(Error::from(error).into_problem());
+                let told = device::told(error.into_problem());
                 self.last_answer(told);
                 return Go::Ended;
             }
@@ -359,22 +365,20 @@ impl Actor {
                 return;
             }
         }
-        let _ = message;
+        let told = match api::faults::report_live(&self.app, &self.session, message).await {
+            Ok(fault) => device::event(&Change::Fault { fault }),
+            Err(error) => device::told(error.into_problem()),
+        };
+        self.answer(told);
     }
 
     fn on_finish(&mut self) -> Go {
         let findings = self.walk.finish();
         let changes = self.changes(&findings, utc::now());
         self.record(Vec::new(), findings, Then { changes, ..Then::default() });
-        let id = self.session.id;
-        let writer = self.app.store.writer().clone();
-        let write = async move {
-            writer
-                .run(move |db| {
-                    async move { sessions::set_state(db, id, SessionState::Processing, None).await }.boxed()
-                })
-                .await
-        };
+        // The stored log is run again from its start, as for an upload: the final track.
+        let (app, id) = (self.app.clone(), self.session.id);
+        let write = async move { jobs::queue::enqueue_ended_stream(&app, id).await.map(|_job| ()) };
         self.submit(write, Then { finished: true, ..Then::default() });
         Go::On
     }

@@ -155,3 +155,60 @@ impl Client {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use futures_util::{SinkExt, StreamExt};
+    use serde_json::Value;
+    use tokio::net::TcpListener;
+    use tokio_tungstenite::connect_async;
+    use tokio_tungstenite::tungstenite::Message as ClientMessage;
+    use uuid::Uuid;
+
+    use super::*;
+    use crate::config::Config;
+    use crate::wire::Change;
+
+    /// A correction of some 600 kB, so that the buffers between server and client are soon full.
+    fn large_change() -> Change {
+        let points = (0..20_000).map(|i| (i, i as f64 / 3.0, i as f64 / 7.0)).collect();
+        Change::Revision { session_id: Uuid::nil(), points }
+    }
+
+    #[tokio::test]
+    async fn a_client_that_does_not_read_is_given_a_picture_in_place_of_what_it_missed() {
+        let folder = tempfile::TempDir::new().unwrap();
+        let app = crate::serve::open(Config::for_testing(folder.path())).await.unwrap();
+        let listener = TcpListener::bind("127.0.0.1:0").await.unwrap();
+        let address = listener.local_addr().unwrap();
+        let router = crate::live::routes().with_state(Arc::clone(&app));
+        tokio::spawn(async move { axum::serve(listener, router).await });
+        let (mut client, _) = connect_async(format!("ws://{address}/feed")).await.unwrap();
+        client.send(ClientMessage::text(r#"{"type":"hello"}"#)).await.unwrap();
+        let read = |message: ClientMessage| serde_json::from_slice::<Value>(&message.into_data()).unwrap();
+        assert_eq!(read(client.next().await.unwrap().unwrap())["type"], "snapshot");
+
+        // More than the bus holds, while the client reads nothing.
+        let mut sent = 0;
+        for _ in 0..150 {
+            app.hub.publish(large_change());
+            app.hub.send_gathered();
+            sent += 1;
+            tokio::task::yield_now().await;
+        }
+        let mut seen = 0;
+        let mut pictures = 0;
+        while seen < sent {
+            let message = read(client.next().await.unwrap().unwrap());
+            let seq = message["seq"].as_u64().unwrap();
+            match message["type"].as_str().unwrap() {
+                "changes" => assert_eq!(seq, seen + 1, "a hole that nobody told of"),
+                "snapshot" => pictures += 1,
+                "heartbeat" => assert_eq!(seq, seen),
+                other => panic!("{other}"),
+            }
+            seen = seq;
+        }
+        assert_eq!(pictures, 1);
+    }
+}

@@ -259,3 +259,138 @@ impl Inner {
 fn to_text(message: &impl Serialize) -> Utf8Bytes {
     serde_json::to_string(message).expect("messages hold strings and numbers only").into()
 }
+
+#[cfg(test)]
+mod tests {
+    use serde_json::Value;
+
+    use super::*;
+    use crate::wire::{Motion, Position};
+
+    fn position(session: u128, t_ns: i64) -> Change {
+        Change::Position(Position {
+            session_id: Uuid::from_u128(session),
+            inspector_id: Uuid::nil(),
+            t_ns,
+            position_m: [t_ns as f64, 0.0, 0.0],
+            heading_rad: 0.0,
+            sigma_m: [1.0; 3],
+            covariance_en_m2: 0.0,
+            speed_m_s: 1.0,
+            state: Motion::Walking,
+            since_marker_s: 0.0,
+            since_marker_m: 0.0,
+            distance_m: 0.0,
+            received_at: utc::now(),
+        })
+    }
+
+    fn markers(revision: i64) -> Change {
+        Change::Markers { revision }
+    }
+
+    fn read(text: &Utf8Bytes) -> Value {
+        serde_json::from_str(text.as_str()).unwrap()
+    }
+
+    fn message_after(hub: &Hub, seen: u64) -> Value {
+        match hub.after(seen) {
+            Next::Message(message) => read(&message),
+            other => panic!("expected a message, found {other:?}"),
+        }
+    }
+
+    #[test]
+    fn what_is_gathered_goes_out_as_one_numbered_message() {
+        let hub = Hub::new(Board::default());
+        assert_eq!(hub.after(0), Next::Nothing);
+        hub.publish(markers(1));
+        hub.publish(markers(2));
+        assert_eq!(hub.after(0), Next::Nothing, "nothing is sent yet");
+        hub.send_gathered();
+        hub.send_gathered();
+        hub.publish(markers(3));
+        hub.send_gathered();
+        let first = message_after(&hub, 0);
+        assert_eq!((first["seq"].as_u64(), first["changes"].as_array().unwrap().len()), (Some(1), 2));
+        assert_eq!(message_after(&hub, 1)["changes"][0]["revision"], 3);
+        assert_eq!(hub.after(2), Next::Nothing);
+    }
+
+    #[test]
+    fn the_picture_holds_what_was_sent_and_no_more() {
+        let hub = Hub::new(Board::default());
+        hub.publish(markers(4));
+        hub.send_gathered();
+        hub.publish(markers(5));
+        let (seq, snapshot) = hub.snapshot();
+        assert_eq!(seq, 1);
+        assert_eq!(read(&snapshot)["markers_revision"], 4);
+        hub.send_gathered();
+        assert_eq!(message_after(&hub, seq)["changes"][0]["revision"], 5);
+    }
+
+    #[test]
+    fn a_client_that_lags_or_knew_another_run_is_given_the_picture() {
+        let hub = Hub::new(Board::default());
+        for revision in 0..=LONGEST_LAG as i64 {
+            hub.publish(markers(revision));
+            hub.send_gathered();
+        }
+        assert_eq!(hub.after(0), Next::Picture);
+        assert!(matches!(hub.after(1), Next::Message(_)));
+        assert_eq!(hub.after(LONGEST_LAG + 2), Next::Picture, "a number that was never sent");
+        assert!(hub.can_resume(&hub.boot, 1));
+        assert!(!hub.can_resume(&hub.boot, 0));
+        assert!(!hub.can_resume("another run", 1));
+    }
+
+    #[test]
+    fn a_bounded_number_of_messages_is_held() {
+        let hub = Hub::new(Board::default());
+        for revision in 0..2 * HELD_MESSAGES as i64 {
+            hub.publish(markers(revision));
+            hub.send_gathered();
+        }
+        assert_eq!(hub.lock().held.len(), HELD_MESSAGES);
+        let newest = 2 * HELD_MESSAGES as u64;
+        assert_eq!(message_after(&hub, newest - 1)["seq"].as_u64(), Some(newest));
+    }
+
+    #[test]
+    fn positions_that_come_too_fast_are_told_as_a_stretch_of_trail_and_the_last_one() {
+        let hub = Hub::new(Board::default());
+        for t_ns in 1..=4 {
+            hub.publish(position(7, t_ns));
+            hub.publish(position(8, 10 * t_ns));
+        }
+        hub.send_gathered();
+        let message = message_after(&hub, 0);
+        let told: Vec<_> = message["changes"]
+            .as_array()
+            .unwrap()
+            .iter()
+            .filter(|change| change["session_id"] == Uuid::from_u128(7).to_string())
+            .collect();
+        assert_eq!(told.len(), 2);
+        assert_eq!(told[0]["kind"], "revision");
+        let times: Vec<_> =
+            told[0]["points"].as_array().unwrap().iter().map(|point| point[0].as_i64().unwrap()).collect();
+        assert_eq!(times, [1, 2, 3]);
+        assert_eq!((&told[1]["kind"], &told[1]["t_ns"]), (&"position".into(), &4.into()));
+    }
+
+    #[test]
+    fn a_correction_between_two_positions_stays_between_them() {
+        let hub = Hub::new(Board::default());
+        let session_id = Uuid::from_u128(7);
+        hub.publish(position(7, 1));
+        hub.publish(Change::Revision { session_id, points: vec![(1, 5.0, 5.0)] });
+        hub.publish(position(7, 2));
+        hub.send_gathered();
+        let message = message_after(&hub, 0);
+        let kinds: Vec<_> =
+            message["changes"].as_array().unwrap().iter().map(|change| change["kind"].clone()).collect();
+        assert_eq!(kinds, ["position", "revision", "position"]);
+    }
+}

@@ -5,12 +5,13 @@ use lodestep_engine::sample::Foot;
 use lodestep_engine::session::SessionConfig;
 use uuid::Uuid;
 
+use crate::api;
+use crate::api::sessions::{NewSession, NewStart};
 use crate::error::{Error, Result};
+use crate::sessions::engine_config::engine_config;
 use crate::state::App;
+use crate::store::raw_chunks;
 use crate::store::sessions::{self, Session, SessionState};
-use crate::store::{inspectors, markers, raw_chunks};
-use crate::utc;
-use crate::wire::Change;
 
 /// How far one foot may run ahead of the other in a stream before the walk goes on without it, ns.
 const MAX_LEAD_NS: i64 = 1_000_000_000;
@@ -59,80 +60,27 @@ async fn begin(
     app: &App,
     inspector_id: &str,
     start: Option<Start>,
-    mut feet: Vec<Foot>,
+    feet: Vec<Foot>,
     initial_heading_deg: Option<f64>,
 ) -> Result<Session> {
-    let db = app.store.read();
-    let not_found = || Error::not_found("inspector", inspector_id);
-    let inspector_id = Uuid::parse_str(inspector_id).map_err(|_| not_found())?;
-    inspectors::get(db, inspector_id).await?.ok_or_else(not_found)?;
-    feet.sort_unstable();
-    feet.dedup();
-    if feet.is_empty() {
-        return Err(Error::invalid(
-            "wrong_feet",
-            r#"expected "left", "right" or both in feet, found none: name the feet that carry a sensor"#,
-        ));
-    }
-    if initial_heading_deg.is_some_and(|heading| !heading.is_finite()) {
-        return Err(Error::invalid(
-            "wrong_heading",
-            "expected a finite number of degrees in initial_heading_deg: leave it out to take the heading from the magnetometer",
-        ));
-    }
-    let start = match start {
-        None => sessions::Start::default(),
-        Some(Start::PositionM(position_m)) if position_m.iter().all(|x| x.is_finite()) => {
-            sessions::Start { marker: None, position_m }
-        }
-        Some(Start::PositionM(_)) => {
-            return Err(Error::invalid(
-                "wrong_start",
-                "expected three finite numbers, east-north-up in metres, in start.position_m",
-            ));
-        }
-        Some(Start::Marker(name)) => {
-            let marker = markers::get(db, &name).await?.ok_or_else(|| Error::not_found("marker", &name))?;
-            let position_m = [marker.e_m, marker.n_m, marker.u_m.unwrap_or(0.0)];
-            sessions::Start { marker: Some(name), position_m }
-        }
-    };
-    let now = utc::now();
-    let session = Session {
-        id: Uuid::now_v7(),
+    let inspector_id =
+        Uuid::parse_str(inspector_id).map_err(|_| Error::not_found("inspector", inspector_id))?;
+    let new = NewSession {
         inspector_id,
+        started_at: None,
         title: String::new(),
-        state: SessionState::Live,
-        started_at: now,
-        ended_at: None,
         feet,
-        start,
+        start: start.map(|start| match start {
+            Start::Marker(name) => NewStart::Marker(name),
+            Start::PositionM(position_m) => NewStart::PositionM(position_m),
+        }),
         initial_heading_deg,
-        samples: 0,
-        epochs: 0,
-        duration_s: 0.0,
-        distance_m: 0.0,
-        since_marker_s: 0.0,
-        since_marker_m: 0.0,
-        track_sha256: None,
-        error: None,
-        created_at: now,
     };
-    let row = session.clone();
-    app.store.writer().run(move |db| Box::pin(async move { sessions::insert(db, &row).await })).await?;
-    app.hub.publish(Change::Session { session: Some(session.clone()), deleted: None });
-    Ok(session)
+    api::sessions::begin(app, new, SessionState::Live).await
 }
 
 /// What the engine is told of a session that is streamed.
 pub(super) fn session_config(app: &App, session: &Session) -> SessionConfig {
-    SessionConfig {
-        feet: session.feet.clone(),
-        initial_position_n_m: session.start.position_m,
-        initial_heading_rad: session.initial_heading_deg.map(f64::to_radians),
-        declination_rad: app.site.declination_deg.to_radians(),
-        gravity_m_s2: app.site.gravity_m_s2,
-        max_lead_ns: Some(MAX_LEAD_NS),
-        ..SessionConfig::default()
-    }
+    let config = engine_config(&app.site, session, session.feet.clone());
+    SessionConfig { max_lead_ns: Some(MAX_LEAD_NS), ..config }
 }

@@ -1,4 +1,5 @@
 //! A real server, asked over HTTP and websockets.
 
 mod inspectors;
+mod live;
 mod surroundings;

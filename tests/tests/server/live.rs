@@ -1,0 +1,336 @@
+//! The device socket: what an acknowledgement promises, and what becomes of a link that is cut.
+
+use futures_util::TryStreamExt;
+use lodestep_engine::parse::live_message::{Answer, DeviceMessage, NextSequence, VisitMessage};
+use lodestep_engine::sample::{Foot, ImuSample};
+use lodestep_engine::sim::{self, SensorModel, WalkKind};
+use lodestep_server::store::Store;
+use lodestep_server::store::raw_chunks;
+use lodestep_server::store::track::{self, Run};
+use lodestep_tests::device::TestDevice;
+use lodestep_tests::feed::TestFeed;
+use lodestep_tests::server::TestServer;
+use serde_json::{Value, json};
+use tokio_tungstenite::tungstenite::client::IntoClientRequest;
+use uuid::Uuid;
+
+/// Samples in a batch of these tests: a quarter of a second.
+const BATCH: usize = 25;
+
+/// A short walk: 12 s of standing, then some steps north. The same for all tests.
+fn walk() -> sim::Walk {
+    let site = lodestep_engine::geo::Site::fast();
+    sim::simulate(&WalkKind::Line { metres: 20.0 }, 7, &site, &SensorModel::cmp10a())
+}
+
+async fn inspector(server: &TestServer, name: &str) -> String {
+    let answer =
+        server.client.post(server.api("/inspectors")).json(&json!({"name": name})).send().await.unwrap();
+    let inspector: Value = answer.json().await.unwrap();
+    inspector["id"].as_str().unwrap().to_owned()
+}
+
+async fn session(server: &TestServer, id: &str) -> Value {
+    server.client.get(server.api(&format!("/sessions/{id}"))).send().await.unwrap().json().await.unwrap()
+}
+
+/// The batches of both feet in the order in which a device sends them, from these numbers on.
+fn batches(walk: &sim::Walk, from: NextSequence) -> impl Iterator<Item = (Foot, u64, &[ImuSample])> {
+    let feet = walk.left.chunks(BATCH).zip(walk.right.chunks(BATCH)).enumerate();
+    feet.flat_map(move |(number, (left, right))| {
+        let number = number as u64;
+        [
+            (number >= from.left).then_some((Foot::Left, number, left)),
+            (number >= from.right).then_some((Foot::Right, number, right)),
+        ]
+    })
+    .flatten()
+}
+
+async fn stored_samples(store: &Store, session_id: &str, foot: Foot) -> Vec<ImuSample> {
+    let id = Uuid::parse_str(session_id).unwrap();
+    let chunks: Vec<_> = raw_chunks::of_stream(store.read(), id, foot).try_collect().await.unwrap();
+    chunks.into_iter().flat_map(|chunk| chunk.samples).collect()
+}
+
+async fn stored_track(store: &Store, session_id: &str) -> Vec<lodestep_engine::event::TrackPoint> {
+    let id = Uuid::parse_str(session_id).unwrap();
+    track::points(store.read(), id, Run::Main).try_collect().await.unwrap()
+}
+
+async fn open_store(server: &TestServer) -> Store {
+    Store::open(&server.folder().join("lodestep.db"), 1).await.unwrap()
+}
+
+#[tokio::test]
+async fn an_acknowledged_batch_is_on_disk_even_if_the_server_never_stops_in_good_order() {
+    let server = TestServer::start().await;
+    let inspector = inspector(&server, "李伟").await;
+    let (mut device, session_id) = TestDevice::begin(&server, &inspector).await;
+    let walk = walk();
+    for (foot, number, samples) in batches(&walk, NextSequence::default()).take(20) {
+        device.send_frame(foot, number, samples).await;
+    }
+    device.acknowledged(Foot::Left, 9).await;
+    device.acknowledged(Foot::Right, 9).await;
+
+    // What a power cut would leave: the files as they are at this moment, the server still running.
+    let copy = tempfile::TempDir::new().unwrap();
+    for file in ["lodestep.db", "lodestep.db-wal"] {
+        std::fs::copy(server.folder().join(file), copy.path().join(file)).unwrap();
+    }
+    let store = Store::open(&copy.path().join("lodestep.db"), 1).await.unwrap();
+    assert_eq!(stored_samples(&store, &session_id, Foot::Left).await, walk.left[..10 * BATCH]);
+    assert_eq!(stored_samples(&store, &session_id, Foot::Right).await, walk.right[..10 * BATCH]);
+    store.close().await;
+}
+
+#[tokio::test]
+async fn a_repeated_batch_is_acknowledged_again_and_changes_nothing() {
+    let server = TestServer::start().await;
+    let inspector = inspector(&server, "王芳").await;
+    let (mut device, session_id) = TestDevice::begin(&server, &inspector).await;
+    let walk = walk();
+    device.send_frame(Foot::Left, 0, &walk.left[..BATCH]).await;
+    device.acknowledged(Foot::Left, 0).await;
+    // Even with other samples in it: what is on disk stands.
+    device.send_frame(Foot::Left, 0, &walk.right[..BATCH]).await;
+    assert_eq!(device.next().await, Answer::Ack { foot: Foot::Left, sequence: 0 });
+    device.send_frame(Foot::Left, 1, &walk.left[BATCH..2 * BATCH]).await;
+    device.acknowledged(Foot::Left, 1).await;
+    let store = open_store(&server).await;
+    assert_eq!(stored_samples(&store, &session_id, Foot::Left).await, walk.left[..2 * BATCH]);
+    store.close().await;
+}
+
+#[tokio::test]
+async fn a_hole_is_told_with_the_batch_that_is_expected_and_the_stream_goes_on_from_there() {
+    let server = TestServer::start().await;
+    let inspector = inspector(&server, "张敏").await;
+    let (mut device, _) = TestDevice::begin(&server, &inspector).await;
+    let walk = walk();
+    device.send_frame(Foot::Right, 0, &walk.right[..BATCH]).await;
+    device.acknowledged(Foot::Right, 0).await;
+    device.send_frame(Foot::Right, 2, &walk.right[2 * BATCH..3 * BATCH]).await;
+    let Answer::Error(problem) = device.next().await else { panic!("an error") };
+    assert_eq!(problem["code"], "sequence_gap");
+    assert_eq!(problem["foot"], "right");
+    assert_eq!(problem["expected_sequence"], 1);
+    assert_eq!(problem["status"], 409);
+    device.send_frame(Foot::Right, 1, &walk.right[BATCH..2 * BATCH]).await;
+    device.acknowledged(Foot::Right, 1).await;
+}
+
+#[tokio::test]
+async fn a_frame_of_a_wrong_length_is_told_what_was_expected_and_the_link_holds() {
+    let server = TestServer::start().await;
+    let inspector = inspector(&server, "李伟").await;
+    let (mut device, _) = TestDevice::begin(&server, &inspector).await;
+    let walk = walk();
+    let mut frame = Vec::new();
+    let batch = lodestep_engine::parse::batch::Batch {
+        foot: Foot::Left,
+        sequence: 0,
+        samples: walk.left[..BATCH].to_vec(),
+    };
+    lodestep_engine::parse::frame::encode(&batch, &mut frame).unwrap();
+    device.send_bytes(frame[..frame.len() - 3].to_vec()).await;
+    let Answer::Error(problem) = device.next().await else { panic!("an error") };
+    assert_eq!(problem["code"], "frame_length");
+    let detail = problem["detail"].as_str().unwrap();
+    assert!(detail.contains("2216 bytes") && detail.contains("2213 bytes"), "{detail}");
+    device.send_bytes(frame).await;
+    device.acknowledged(Foot::Left, 0).await;
+}
+
+#[tokio::test]
+async fn what_is_said_wrongly_is_answered_with_what_was_expected() {
+    let server = TestServer::start().await;
+    let inspector = inspector(&server, "李伟").await;
+
+    let mut silent = TestDevice::connect(&server).await;
+    silent.send_bytes(vec![1, 2, 3]).await;
+    assert_eq!(silent.next_error().await, "hello_missing");
+    assert_eq!(silent.try_next().await, None);
+
+    let mut stranger = TestDevice::connect(&server).await;
+    stranger.send_text(json!({"type": "hello", "session_id": Uuid::nil().to_string()}).to_string()).await;
+    assert_eq!(stranger.next_error().await, "session_not_found");
+
+    let mut nobody = TestDevice::connect(&server).await;
+    nobody.send_text(json!({"type": "hello", "inspector_id": "x", "feet": ["left"]}).to_string()).await;
+    assert_eq!(nobody.next_error().await, "inspector_not_found");
+
+    let (mut device, _) = TestDevice::begin(&server, &inspector).await;
+    device.send_text("{".into()).await;
+    assert_eq!(device.next_error().await, "not_json");
+    device.send_text(r#"{"type":"batch","foot":"left","sequence":0,"samples":[]}"#.into()).await;
+    assert_eq!(device.next_error().await, "batch_size");
+    let nowhere = VisitMessage { marker: "Z9".into(), t_start_ns: 0, t_end_ns: 1 };
+    device.send(&DeviceMessage::Visit(nowhere)).await;
+    assert_eq!(device.next_error().await, "marker_not_found");
+    device.send_bytes(vec![0; (1 << 20) + 1]).await;
+    assert_eq!(device.next_error().await, "message_too_large");
+    assert_eq!(device.try_next().await, None);
+}
+
+/// Streams the whole walk; where `cut_after` says, the link is cut and `restart` says whether the
+/// server is stopped and started as well. Gives the stored track before the final run.
+async fn live_track(cut_after: Option<usize>, restart: bool) -> Vec<lodestep_engine::event::TrackPoint> {
+    let mut server = TestServer::start().await;
+    let inspector = inspector(&server, "李伟").await;
+    let (mut device, session_id) = TestDevice::begin(&server, &inspector).await;
+    let walk = walk();
+    let mut from = NextSequence::default();
+    if let Some(count) = cut_after {
+        for (foot, number, samples) in batches(&walk, from).take(count) {
+            device.send_frame(foot, number, samples).await;
+        }
+        device.acknowledged(Foot::Left, 3).await;
+        device.cut();
+        if restart {
+            server = server.restart().await;
+        }
+        (device, from) = TestDevice::go_on(&server, &session_id).await;
+        assert!(from.left > 3, "acknowledged batches are not asked for again: {from:?}");
+    }
+    let mut last = 0;
+    for (foot, number, samples) in batches(&walk, from) {
+        device.send_frame(foot, number, samples).await;
+        last = number;
+    }
+    device.acknowledged(Foot::Right, last).await;
+    device.acknowledged(Foot::Left, last).await;
+    let store = open_store(&server).await;
+    let track = stored_track(&store, &session_id).await;
+    store.close().await;
+    assert!(track.len() > 100, "only {} points", track.len());
+    track
+}
+
+#[tokio::test]
+async fn a_link_that_was_cut_leaves_no_trace_in_the_track() {
+    let uninterrupted = live_track(None, false).await;
+    assert_eq!(live_track(Some(61), false).await, uninterrupted);
+}
+
+#[tokio::test]
+async fn a_server_that_was_started_again_goes_on_to_the_very_same_track() {
+    let uninterrupted = live_track(None, false).await;
+    assert_eq!(live_track(Some(97), true).await, uninterrupted);
+}
+
+#[tokio::test]
+async fn the_feed_tells_first_the_picture_and_then_every_change_without_a_hole() {
+    let server = TestServer::start().await;
+    let inspector = inspector(&server, "王芳").await;
+    let (mut device, session_id) = TestDevice::begin(&server, &inspector).await;
+    let walk = walk();
+    let mut all = batches(&walk, NextSequence::default());
+    for (foot, number, samples) in all.by_ref().take(120) {
+        device.send_frame(foot, number, samples).await;
+    }
+    device.acknowledged(Foot::Right, 59).await;
+
+    let (mut feed, snapshot) = TestFeed::open(&server).await;
+    let shown = &snapshot["sessions"][0];
+    assert_eq!(shown["id"], session_id.as_str());
+    assert_eq!(shown["state"], "live");
+    assert_eq!(snapshot["inspectors"][0]["name"], "王芳");
+    for (foot, number, samples) in all {
+        device.send_frame(foot, number, samples).await;
+    }
+    let mut seq = snapshot["seq"].as_u64().unwrap();
+    let end_ns = walk.left.last().unwrap().t_ns;
+    let mut newest_ns = shown["position"]["t_ns"].as_i64().unwrap_or(i64::MIN);
+    while newest_ns < end_ns - 2_000_000_000 {
+        let message = feed.next().await;
+        if message["type"] == "heartbeat" {
+            continue;
+        }
+        assert_eq!(message["seq"].as_u64().unwrap(), seq + 1, "a hole in the feed");
+        seq += 1;
+        for change in message["changes"].as_array().unwrap() {
+            if change["kind"] == "position" {
+                assert_eq!(change["session_id"], session_id.as_str());
+                let t_ns = change["t_ns"].as_i64().unwrap();
+                assert!(t_ns > newest_ns, "positions go forward: {t_ns} after {newest_ns}");
+                newest_ns = t_ns;
+            }
+        }
+    }
+}
+
+#[tokio::test]
+async fn a_dashboard_that_comes_back_is_told_what_it_missed_and_a_stranger_gets_the_picture() {
+    let server = TestServer::start().await;
+    let (feed, snapshot) = TestFeed::open(&server).await;
+    let (boot, since) = (snapshot["boot"].clone(), snapshot["seq"].as_u64().unwrap());
+    drop(feed);
+    inspector(&server, "李伟").await;
+    // A second client has seen it, so it has been sent.
+    let (mut witness, picture) = TestFeed::open(&server).await;
+    if picture["seq"].as_u64().unwrap() == since {
+        witness.change(|change| change["kind"] == "inspectors").await;
+    }
+
+    let mut back = TestFeed::connect(&server).await;
+    back.say(json!({"type": "hello", "since": since, "boot": boot})).await;
+    assert_eq!(back.next().await["type"], "heartbeat");
+    let missed = back.next().await;
+    assert_eq!(missed["type"], "changes");
+    assert_eq!(missed["seq"].as_u64().unwrap(), since + 1);
+    assert_eq!(missed["changes"][0]["inspectors"][0]["name"], "李伟");
+
+    let mut stranger = TestFeed::connect(&server).await;
+    stranger.say(json!({"type": "hello", "since": since, "boot": "another run"})).await;
+    assert_eq!(stranger.next().await["type"], "snapshot");
+}
+
+#[tokio::test]
+async fn pages_of_other_sites_get_no_socket() {
+    let server = TestServer::start().await;
+    for path in ["/feed", "/live"] {
+        let mut request = server.socket(path).into_client_request().unwrap();
+        request.headers_mut().insert("origin", "https://elsewhere.example".parse().unwrap());
+        let refused = tokio_tungstenite::connect_async(request).await.unwrap_err();
+        let tokio_tungstenite::tungstenite::Error::Http(answer) = refused else { panic!("{refused}") };
+        assert_eq!(answer.status(), 403, "{path}");
+    }
+}
+
+#[tokio::test]
+async fn the_newest_connection_of_a_session_takes_over() {
+    let server = TestServer::start().await;
+    let inspector = inspector(&server, "李伟").await;
+    let (mut first, session_id) = TestDevice::begin(&server, &inspector).await;
+    let (mut second, _) = TestDevice::go_on(&server, &session_id).await;
+    assert_eq!(first.next_error().await, "taken_over");
+    let walk = walk();
+    second.send_frame(Foot::Left, 0, &walk.left[..BATCH]).await;
+    second.acknowledged(Foot::Left, 0).await;
+}
+
+#[tokio::test]
+async fn a_finished_walk_is_computed_again_from_its_start_and_the_last_word_can_be_asked_for_twice() {
+    let server = TestServer::start().await;
+    let inspector = inspector(&server, "张敏").await;
+    let (mut feed, _) = TestFeed::open(&server).await;
+    let (mut device, session_id) = TestDevice::begin(&server, &inspector).await;
+    let walk = walk();
+    for (foot, number, samples) in batches(&walk, NextSequence::default()) {
+        device.send_frame(foot, number, samples).await;
+    }
+    device.finish().await;
+    feed.change(|change| change["kind"] == "session" && change["session"]["state"] == "finished").await;
+    let row = session(&server, &session_id).await;
+    assert_eq!(row["state"], "finished");
+    assert_eq!(row["samples"].as_u64().unwrap(), (walk.left.len() + walk.right.len()) as u64);
+    assert_eq!(row["track_sha256"].as_str().unwrap().len(), 64);
+
+    let mut again = TestDevice::connect(&server).await;
+    again.send_text(json!({"type": "hello", "session_id": session_id}).to_string()).await;
+    let Answer::Welcome { next_sequence, .. } = again.next().await else { panic!("a welcome") };
+    assert_eq!(next_sequence.left, walk.left.len().div_ceil(BATCH) as u64);
+    assert_eq!(again.next().await, Answer::Finished);
+}
