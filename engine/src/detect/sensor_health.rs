@@ -142,7 +142,7 @@ impl SensorHealth {
             self.same_for[axis] += 1;
             let smallest_range = if axis < 3 { SMALLEST_RATE_RANGE_RAD_S } else { SMALLEST_FORCE_RANGE_M_S2 };
             let name = NAMES[axis];
-            if self.same_for[axis] >= 2 && value.abs() > smallest_range && self.same_for[axis] < STUCK_SAMPLES
+            if self.same_for[axis] >= 3 && value.abs() > smallest_range && self.same_for[axis] < STUCK_SAMPLES
             {
                 self.note(
                     AnomalyKind::Saturation,

@@ -2,6 +2,24 @@
 
 use nalgebra::Vector3;
 
+/// So much further than at the nearest, and the foot has passed, m² (0.35 m from beside the other).
+const PASSED_SQUARED_M2: f64 = 0.12;
+/// A swing is shorter than this where feet only shuffle, m.
+const SHORTEST_SWING_M: f64 = 0.4;
+/// A foot that passes is at least so fast, m/s: only then the direction across it means something.
+const SLOWEST_PASSING_M_S: f64 = 0.8;
+
+/// What following a swing shows.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Following {
+    /// Nothing to do.
+    Nothing,
+    /// The foot has never been nearer to the other in this swing, and begins to move away.
+    Nearest,
+    /// The foot has passed the other: the nearest moment is known for good.
+    Passed,
+}
+
 /// The swing of one foot, as far as it has come.
 #[derive(Clone, Debug, Default)]
 pub struct Swing {
@@ -15,6 +33,7 @@ pub struct Swing {
     /// Velocity of this foot then, n, m/s.
     velocity_then_n: Vector3<f64>,
     under_way: bool,
+    departing: bool,
     used: bool,
 }
 
@@ -27,45 +46,46 @@ impl Swing {
             first_squared_m2: f64::NAN,
             velocity_then_n: Vector3::zeros(),
             under_way: true,
+            departing: true,
             used: false,
         };
     }
 
-    /// The foot is at `p_n` in its swing while the other stands at `other_p_n`. Says whether it has
-    /// never been nearer in this swing.
+    /// The foot is at `p_n` in its swing, with the velocity `v_n`, while the other stands at
+    /// `other_p_n`.
+    ///
+    /// The nearest moment is the sample at which the distance begins to grow, which is within one
+    /// sample of the true one; across the swing, nothing moves in that time.
     #[inline]
-    pub fn follow(&mut self, p_n: &Vector3<f64>, v_n: &Vector3<f64>, other_p_n: &Vector3<f64>) -> bool {
+    pub fn follow(&mut self, p_n: &Vector3<f64>, v_n: &Vector3<f64>, other_p_n: &Vector3<f64>) -> Following {
         if !self.under_way || self.used {
-            return false;
+            return Following::Nothing;
         }
         let (east, north) = (p_n.x - other_p_n.x, p_n.y - other_p_n.y);
         let squared = east * east + north * north;
         if self.first_squared_m2.is_nan() {
             self.first_squared_m2 = squared;
         }
-        if squared < self.smallest_squared_m2 {
+        let departs = east * v_n.x + north * v_n.y >= 0.0;
+        let began_to_depart = departs && !self.departing;
+        self.departing = departs;
+        if began_to_depart
+            && squared < self.smallest_squared_m2
+            && self.first_squared_m2 > squared + PASSED_SQUARED_M2 / 4.0
+        {
             self.smallest_squared_m2 = squared;
             self.velocity_then_n = *v_n;
-            return true;
+            return Following::Nearest;
         }
-        false
-    }
-
-    /// The foot has come down at `p_n`, the other stands at `other_p_n`. Says whether the swing
-    /// passed the other foot: long enough, with the nearest moment inside the swing and well in
-    /// motion, so that the direction across it means something.
-    pub fn end(&mut self, p_n: &Vector3<f64>, other_p_n: &Vector3<f64>) -> bool {
-        let passed = self.under_way && !self.used && {
-            let travelled = (p_n - self.start_p_n).xy().norm();
-            let last_squared = (p_n - other_p_n).xy().norm_squared();
-            let clear = self.smallest_squared_m2 + 0.03;
-            travelled > 0.5
-                && self.velocity_then_n.xy().norm() > 0.8
-                && self.first_squared_m2 > clear
-                && last_squared > clear
-        };
-        self.under_way = false;
-        passed
+        if squared > self.smallest_squared_m2 + PASSED_SQUARED_M2 {
+            self.under_way = false;
+            let travelled_m = (p_n - self.start_p_n).xy().norm();
+            let fast = self.velocity_then_n.xy().norm() > SLOWEST_PASSING_M_S;
+            if fast && travelled_m > SHORTEST_SWING_M {
+                return Following::Passed;
+            }
+        }
+        Following::Nothing
     }
 
     /// The moment of the smallest distance has been used: this swing asks for no more.
@@ -87,20 +107,22 @@ mod tests {
         let mut swing = Swing::default();
         swing.begin(&Vector3::zeros());
         let velocity = Vector3::new(3.0, 0.0, 0.0);
-        let mut nearest_east = f64::NAN;
+        let (mut nearest_east, mut passed) = (f64::NAN, false);
         for k in 0..=40 {
             let p = Vector3::new(1.3 * f64::from(k) / 40.0, 0.0, 0.0);
-            if swing.follow(&p, &velocity, &other) {
-                nearest_east = p.x;
+            match swing.follow(&p, &velocity, &other) {
+                Following::Nearest => nearest_east = p.x,
+                Following::Passed => passed = true,
+                Following::Nothing => {}
             }
         }
-        (swing.end(&Vector3::new(1.3, 0.0, 0.0), &other), nearest_east)
+        (passed, nearest_east)
     }
 
     #[test]
     fn a_stride_past_the_standing_foot_is_found_at_its_nearest_point() {
         let (passed, east) = swing_past(Vector3::new(0.65, -0.12, 0.0));
-        assert!(passed && (east - 0.65).abs() < 0.02);
+        assert!(passed && (east - 0.65).abs() < 0.04, "{passed} {east}");
     }
 
     #[test]

@@ -2,11 +2,10 @@
 
 use nalgebra::{Matrix3, Vector3};
 
-use super::block_covariance::BlockCovariance;
+use super::block_covariance::{BlockCovariance, Cross};
 use super::imu_noise::ImuNoise;
-use super::layout::{BLOCKS_A_SENSOR, ErrorState};
+use super::layout::ErrorState;
 use super::mechanization::Step;
-use crate::rotation::skew;
 
 /// The transition over one or several steps of the strapdown, gathered sample by sample so that the
 /// covariance need not be propagated at every one of them.
@@ -53,37 +52,15 @@ impl Transition {
         noise: &ImuNoise,
     ) {
         use ErrorState::{AccelerometerBias, Attitude, GyroBias, Position, Velocity};
-        let first = sensor * BLOCKS_A_SENSOR;
-        let keep = self.bias_decay(noise);
-        for other in 0..first {
-            let mut column: [Matrix3<f64>; BLOCKS_A_SENSOR] =
-                std::array::from_fn(|k| covariance.upper_mut(other, first + k).transpose());
-            self.transform(&mut column, &keep);
-            for (k, block) in column.iter().enumerate() {
-                *covariance.upper_mut(other, first + k) = block.transpose();
-            }
-        }
-        for other in first + BLOCKS_A_SENSOR..B {
-            let mut column: [Matrix3<f64>; BLOCKS_A_SENSOR] =
-                std::array::from_fn(|k| *covariance.upper_mut(first + k, other));
-            self.transform(&mut column, &keep);
-            for (k, block) in column.iter().enumerate() {
-                *covariance.upper_mut(first + k, other) = *block;
-            }
-        }
-        // Its own 15 × 15: Φ from the left on every column, then Φ from the left on the transpose.
-        let mut own: [[Matrix3<f64>; BLOCKS_A_SENSOR]; BLOCKS_A_SENSOR] =
-            std::array::from_fn(|c| std::array::from_fn(|r| covariance.block(first + r, first + c)));
-        for column in &mut own {
-            self.transform(column, &keep);
-        }
-        for r in 0..BLOCKS_A_SENSOR {
-            let mut row: [Matrix3<f64>; BLOCKS_A_SENSOR] = std::array::from_fn(|c| own[c][r].transpose());
-            self.transform(&mut row, &keep);
-            for (c, block) in row.iter().enumerate().skip(r) {
-                *covariance.upper_mut(first + r, first + c) = block.transpose();
-            }
-        }
+        let [attitude, gyro_bias, position, velocity, accelerometer_bias] =
+            [Attitude, GyroBias, Position, Velocity, AccelerometerBias].map(|state| state.of(sensor));
+        // Each line takes what the ones below have not changed yet.
+        covariance.add_multiple(position, velocity, &self.dt_s);
+        covariance.add_multiple(velocity, accelerometer_bias, &self.c_nb_dt);
+        covariance.add_multiple(velocity, attitude, &Cross(self.f_n_dt));
+        covariance.add_multiple(attitude, gyro_bias, &-self.c_nb_dt);
+        covariance.scale(gyro_bias, 1.0 - self.dt_s / noise.gyro_bias_correlation_time_s);
+        covariance.scale(accelerometer_bias, 1.0 - self.dt_s / noise.accelerometer_bias_correlation_time_s);
         let dt_s = self.dt_s;
         for (state, density) in [
             (Attitude, noise.angle_random_walk_rad_sqrt_s),
@@ -93,28 +70,7 @@ impl Transition {
         ] {
             covariance.add_diagonal(state.of(sensor), density * density * dt_s);
         }
-        for state in [Attitude, GyroBias, Position, Velocity, AccelerometerBias] {
-            covariance.symmetrise(state.of(sensor));
-        }
         *self = Transition::none();
-    }
-
-    fn bias_decay(&self, noise: &ImuNoise) -> [f64; 2] {
-        [
-            1.0 - self.dt_s / noise.gyro_bias_correlation_time_s,
-            1.0 - self.dt_s / noise.accelerometer_bias_correlation_time_s,
-        ]
-    }
-
-    /// Φ times a column of five blocks.
-    #[inline(always)]
-    fn transform(&self, x: &mut [Matrix3<f64>; BLOCKS_A_SENSOR], bias_decay: &[f64; 2]) {
-        let [attitude, gyro_bias, position, velocity, accelerometer_bias] = x;
-        *position += *velocity * self.dt_s;
-        *velocity += self.c_nb_dt * *accelerometer_bias + skew(&self.f_n_dt) * *attitude;
-        *attitude -= self.c_nb_dt * *gyro_bias;
-        *gyro_bias *= bias_decay[0];
-        *accelerometer_bias *= bias_decay[1];
     }
 }
 
@@ -123,7 +79,7 @@ mod tests {
     use super::*;
     use crate::ins::mechanization::advance;
     use crate::ins::nav_state::NavState;
-    use crate::rotation::cayley;
+    use crate::rotation::{cayley, skew};
     use nalgebra::{DMatrix, DVector};
 
     const GRAVITY: f64 = 9.787;
@@ -177,23 +133,16 @@ mod tests {
         }
     }
 
-    /// Φ of the block model as a dense matrix, read off by propagating unit covariances' columns.
+    /// Φ as the notation page writes it.
     fn phi(transition: &Transition) -> DMatrix<f64> {
-        let quiet = ImuNoise {
-            gyro_bias_correlation_time_s: 1e12,
-            accelerometer_bias_correlation_time_s: 1e12,
-            ..ImuNoise::default()
+        let mut dense = DMatrix::identity(15, 15);
+        let mut set = |row: usize, column: usize, block: Matrix3<f64>| {
+            dense.view_mut((3 * row, 3 * column), (3, 3)).copy_from(&block);
         };
-        let decay = transition.bias_decay(&quiet);
-        let mut dense = DMatrix::zeros(15, 15);
-        for block in 0..5 {
-            let mut column = [Matrix3::zeros(); 5];
-            column[block] = Matrix3::identity();
-            transition.transform(&mut column, &decay);
-            for (row, part) in column.iter().enumerate() {
-                dense.view_mut((3 * row, 3 * block), (3, 3)).copy_from(part);
-            }
-        }
+        set(0, 1, -transition.c_nb_dt);
+        set(2, 3, Matrix3::identity() * transition.dt_s);
+        set(3, 0, skew(&transition.f_n_dt));
+        set(3, 4, transition.c_nb_dt);
         dense
     }
 

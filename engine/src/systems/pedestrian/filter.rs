@@ -5,6 +5,7 @@ use nalgebra::{Matrix3, SMatrix, Vector3};
 use super::foot::{Foot, Step};
 use super::tuning::Tuning;
 use super::walked::Walked;
+use crate::detect::swing::Following;
 use crate::event::{AidKind, AidOutcome, Anomaly, AnomalyKind, Event, FootPoint, TrackPoint, VisitOutcome};
 use crate::ins::error_model::Transition;
 use crate::ins::eskf::Eskf;
@@ -119,7 +120,10 @@ impl<const B: usize, const F: usize> Filter<B, F> {
             self.propagate(setting, sensor);
         }
         match (self.feet[sensor].stance.stands, step.stance) {
-            (false, true) => self.touch_down(setting, step, told),
+            (false, true) => {
+                self.touch_down(setting, step, told);
+                Demand::None
+            }
             (true, true) => {
                 self.stand(setting, step, dt_s, told);
                 Demand::None
@@ -128,7 +132,7 @@ impl<const B: usize, const F: usize> Filter<B, F> {
                 self.lift_off(setting, sensor, told);
                 Demand::None
             }
-            (false, false) => self.swing(sensor),
+            (false, false) => self.swing(setting, sensor),
         }
     }
 
@@ -145,31 +149,27 @@ impl<const B: usize, const F: usize> Filter<B, F> {
         }
     }
 
-    fn swing(&mut self, sensor: usize) -> Demand {
-        if F < 2 {
+    fn swing(&mut self, setting: &Setting, sensor: usize) -> Demand {
+        if F < 2 || !setting.aids.separation {
             return Demand::None;
         }
         let other = &self.feet[1 - sensor];
         let (other_stands, other_p_n) = (other.stance.stands, other.nav.p_n);
         let foot = &mut self.feet[sensor];
-        if other_stands && foot.swing.follow(&foot.nav.p_n, &foot.nav.v_n, &other_p_n) {
-            return Demand::Remember { sensor };
+        if !other_stands {
+            return Demand::None;
         }
-        Demand::None
+        match foot.swing.follow(&foot.nav.p_n, &foot.nav.v_n, &other_p_n) {
+            Following::Nothing => Demand::None,
+            Following::Nearest => Demand::Remember { sensor },
+            Following::Passed => Demand::GoBack { sensor },
+        }
     }
 
-    fn touch_down(&mut self, setting: &Setting, step: &Step, told: &mut Vec<Event>) -> Demand {
+    fn touch_down(&mut self, setting: &Setting, step: &Step, told: &mut Vec<Event>) {
         let sensor = step.sensor;
-        if F == 2 && setting.aids.separation {
-            let other_p_n = self.feet[1 - sensor].nav.p_n;
-            let foot = &mut self.feet[sensor];
-            if foot.swing.end(&foot.nav.p_n, &other_p_n) {
-                return Demand::GoBack { sensor };
-            }
-        }
         self.feet[sensor].stance.begin(step.t_ns);
         self.stand(setting, step, 0.0, told);
-        Demand::None
     }
 
     /// The separation of the feet, at the moment that `self` is a memory of.

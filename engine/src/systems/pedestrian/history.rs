@@ -177,7 +177,6 @@ impl<const B: usize, const F: usize> History<B, F> {
             self.remembered[sensor] = Some((next, filter));
         } else {
             self.filter.feet[sensor].swing.mark_used();
-            self.next -= 1;
         }
         // The other foot's moment lies in a filter that has just been overruled.
         self.remembered[1 - sensor] = None;
