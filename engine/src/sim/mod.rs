@@ -10,6 +10,7 @@ mod random;
 mod rest;
 pub mod sensors;
 mod simulator;
+mod spiral;
 mod swing;
 #[cfg(test)]
 mod tests;

@@ -1,6 +1,6 @@
 //! What a sensor makes of the truth: the CMP10A by its figures, a perfect one, and what lies between.
 
-use nalgebra::{Matrix3, Rotation3, Vector3};
+use nalgebra::{Matrix3, Vector3};
 
 use super::random::{Purpose, Random};
 
@@ -268,7 +268,7 @@ impl Sensor {
             height_error_m: model.baro_offset_m * weather.normal(),
             weather,
             model: model.clone(),
-            c_b_f: Rotation3::from_euler_angles(roll, pitch, yaw).into_inner(),
+            c_b_f: mounting(roll, pitch, yaw),
         }
     }
 
@@ -302,6 +302,15 @@ impl Sensor {
 
 fn off_diagonal(sigma: f64, draw: &mut Random) -> Matrix3<f64> {
     Matrix3::from_fn(|row, column| if row == column { 0.0 } else { sigma * draw.normal() })
+}
+
+/// From b to f: roll, then pitch, then yaw, rad.
+fn mounting(roll: f64, pitch: f64, yaw: f64) -> Matrix3<f64> {
+    let ((sr, cr), (sp, cp), (sy, cy)) = (libm::sincos(roll), libm::sincos(pitch), libm::sincos(yaw));
+    let about_z = Matrix3::new(cy, -sy, 0.0, sy, cy, 0.0, 0.0, 0.0, 1.0);
+    let about_y = Matrix3::new(cp, 0.0, sp, 0.0, 1.0, 0.0, -sp, 0.0, cp);
+    let about_x = Matrix3::new(1.0, 0.0, 0.0, 0.0, cr, -sr, 0.0, sr, cr);
+    about_z * about_y * about_x
 }
 
 /// Pressure of the standard atmosphere at a height, hPa.

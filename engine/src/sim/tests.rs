@@ -84,6 +84,22 @@ fn at_rest_a_perfect_sensor_reads_gravity_no_rate_and_the_site_s_field() {
 }
 
 #[test]
+fn a_sensor_on_the_instep_points_down_to_the_toes_and_the_heading_is_its_own() {
+    // The foot stands north, toes 0.1 rad out; the sensor is turned on it and tilted.
+    let walker = Walker { micro_motion: 0.0, ..Walker::default() };
+    let kind = WalkKind::Standing { seconds: 0.1 };
+    let model = SensorModel { mounting_deg: [[0.0, 24.0, 6.0], [0.0, 30.0, -9.0]], ..SensorModel::perfect() };
+    let walk = Simulator::with_walker(&kind, 1, &Site::fast(), &model, walker).into_walk();
+    // Toe-out and the mounting's yaw turn the left sensor to the west, the right one to the east.
+    let (left, right) = (walk.truth[0][0].heading_rad, walk.truth[0][1].heading_rad);
+    assert!((left + 0.1 + 6f64.to_radians()).abs() < 0.07, "{left}");
+    assert!((right - 0.1 - 9f64.to_radians()).abs() < 0.07, "{right}");
+    // Nose down by 24°, the x axis reads −g sin 24°.
+    let x = walk.left[0].f_b_m_s2[0] / Site::fast().gravity_m_s2;
+    assert!((x + 24f64.to_radians().sin()).abs() < 0.03, "{x}");
+}
+
+#[test]
 fn the_earth_turns_under_a_standing_foot() {
     let model = SensorModel { earth_rotation: true, ..SensorModel::perfect() };
     let walker = Walker { micro_motion: 0.0, ..Walker::default() };
