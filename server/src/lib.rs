@@ -3,6 +3,7 @@
 //! Read in this order: [`serve`](mod@serve) puts the parts together, [`wire`] is what clients see,
 //! [`api`] answers them, [`live`] follows walks as they happen, [`store`] keeps everything.
 
+pub mod cli;
 pub mod config;
 pub mod error;
 pub mod serve;

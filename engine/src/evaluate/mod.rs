@@ -1,6 +1,7 @@
 //! How good a track is, by the figures that the field uses.
 
 mod against_truth;
+mod feet_apart;
 mod ground_points;
 mod loop_closure;
 mod motion_capture;
@@ -9,6 +10,7 @@ mod statistics;
 mod visits;
 
 pub use against_truth::{TruthErrors, against_truth};
+pub use feet_apart::{FeetApart, feet_apart};
 pub use ground_points::{GroundPointErrors, ground_points};
 pub use loop_closure::{LoopClosure, loop_closure};
 pub use motion_capture::{MotionCaptureErrors, motion_capture};

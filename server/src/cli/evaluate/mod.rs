@@ -1,0 +1,96 @@
+//! `lodestep evaluate`: recordings scored with the engine's defaults, the same for every file.
+
+mod ladder;
+mod recordings;
+mod score;
+mod text_table;
+
+use std::io::Write as _;
+use std::path::PathBuf;
+
+use anyhow::{Context, Result};
+use clap::{Args, Subcommand};
+use lodestep_engine::session::Aids;
+use serde::Serialize;
+
+use crate::cli::failure::Failure;
+use crate::cli::{aids, progress};
+use score::Score;
+
+const AFTER_HELP: &str = "\
+NAME.csv[.gz|.zst] is a walk of one foot, NAME.left.csv and NAME.right.csv one of two. Beside it may lie
+  NAME.truth.csv   t_s,x_m,y_m,z_m: motion capture; scored by ARMSE, start and first heading aligned
+  NAME.points.csv  t_s,x_m,y_m: ground points in a frame of their own; mean distance after a rigid fit
+A folder with left.csv, right.csv and truth.csv is a simulated walk, scored in its own frame. Walks in a
+folder whose name holds openshoe or ngimu end where they began. Distances are in metres.";
+
+/// The arguments of `lodestep evaluate`.
+#[derive(Debug, Args)]
+#[command(after_help = AFTER_HELP, args_conflicts_with_subcommands = true, subcommand_negates_reqs = true)]
+pub(super) struct EvaluateArgs {
+    #[command(subcommand)]
+    ladder: Option<Ladder>,
+
+    /// Recordings, or folders of them
+    #[arg(value_name = "DIR|FILES", required = true)]
+    paths: Vec<PathBuf>,
+
+    /// Walks without truth end where they began
+    #[arg(long)]
+    closed: bool,
+
+    /// Aids to use, of zupt,heading,maru,separation,markers,altimeter; or none [default: all that the
+    /// data allow]
+    #[arg(long, value_name = "LIST", value_parser = aids::parse)]
+    aid: Option<Aids>,
+
+    /// JSON instead of a table
+    #[arg(long)]
+    json: bool,
+}
+
+#[derive(Debug, Subcommand)]
+enum Ladder {
+    /// The ladder of aids on simulated walks: ZUPT, + heading, + MARU, + separation, + markers
+    Ladder(ladder::LadderArgs),
+}
+
+/// Scores recordings, or the ladder.
+pub(super) fn evaluate(args: &EvaluateArgs) -> Result<()> {
+    if let Some(Ladder::Ladder(args)) = &args.ladder {
+        return ladder::ladder(args);
+    }
+    let found = recordings::find(&args.paths, args.closed)?;
+    if found.is_empty() {
+        return Err(Failure::BadInput(format!(
+            "no recording in {}: expected files such as NAME.csv.gz, or a folder with left.csv and right.csv",
+            args.paths.iter().map(|path| path.display().to_string()).collect::<Vec<_>>().join(", ")
+        ))
+        .into());
+    }
+    let bar = progress::of_count(found.len() as u64, "walks");
+    let mut scores = Vec::with_capacity(found.len());
+    for recording in &found {
+        scores.push(score::score(recording, args.aid.unwrap_or_default())?);
+        bar.inc(1);
+    }
+    bar.finish_and_clear();
+    print(&if args.json { json(&scores)? } else { text_table::of_scores(&scores) })
+}
+
+fn json(scores: &[Score]) -> Result<String> {
+    #[derive(Serialize)]
+    struct All<'a> {
+        engine_version: &'static str,
+        recordings: &'a [Score],
+    }
+    let all = All { engine_version: env!("CARGO_PKG_VERSION"), recordings: scores };
+    Ok(serde_json::to_string_pretty(&all)? + "\n")
+}
+
+fn print(text: &str) -> Result<()> {
+    match std::io::stdout().lock().write_all(text.as_bytes()) {
+        Err(error) if error.kind() == std::io::ErrorKind::BrokenPipe => Ok(()),
+        written => written.context("standard output cannot be written"),
+    }
+}

@@ -1,0 +1,113 @@
+//! One walk run with the engine's defaults, and the figures by which the field judges it.
+
+use anyhow::Result;
+use indicatif::ProgressBar;
+use lodestep_engine::evaluate::{
+    self, FeetApart, GroundPointErrors, LoopClosure, MotionCaptureErrors, TruthErrors, VisitErrors,
+};
+use lodestep_engine::geo::Site;
+use lodestep_engine::parse::truth_csv::{self, KnownPlace};
+use lodestep_engine::sample::Foot;
+use lodestep_engine::session::{Aids, SessionConfig};
+use serde::Serialize;
+
+use super::recordings::{Judge, Recording};
+use crate::cli::failure::Failure;
+use crate::cli::log_file::{LogFile, read_small};
+use crate::cli::run::run;
+use crate::cli::{site_file, visits};
+
+/// What a walk came to.
+#[derive(Debug, Serialize)]
+pub(super) struct Score {
+    pub(super) set: String,
+    pub(super) name: String,
+    pub(super) feet: usize,
+    pub(super) samples: u64,
+    pub(super) duration_s: f64,
+    /// As the engine measures it, m.
+    pub(super) distance_m: f64,
+    pub(super) anomalies: usize,
+    pub(super) process_seconds: f64,
+    track_sha256: String,
+    #[serde(flatten)]
+    pub(super) figures: Figures,
+}
+
+/// The figures of one measure; none where the track gave too little to compare.
+#[derive(Debug, Serialize)]
+#[serde(tag = "measure", content = "figures", rename_all = "snake_case")]
+pub(super) enum Figures {
+    MotionCapture(Option<MotionCaptureErrors>),
+    GroundPoints(Option<GroundPointErrors>),
+    ClosedLoop(Option<LoopClosure>),
+    Feet(Option<FeetApart>),
+    Simulated { truth: Option<TruthErrors>, visits: Option<VisitErrors> },
+    Nothing,
+}
+
+/// Runs and judges one walk.
+pub(super) fn score(recording: &Recording, aids: Aids) -> Result<Score> {
+    let bar = ProgressBar::hidden();
+    let mut feet = Vec::new();
+    for (foot, log) in [(Foot::Left, &recording.left), (Foot::Right, &recording.right)] {
+        if let Some(path) = log {
+            feet.push((foot, LogFile::open(path, &bar)?));
+        }
+    }
+    let mut config = SessionConfig {
+        feet: feet.iter().map(|(foot, _)| *foot).collect(),
+        aids,
+        ..SessionConfig::default()
+    };
+    let mut known = Vec::new();
+    let mut told = Vec::new();
+    match &recording.judge {
+        Judge::MotionCapture(path) | Judge::GroundPoints(path) => known = read_places(path)?,
+        Judge::Simulated { truth, folder } => {
+            known = read_places(truth)?;
+            config.initial_position_n_m = known.first().map_or([0.0; 3], |place| place.position_m);
+            let (site_path, markers, visits) =
+                (folder.join("site.toml"), folder.join("markers.csv"), folder.join("visits.csv"));
+            if site_path.exists() {
+                let site: Site = site_file::read(&site_path, None)?;
+                config.gravity_m_s2 = site.gravity_m_s2;
+                config.declination_rad = site.declination_deg.to_radians();
+            }
+            if markers.exists() && visits.exists() {
+                told = visits::read(&markers, &visits, None)?;
+            }
+        }
+        Judge::ClosedLoop | Judge::Feet | Judge::Nothing => {}
+    }
+    let count = feet.len();
+    let walked = run(config, &told, feet)?;
+    let points = &walked.track.points;
+    let figures = match recording.judge {
+        Judge::MotionCapture(_) => Figures::MotionCapture(evaluate::motion_capture(points, &known)),
+        Judge::GroundPoints(_) => Figures::GroundPoints(evaluate::ground_points(points, &known)),
+        Judge::ClosedLoop => Figures::ClosedLoop(evaluate::loop_closure(points, walked.summary.distance_m)),
+        Judge::Feet => Figures::Feet(evaluate::feet_apart(points)),
+        Judge::Simulated { .. } => Figures::Simulated {
+            truth: evaluate::against_truth(points, &known),
+            visits: evaluate::visits(&walked.track.visits),
+        },
+        Judge::Nothing => Figures::Nothing,
+    };
+    Ok(Score {
+        set: recording.set.clone(),
+        name: recording.name.clone(),
+        feet: count,
+        samples: walked.summary.samples,
+        duration_s: walked.summary.duration_s,
+        distance_m: walked.summary.distance_m,
+        anomalies: walked.track.anomalies.len(),
+        process_seconds: walked.process_seconds,
+        track_sha256: walked.track.sha256(),
+        figures,
+    })
+}
+
+fn read_places(path: &std::path::Path) -> Result<Vec<KnownPlace>> {
+    truth_csv::read(&read_small(path)?).map_err(|error| Failure::bad_input(path, error))
+}

@@ -1,0 +1,109 @@
+//! One foot's log on its way from a file: unpacked, parsed and handed on piece by piece.
+
+use std::fs::File;
+use std::io::{self, Read};
+use std::path::{Path, PathBuf};
+
+use anyhow::Result;
+use indicatif::ProgressBar;
+use lodestep_engine::parse::ImuCsv;
+use lodestep_engine::sample::ImuSample;
+
+use crate::cli::failure::Failure;
+use crate::sessions::in_time_order::FootSamples;
+use crate::sessions::unpack::{Unpack, UnpackError, UnpackLimits};
+
+/// Unpacked bytes that are parsed at a time.
+const PIECE_BYTES: usize = 64 << 10;
+
+/// A file of one's own may unpack to any size: it is read in pieces and never held.
+const NO_LIMITS: UnpackLimits = UnpackLimits { max_unpacked_bytes: u64::MAX, max_ratio: u64::MAX };
+
+/// A log that is being read.
+pub(super) struct LogFile {
+    path: PathBuf,
+    unpack: Unpack<Watched>,
+    parser: ImuCsv,
+    buffer: Vec<u8>,
+    ended: bool,
+}
+
+/// A file whose reading moves a progress bar.
+struct Watched {
+    file: File,
+    bar: ProgressBar,
+}
+
+impl Read for Watched {
+    fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
+        let n = self.file.read(buffer)?;
+        self.bar.inc(n as u64);
+        Ok(n)
+    }
+}
+
+impl LogFile {
+    /// Opens a log and adds its size to the bar's length.
+    pub(super) fn open(path: &Path, bar: &ProgressBar) -> Result<LogFile> {
+        let file = open(path)?;
+        bar.inc_length(file.metadata().map_or(0, |metadata| metadata.len()));
+        let unpack = Unpack::new(Watched { file, bar: bar.clone() }, NO_LIMITS)
+            .map_err(|error| Failure::bad_input(path, error))?;
+        Ok(LogFile {
+            path: path.to_owned(),
+            unpack,
+            parser: ImuCsv::new(),
+            buffer: vec![0; PIECE_BYTES],
+            ended: false,
+        })
+    }
+}
+
+impl FootSamples for LogFile {
+    fn next_piece(&mut self, samples: &mut Vec<ImuSample>) -> Result<()> {
+        samples.clear();
+        while samples.is_empty() && !self.ended {
+            let n =
+                self.unpack.read(&mut self.buffer).map_err(|error| Failure::bad_input(&self.path, error))?;
+            let parsed = if n == 0 {
+                self.ended = true;
+                self.parser.finish(samples)
+            } else {
+                self.parser.push(&self.buffer[..n], samples)
+            };
+            parsed.map_err(|error| Failure::bad_input(&self.path, error))?;
+        }
+        Ok(())
+    }
+}
+
+/// Opens an input file, or says why it cannot be.
+fn open(path: &Path) -> Result<File> {
+    let cannot = |error: &dyn std::fmt::Display| Failure::bad_input(path, format!("cannot be read: {error}"));
+    let file = File::open(path).map_err(|error| cannot(&error))?;
+    if file.metadata().is_ok_and(|metadata| metadata.is_dir()) {
+        return Err(cannot(&"it is a folder; name the file in it"));
+    }
+    Ok(file)
+}
+
+/// Reads a small input file whole, unpacked where it is packed.
+pub(super) fn read_small(path: &Path) -> Result<Vec<u8>> {
+    /// Markers, visits or truth of the longest walk, many times over.
+    const MOST_BYTES: u64 = 512 << 20;
+    let limits = UnpackLimits { max_unpacked_bytes: MOST_BYTES, max_ratio: u64::MAX };
+    let mut unpack = match Unpack::new(open(path)?, limits) {
+        Ok(unpack) => unpack,
+        // An empty table has its own sentence.
+        Err(UnpackError::Empty) => return Ok(Vec::new()),
+        Err(error) => return Err(Failure::bad_input(path, error)),
+    };
+    let mut bytes = Vec::new();
+    let mut piece = vec![0; PIECE_BYTES];
+    loop {
+        match unpack.read(&mut piece).map_err(|error| Failure::bad_input(path, error))? {
+            0 => return Ok(bytes),
+            n => bytes.extend_from_slice(&piece[..n]),
+        }
+    }
+}

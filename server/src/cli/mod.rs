@@ -1,0 +1,75 @@
+//! The command line: `process` a walk, `simulate` one, `evaluate` many, `serve` them all.
+
+mod aids;
+mod evaluate;
+mod failure;
+mod log_file;
+mod output_file;
+mod process;
+mod progress;
+mod report;
+mod run;
+mod serve;
+mod simulate;
+mod site_file;
+mod track_output;
+mod visits;
+
+use std::ffi::OsString;
+use std::io::Write as _;
+use std::process::ExitCode;
+
+use clap::{Parser, Subcommand};
+
+/// Positions people and instruments under a roof that hides the sky: inertial sensors on the feet,
+/// a track on the map.
+#[derive(Debug, Parser)]
+#[command(name = "lodestep", version, after_help = EXIT_CODES)]
+struct CommandLine {
+    #[command(subcommand)]
+    verb: Verb,
+}
+
+const EXIT_CODES: &str = "Exit codes: 0 done; 1 something failed inside, or a result could not be written; \
+                          2 the command line is wrong; 3 an input file is wrong.";
+
+#[derive(Debug, Subcommand)]
+enum Verb {
+    /// Makes a track of the logs of one walk
+    Process(process::ProcessArgs),
+    /// Writes the logs of a walk that never was, with its truth
+    Simulate(simulate::SimulateArgs),
+    /// Scores recordings with the engine's defaults, the same for every file
+    Evaluate(evaluate::EvaluateArgs),
+    /// Serves uploads, live walks and the map
+    Serve(serve::ServeArgs),
+}
+
+/// Runs one command; the arguments start with the program's name.
+pub fn run(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
+    let line = match CommandLine::try_parse_from(arguments) {
+        Ok(line) => line,
+        Err(error) => {
+            // Help and version are errors to clap, which knows where each is to be printed.
+            let code = if error.use_stderr() { failure::USAGE } else { 0 };
+            return match error.print() {
+                Ok(()) => ExitCode::from(code),
+                Err(_) => ExitCode::from(failure::INTERNAL),
+            };
+        }
+    };
+    let done = match line.verb {
+        Verb::Process(args) => process::process(&args),
+        Verb::Simulate(args) => simulate::simulate(&args),
+        Verb::Evaluate(args) => evaluate::evaluate(&args),
+        Verb::Serve(args) => serve::serve(args),
+    };
+    match done {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            // A closed standard error leaves the exit code to speak.
+            let _ = writeln!(std::io::stderr(), "lodestep: {error:#}");
+            ExitCode::from(failure::exit_code(&error))
+        }
+    }
+}

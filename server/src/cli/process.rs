@@ -1,0 +1,270 @@
+//! `lodestep process`: the logs of one walk made into a track.
+
+use std::io::Write as _;
+use std::path::PathBuf;
+
+use anyhow::Result;
+use clap::{Args, ValueEnum};
+use lodestep_engine::geo::Site;
+use lodestep_engine::sample::Foot;
+use lodestep_engine::session::{Aids, SessionConfig};
+use time::OffsetDateTime;
+use time::format_description::well_known::Rfc3339;
+
+use crate::cli::failure::Failure;
+use crate::cli::log_file::LogFile;
+use crate::cli::report::Report;
+use crate::cli::run::{Walked, run};
+use crate::cli::track_output::{TrackOutput, write_text};
+use crate::cli::{aids, progress, site_file, visits};
+
+const AFTER_HELP: &str = "\
+A log is CSV with a header, plain or packed with gzip or zstd, columns in any order:
+  t_s,gyr_x_rad_s,gyr_y_rad_s,gyr_z_rad_s,acc_x_m_s2,acc_y_m_s2,acc_z_m_s2
+  and, where recorded, mag_x_ut,mag_y_ut,mag_z_ut,pressure_hpa
+Positions are metres east, north and up of the site's origin; headings run clockwise from true north.
+
+Exit codes: 0 done; 1 something failed inside, or a result could not be written;
+2 the command line is wrong; 3 an input file is wrong.";
+
+/// The arguments of `lodestep process`.
+#[derive(Debug, Args)]
+#[command(after_help = AFTER_HELP)]
+pub(super) struct ProcessArgs {
+    /// Log of the left foot (rad/s, m/s², µT, hPa)
+    #[arg(long, value_name = "L.csv", required_unless_present = "right")]
+    left: Option<PathBuf>,
+
+    /// Log of the right foot
+    #[arg(long, value_name = "R.csv")]
+    right: Option<PathBuf>,
+
+    /// The site: TOML with name, latitude_deg, longitude_deg, height_m; gives gravity and declination
+    #[arg(long, value_name = "SITE.toml")]
+    site: Option<PathBuf>,
+
+    /// Surveyed markers: name,e_m,n_m,u_m or name,lat_deg,lon_deg,height_m
+    #[arg(long, value_name = "M.csv", requires = "visits")]
+    markers: Option<PathBuf>,
+
+    /// When the inspector stood at which marker: t_start_s,t_end_s,marker
+    #[arg(long, value_name = "V.csv", requires = "markers")]
+    visits: Option<PathBuf>,
+
+    /// Where the middle of the feet starts, m [default: 0,0,0]
+    #[arg(long, value_name = "E,N,U", value_parser = parse_position, allow_hyphen_values = true)]
+    initial_position: Option<[f64; 3]>,
+
+    /// Heading of the first sensor's x axis at the start, degrees clockwise from true north
+    /// [default: by the magnetometer, or else that axis points east]
+    #[arg(long, value_name = "H", value_parser = parse_finite, allow_hyphen_values = true)]
+    initial_heading_deg: Option<f64>,
+
+    /// Magnetic declination, degrees, east positive [default: the site's, or 0]
+    #[arg(long, value_name = "D", value_parser = parse_finite, allow_hyphen_values = true)]
+    declination_deg: Option<f64>,
+
+    /// Local gravity, m/s² [default: the site's, or 9.80665]
+    #[arg(long, value_name = "G", value_parser = parse_gravity)]
+    gravity_m_s2: Option<f64>,
+
+    /// When the logs began, UTC, such as 2026-05-01T08:00:00Z: the day of the declination, and the
+    /// times in GPX and KML
+    #[arg(long, value_name = "TIME", value_parser = parse_utc)]
+    started_at: Option<OffsetDateTime>,
+
+    /// Which solution to give
+    #[arg(long, value_enum, default_value_t = Solution::Filtered)]
+    solution: Solution,
+
+    /// Aids to use, of zupt,heading,maru,separation,markers,altimeter; or none [default: all that the
+    /// data allow]
+    #[arg(long, value_name = "LIST", value_parser = aids::parse)]
+    aid: Option<Aids>,
+
+    /// Points per second in the track, Hz [default: one for every epoch]
+    #[arg(long, value_name = "HZ", value_parser = parse_rate)]
+    rate_hz: Option<f64>,
+
+    /// The track: .csv, .geojson, .gpx or .kml by its ending, or - for CSV on standard output
+    #[arg(long, value_name = "FILE", value_parser = TrackOutput::by_name, allow_hyphen_values = true)]
+    out: TrackOutput,
+
+    /// What was found out, as JSON
+    #[arg(long, value_name = "REPORT.json")]
+    report: Option<PathBuf>,
+}
+
+/// Which solution to give.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum Solution {
+    /// Each point by what was known up to then, marker and separation corrections included
+    Filtered,
+    /// Each point by the whole walk (not available yet)
+    Smoothed,
+}
+
+/// Processes one walk.
+pub(super) fn process(args: &ProcessArgs) -> Result<()> {
+    args.check()?;
+    let site = args.site.as_deref().map(|path| site_file::read(path, args.started_at)).transpose()?;
+    let frame = site.as_ref().map(Site::local_frame);
+    let visits = match (&args.markers, &args.visits) {
+        (Some(markers), Some(visits)) => visits::read(markers, visits, frame)?,
+        _ => Vec::new(),
+    };
+    let config = args.session_config(site.as_ref());
+
+    let bar = progress::of_bytes();
+    let mut feet = Vec::new();
+    for (foot, path) in [(Foot::Left, &args.left), (Foot::Right, &args.right)] {
+        if let Some(path) = path {
+            feet.push((foot, LogFile::open(path, &bar)?));
+        }
+    }
+    let walked = run(config.clone(), &visits, feet);
+    bar.finish_and_clear();
+    let walked = walked?;
+    if walked.track.points.is_empty() {
+        return Err(Failure::BadInput(no_track(&walked)).into());
+    }
+
+    let start_unix_ns = args.started_at.and_then(|start| i64::try_from(start.unix_timestamp_nanos()).ok());
+    args.out.write(&walked.track, args.rate_hz, frame, start_unix_ns)?;
+    if let Some(path) = &args.report {
+        let report = serde_json::to_string_pretty(&Report::new(&config, &walked))?;
+        write_text(path, &(report + "\n"))?;
+    }
+    // For people only: nothing depends on whether it can be shown.
+    let _ = writeln!(std::io::stderr(), "{}", in_a_line(&walked));
+    Ok(())
+}
+
+impl ProcessArgs {
+    /// What the parts of the command line say together.
+    fn check(&self) -> Result<()> {
+        if self.solution == Solution::Smoothed {
+            return Err(Failure::usage(
+                "the smoothed solution is not available yet: this version gives the filtered one; leave \
+                 --solution out",
+            ));
+        }
+        if self.out.needs_site() && self.site.is_none() {
+            return Err(Failure::usage(
+                "GeoJSON, GPX and KML need to know where the site lies: add --site SITE.toml, or write .csv",
+            ));
+        }
+        if let Some(aids) = self.aid {
+            if aids.separation && (self.left.is_none() || self.right.is_none()) {
+                return Err(Failure::usage(
+                    "--aid separation needs both feet: give --left and --right, or take it off the list",
+                ));
+            }
+            if aids.markers && self.visits.is_none() {
+                return Err(Failure::usage(
+                    "--aid markers needs --markers and --visits: add them, or take it off the list",
+                ));
+            }
+        }
+        Ok(())
+    }
+
+    fn session_config(&self, site: Option<&Site>) -> SessionConfig {
+        let mut config = SessionConfig::default();
+        let worn = [(Foot::Left, &self.left), (Foot::Right, &self.right)];
+        config.feet = worn.into_iter().filter(|(_, log)| log.is_some()).map(|(foot, _)| foot).collect();
+        if let Some(site) = site {
+            config.gravity_m_s2 = site.gravity_m_s2;
+            config.declination_rad = site.declination_deg.to_radians();
+        }
+        if let Some(gravity_m_s2) = self.gravity_m_s2 {
+            config.gravity_m_s2 = gravity_m_s2;
+        }
+        if let Some(declination_deg) = self.declination_deg {
+            config.declination_rad = declination_deg.to_radians();
+        }
+        if let Some(position_n_m) = self.initial_position {
+            config.initial_position_n_m = position_n_m;
+        }
+        config.initial_heading_rad = self.initial_heading_deg.map(f64::to_radians);
+        config.aids = self.aid.unwrap_or_default();
+        config
+    }
+}
+
+fn no_track(walked: &Walked) -> String {
+    let mut sentence = format!(
+        "the logs gave no track: {} samples are not enough to align on; record a few seconds of standing still first",
+        walked.summary.samples
+    );
+    for anomaly in walked.track.anomalies.iter().take(5) {
+        sentence += &format!("; {}", anomaly.detail);
+    }
+    sentence
+}
+
+fn in_a_line(walked: &Walked) -> String {
+    let summary = walked.summary;
+    let sigma_m = walked.track.points.last().map_or([f64::NAN; 3], |point| point.sigma_n_m);
+    let [e, n, u] = sigma_m;
+    format!(
+        "{} samples, {} epochs, {:.1} s, {:.1} m walked; sigma at the end {e:.2} m east, {n:.2} m north, {u:.2} m up; \
+         {} visits, {} anomalies; {:.2} s of work",
+        summary.samples,
+        summary.epochs,
+        summary.duration_s,
+        summary.distance_m,
+        walked.track.visits.len(),
+        walked.track.anomalies.len(),
+        walked.process_seconds
+    )
+}
+
+fn parse_position(text: &str) -> Result<[f64; 3], String> {
+    let values: Vec<f64> = text.split(',').map_while(|part| part.trim().parse().ok()).collect();
+    match values[..] {
+        [e, n, u] if text.split(',').count() == 3 && values.iter().all(|v| v.is_finite()) => Ok([e, n, u]),
+        _ => {
+            Err(format!("expected three numbers in metres such as 12.5,-3,0 (east,north,up), found {text:?}"))
+        }
+    }
+}
+
+fn parse_finite(text: &str) -> Result<f64, String> {
+    text.parse()
+        .ok()
+        .filter(|value: &f64| value.is_finite())
+        .ok_or_else(|| format!("expected a number of degrees such as -2.45, found {text:?}"))
+}
+
+fn parse_gravity(text: &str) -> Result<f64, String> {
+    text.parse()
+        .ok()
+        .filter(|value: &f64| (9.7..=9.9).contains(value))
+        .ok_or_else(|| format!("expected gravity in m/s², from 9.7 to 9.9, found {text:?}"))
+}
+
+fn parse_rate(text: &str) -> Result<f64, String> {
+    text.parse()
+        .ok()
+        .filter(|value: &f64| *value > 0.0 && value.is_finite())
+        .ok_or_else(|| format!("expected a positive number of points per second, found {text:?}"))
+}
+
+fn parse_utc(text: &str) -> Result<OffsetDateTime, String> {
+    OffsetDateTime::parse(text, &Rfc3339)
+        .map_err(|_| format!("expected a time such as 2026-05-01T08:00:00Z, found {text:?}"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn positions_are_three_numbers() {
+        assert_eq!(parse_position("1,-2.5, 3").unwrap(), [1.0, -2.5, 3.0]);
+        for wrong in ["", "1,2", "1,2,3,4", "1,x,3", "1,2,nan", "1,2,3,"] {
+            assert!(parse_position(wrong).unwrap_err().contains("east,north,up"), "{wrong}");
+        }
+    }
+}

@@ -1,0 +1,31 @@
+//! One walk through the engine, by the same steps as an upload, and how long it took.
+
+use std::time::Instant;
+
+use anyhow::{Context, Result};
+use lodestep_engine::sample::Foot;
+use lodestep_engine::session::{SessionConfig, Summary, Visit};
+use lodestep_engine::track::Track;
+
+use crate::sessions::in_time_order::{FootSamples, InTimeOrder};
+use crate::sessions::run;
+
+/// What a walk came to.
+pub(super) struct Walked {
+    pub(super) track: Track,
+    pub(super) summary: Summary,
+    /// Wall-clock time of reading and filtering together.
+    pub(super) process_seconds: f64,
+}
+
+/// Runs the engine over the logs of one walk; the visits are told beforehand, by time.
+pub(super) fn run<S: FootSamples>(
+    config: SessionConfig,
+    visits: &[Visit],
+    feet: impl IntoIterator<Item = (Foot, S)>,
+) -> Result<Walked> {
+    let begin = Instant::now();
+    let run = run::run(config, visits, InTimeOrder::new(feet), |_| true)?
+        .context("the run stopped although nobody had asked it to")?;
+    Ok(Walked { track: run.track, summary: run.summary, process_seconds: begin.elapsed().as_secs_f64() })
+}

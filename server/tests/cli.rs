@@ -1,0 +1,341 @@
+//! The command line as its users meet it: the built binary on small files, its sentences and its
+//! exit codes.
+
+use std::fmt::Write as _;
+use std::fs;
+use std::io::Write as _;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+
+const HEADER: &str = "t_s,gyr_x_rad_s,gyr_y_rad_s,gyr_z_rad_s,acc_x_m_s2,acc_y_m_s2,acc_z_m_s2";
+const SITE: &str = "name = \"Test\"\nlatitude_deg = 25.65\nlongitude_deg = 106.85\nheight_m = 1000\n";
+
+struct Folder(tempfile::TempDir);
+
+impl Folder {
+    fn new() -> Folder {
+        Folder(tempfile::tempdir().unwrap())
+    }
+
+    fn path(&self, name: &str) -> PathBuf {
+        self.0.path().join(name)
+    }
+
+    fn with(&self, name: &str, content: impl AsRef<[u8]>) -> PathBuf {
+        let path = self.path(name);
+        fs::write(&path, content).unwrap();
+        path
+    }
+
+    fn names(&self) -> Vec<String> {
+        let mut names: Vec<_> = fs::read_dir(self.0.path())
+            .unwrap()
+            .map(|entry| entry.unwrap().file_name().into_string().unwrap())
+            .collect();
+        names.sort();
+        names
+    }
+}
+
+fn lodestep(arguments: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_lodestep")).args(arguments).output().unwrap()
+}
+
+fn text(path: &Path) -> &str {
+    path.to_str().unwrap()
+}
+
+/// The exit code and what standard error says.
+fn failed(arguments: &[&str]) -> (i32, String) {
+    let output = lodestep(arguments);
+    (output.status.code().unwrap(), String::from_utf8(output.stderr).unwrap())
+}
+
+/// A foot that stands still for so many seconds, 100 Hz.
+fn standing(seconds: usize) -> String {
+    let mut log = format!("{HEADER}\n");
+    for i in 0..seconds * 100 {
+        // A little life in every channel: a sensor that repeats itself is a broken one.
+        let wiggle = ((i * 7919) % 101) as f64 * 1e-5;
+        writeln!(
+            log,
+            "{},{wiggle},{},{wiggle},{wiggle},{},{}",
+            i as f64 / 100.0,
+            -wiggle,
+            wiggle * 3.0,
+            9.8 + wiggle
+        )
+        .unwrap();
+    }
+    log
+}
+
+fn gzip(bytes: &[u8]) -> Vec<u8> {
+    let mut encoder = flate2::write::GzEncoder::new(Vec::new(), flate2::Compression::default());
+    encoder.write_all(bytes).unwrap();
+    encoder.finish().unwrap()
+}
+
+#[test]
+fn a_standing_foot_stays_where_it_is_told_to_start() {
+    let folder = Folder::new();
+    let (log, out, report) =
+        (folder.with("l.csv", standing(20)), folder.path("t.csv"), folder.path("r.json"));
+    let output = lodestep(&[
+        "process",
+        "--left",
+        text(&log),
+        "--out",
+        text(&out),
+        "--report",
+        text(&report),
+        "--initial-position",
+        "5,-6,7",
+    ]);
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let track = fs::read_to_string(&out).unwrap();
+    let mut lines = track.lines();
+    assert_eq!(
+        lines.next().unwrap(),
+        "t_s,e_m,n_m,u_m,heading_rad,sigma_e_m,sigma_n_m,sigma_u_m,left_e_m,left_n_m,left_u_m,\
+         right_e_m,right_n_m,right_u_m,left_stance,right_stance"
+    );
+    let last: Vec<&str> = lines.next_back().unwrap().split(',').collect();
+    assert_eq!(last.len(), 16);
+    assert_eq!(last[0], "19.99");
+    for (field, expected) in last[1..4].iter().zip([5.0, -6.0, 7.0]) {
+        assert!((field.parse::<f64>().unwrap() - expected).abs() < 0.05, "{last:?}");
+    }
+    assert_eq!((last[11], last[14], last[15]), ("", "1", ""), "the right foot is not recorded");
+
+    let report: serde_json::Value = serde_json::from_slice(&fs::read(&report).unwrap()).unwrap();
+    for key in ["epochs", "samples", "duration_s", "distance_m", "process_seconds", "anomalies", "visits"] {
+        assert!(!report[key].is_null(), "the report lacks {key}");
+    }
+    assert_eq!(report["samples"], 2000);
+    assert_eq!(report["track_sha256"].as_str().unwrap().len(), 64);
+    assert_eq!(folder.names(), ["l.csv", "r.json", "t.csv"], "nothing is left beside the results");
+}
+
+#[test]
+fn packed_and_plain_logs_give_the_same_bytes() {
+    let folder = Folder::new();
+    let log = standing(15);
+    let plain = folder.with("plain.csv", &log);
+    let packed = folder.with("packed.bin", gzip(log.as_bytes()));
+    let zstd = folder.with("zstd.bin", zstd::encode_all(log.as_bytes(), 3).unwrap());
+    let track = |path: &Path| {
+        let output = lodestep(&["process", "--left", text(path), "--out", "-"]);
+        assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+        output.stdout
+    };
+    let expected = track(&plain);
+    assert!(expected.len() > 10_000);
+    assert!(track(&packed) == expected && track(&zstd) == expected);
+}
+
+#[test]
+fn fewer_points_when_a_rate_is_asked_for() {
+    let folder = Folder::new();
+    let log = folder.with("l.csv", standing(20));
+    let output = lodestep(&["process", "--left", text(&log), "--rate-hz", "1", "--out", "-"]);
+    let rows = String::from_utf8(output.stdout).unwrap().lines().count();
+    assert!((18..=22).contains(&rows), "{rows} rows of 20 s at 1 Hz");
+}
+
+#[test]
+fn maps_are_written_where_the_site_is_known() {
+    let folder = Folder::new();
+    let (log, site) = (folder.with("l.csv", standing(15)), folder.with("site.toml", SITE));
+    for (name, start) in
+        [("t.geojson", "{\"type\":\"FeatureCollection\""), ("t.gpx", "<?xml"), ("t.kml", "<?xml")]
+    {
+        let out = folder.path(name);
+        let output = lodestep(&["process", "--left", text(&log), "--site", text(&site), "--out", text(&out)]);
+        assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+        let content = fs::read_to_string(&out).unwrap();
+        assert!(content.starts_with(start) && content.contains("25.6"), "{name}");
+        fs::remove_file(&out).unwrap();
+        let (code, sentence) = failed(&["process", "--left", text(&log), "--out", text(&out)]);
+        assert_eq!(code, 2);
+        assert!(sentence.contains("add --site SITE.toml"), "{sentence}");
+        assert!(!out.exists());
+    }
+}
+
+/// Processes a log with this content, which must fail as bad input, and gives the sentence.
+fn refused(content: &[u8]) -> String {
+    let folder = Folder::new();
+    let (log, out) = (folder.with("log.csv", content), folder.path("t.csv"));
+    let (code, sentence) = failed(&["process", "--left", text(&log), "--out", text(&out)]);
+    assert_eq!(code, 3, "{sentence}");
+    assert!(!out.exists(), "nothing is half written");
+    assert_eq!(folder.names(), ["log.csv"]);
+    assert!(sentence.starts_with("lodestep: ") && sentence.contains("log.csv"), "{sentence}");
+    assert_eq!(sentence.trim_end().lines().count(), 1, "{sentence}");
+    sentence
+}
+
+#[test]
+fn every_wrong_log_has_its_sentence() {
+    let log = standing(12);
+    let cases: Vec<(&str, Vec<u8>, &str)> = vec![
+        ("empty", Vec::new(), "empty"),
+        ("a picture", b"\x89PNG\r\n\x1a\n\0\0\0\rIHDR".to_vec(), "a PNG picture"),
+        ("a header alone", format!("{HEADER}\n").into(), "a header and no row"),
+        ("no header", log.lines().skip(1).collect::<Vec<_>>().join("\n").into(), "expected a header"),
+        ("a wrong column", log.replacen("gyr_x_rad_s", "gyr_x", 1).into(), "\"gyr_x\" is meant"),
+        (
+            "a word",
+            log.replacen("\n0.05,", "\n0.05,much", 1).into(),
+            "line 7, column gyr_x_rad_s: expected a number",
+        ),
+        ("a short row", log.replacen("\n0.05,", "\n0.05\n0.05,", 1).into(), "line 7: expected 7 fields"),
+        (
+            "a time that is none",
+            log.replacen("\n0.05,", "\nnan,", 1).into(),
+            "line 7, column t_s: expected a finite time",
+        ),
+        ("a truncated gzip", gzip(log.as_bytes())[..600].to_vec(), "cut off"),
+        ("a damaged gzip", [&gzip(log.as_bytes())[..200], &[0xAA; 300]].concat(), "damaged"),
+        (
+            "too short to align",
+            standing(12).lines().take(4).collect::<Vec<_>>().join("\n").into(),
+            "standing still",
+        ),
+    ];
+    for (what, content, expected) in cases {
+        let sentence = refused(&content);
+        assert!(sentence.contains(expected), "{what}: {sentence}");
+    }
+}
+
+#[test]
+fn other_units_are_found_out() {
+    let in_units = |rate: f64, force: f64| {
+        let mut log = format!("{HEADER}\n");
+        for i in 0..600 {
+            writeln!(
+                log,
+                "{},{},0,0,0,0,{force}",
+                f64::from(i) / 100.0,
+                if i % 3 == 0 { rate } else { 0.01 }
+            )
+            .unwrap();
+        }
+        refused(log.as_bytes())
+    };
+    assert!(in_units(180.0, 9.8).contains("multiply the three gyr columns by π/180"));
+    assert!(in_units(1.0, 1.0).contains("multiply the three acc columns by 9.80665"));
+}
+
+#[test]
+fn a_command_line_that_cannot_be_has_its_sentence_and_exit_code() {
+    let folder = Folder::new();
+    let log = folder.with("l.csv", standing(12));
+    let cases: [(&[&str], &str); 10] = [
+        (&["--solution", "smoothed"], "not available yet"),
+        (&["--aid", "zupt,gps"], "there is no aid \"gps\""),
+        (&["--aid", "zupt,separation"], "needs both feet"),
+        (&["--aid", "zupt,markers"], "needs --markers and --visits"),
+        (&["--initial-position", "1,2"], "expected three numbers in metres"),
+        (&["--initial-heading-deg", "north"], "expected a number of degrees"),
+        (&["--gravity-m-s2", "1"], "from 9.7 to 9.9"),
+        (&["--rate-hz", "0"], "expected a positive number"),
+        (&["--started-at", "yesterday"], "2026-05-01T08:00:00Z"),
+        (&["--markers", "m.csv"], "--visits"),
+    ];
+    for (extra, expected) in cases {
+        let arguments = [&["process", "--left", text(&log), "--out", "-"], extra].concat();
+        let (code, sentence) = failed(&arguments);
+        assert_eq!(code, 2, "{extra:?}: {sentence}");
+        assert!(sentence.contains(expected), "{extra:?}: {sentence}");
+    }
+    let (code, sentence) = failed(&["process", "--left", text(&log), "--out", "track.xlsx"]);
+    assert!(code == 2 && sentence.contains(".geojson"), "{sentence}");
+    let (code, sentence) = failed(&["process", "--out", "-"]);
+    assert!(code == 2 && sentence.contains("--left"), "{sentence}");
+    let (code, sentence) = failed(&["process", "--left", "/there/is/no/such.csv", "--out", "-"]);
+    assert!(code == 3 && sentence.contains("/there/is/no/such.csv: cannot be read"), "{sentence}");
+    let (code, sentence) = failed(&["process", "--left", text(folder.0.path()), "--out", "-"]);
+    assert!(code == 3 && sentence.contains("it is a folder"), "{sentence}");
+    let nowhere = folder.path("no/folder/t.csv");
+    let (code, sentence) = failed(&["process", "--left", text(&log), "--out", text(&nowhere)]);
+    assert!(code == 1 && sentence.contains("cannot be written"), "{sentence}");
+}
+
+#[test]
+fn visits_need_their_markers() {
+    let folder = Folder::new();
+    let log = folder.with("l.csv", standing(12));
+    let markers = folder.with("m.csv", "name,e_m,n_m,u_m\nA1,0,0,0\n");
+    let geodetic = folder.with("g.csv", "name,lat_deg,lon_deg,height_m\nA1,25.65,106.85,1000\n");
+    let run = |markers: &Path, visits: &Path| {
+        failed(&[
+            "process",
+            "--left",
+            text(&log),
+            "--markers",
+            text(markers),
+            "--visits",
+            text(visits),
+            "--out",
+            "-",
+        ])
+    };
+    let visits = folder.with("v.csv", "t_start_s,t_end_s,marker\n1,2,A7\n");
+    let (code, sentence) = run(&markers, &visits);
+    assert!(code == 3 && sentence.contains("found \"A7\""), "{sentence}");
+    let visits = folder.with("w.csv", "t_start_s,t_end_s,marker\n2,1,A1\n");
+    let (code, sentence) = run(&markers, &visits);
+    assert!(code == 3 && sentence.contains("line 2, column t_end_s"), "{sentence}");
+    let visits = folder.with("x.csv", "t_start_s,t_end_s,marker\n6,9,A1\n");
+    assert_eq!(run(&markers, &visits).0, 0);
+    let (code, sentence) = run(&geodetic, &visits);
+    assert!(code == 2 && sentence.contains("--site"), "{sentence}");
+}
+
+#[test]
+fn a_simulated_walk_is_repeatable_and_can_be_processed_and_scored() {
+    let folder = Folder::new();
+    let (first, second) = (folder.path("first"), folder.path("second"));
+    for out in [&first, &second] {
+        let output =
+            lodestep(&["simulate", "--walk", "line:30", "--seed", "7", "--gzip", "--out", text(out)]);
+        assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    }
+    for name in ["left.csv.gz", "right.csv.gz", "truth.csv.gz", "markers.csv", "visits.csv", "site.toml"] {
+        assert!(fs::read(first.join(name)).unwrap() == fs::read(second.join(name)).unwrap(), "{name}");
+    }
+    let (code, sentence) = failed(&["simulate", "--walk", "line:30", "--out", text(&first)]);
+    assert!(code == 2 && sentence.contains("--force"), "{sentence}");
+    let (code, sentence) = failed(&["simulate", "--walk", "moon", "--out", text(&first)]);
+    assert!(code == 2 && sentence.contains("rectangle"), "{sentence}");
+
+    let output = lodestep(&["evaluate", text(&first), "--json"]);
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let json: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+    let score = &json["recordings"][0];
+    assert_eq!((score["name"].as_str(), score["feet"].as_u64()), (Some("first"), Some(2)));
+    let truth = &score["figures"]["truth"];
+    assert!((truth["path_m"].as_f64().unwrap() - 30.0).abs() < 3.0, "{truth}");
+    assert!(truth["end_error_m"].as_f64().unwrap() < 3.0, "{truth}");
+    let table = String::from_utf8(lodestep(&["evaluate", text(&first)]).stdout).unwrap();
+    assert!(table.contains("first") && table.contains("rms_m"), "{table}");
+}
+
+#[test]
+fn help_names_units_and_exit_codes() {
+    let help = |arguments: &[&str]| {
+        let output = lodestep(arguments);
+        assert!(output.status.success());
+        String::from_utf8(output.stdout).unwrap()
+    };
+    let process = help(&["process", "--help"]);
+    for word in ["rad/s", "m/s²", "µT", "hPa", "Exit codes", "--initial-heading-deg", "degrees clockwise"] {
+        assert!(process.contains(word), "{word}");
+    }
+    assert!(help(&["--help"]).contains("simulate"));
+    let (code, sentence) = failed(&["evaluate", "/there/is/none"]);
+    assert!(code == 3 && sentence.contains("cannot be read"), "{sentence}");
+}
