@@ -2,4 +2,5 @@
 
 pub mod device;
 pub mod feed;
+pub mod hand_in;
 pub mod server;

@@ -11,6 +11,7 @@ use uuid::Uuid;
 
 use super::extract::{Json, Path, Query};
 use crate::error::{Error, Result};
+use crate::sessions::uploads;
 use crate::state::App;
 use crate::store::sessions::{self, Filter, Session, SessionState, Start};
 use crate::store::{anomalies, inspectors, logs, markers, visits};
@@ -171,7 +172,8 @@ async fn show(State(app): State<App>, Path(id): Path<Uuid>) -> Result<axum::Json
 
 /// Removes a walk with its samples; not while a device or a job works on it.
 async fn remove(State(app): State<App>, Path(id): Path<Uuid>) -> Result<StatusCode> {
-    app.store
+    let logs = app
+        .store
         .writer()
         .run(move |db| {
             Box::pin(async move {
@@ -183,11 +185,13 @@ async fn remove(State(app): State<App>, Path(id): Path<Uuid>) -> Result<StatusCo
                         "this session is live or being processed: wait until it is finished, then delete it",
                     ));
                 }
+                let logs = logs::of_session(&mut *db, id).await?;
                 sessions::delete(db, id).await?;
-                Ok(())
+                Ok::<_, Error>(logs)
             })
         })
         .await?;
+    uploads::forget(&app, &logs).await?;
     app.hub.publish(Change::Session { session: None, deleted: Some(id) });
     Ok(StatusCode::NO_CONTENT)
 }

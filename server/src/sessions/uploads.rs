@@ -243,6 +243,15 @@ pub(crate) async fn give_up(app: &App, log_id: Uuid) -> Result<()> {
     upload_file::remove(&app.config.uploads(), log_id).await.map_err(disk_error)
 }
 
+/// Lets go of the bytes of logs whose rows went with their session.
+pub(crate) async fn forget(app: &App, logs: &[Log]) -> Result<()> {
+    for log in logs.iter().filter(|log| log.state == LogState::Receiving) {
+        let _turn = app.upload_turns.take(log.id).await;
+        upload_file::remove(&app.config.uploads(), log.id).await.map_err(disk_error)?;
+    }
+    Ok(())
+}
+
 /// The log with this id.
 pub(crate) async fn get(app: &App, log_id: Uuid) -> Result<Log> {
     logs::get(app.store.read(), log_id).await?.ok_or_else(|| Error::not_found("log", log_id))

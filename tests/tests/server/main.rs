@@ -3,3 +3,4 @@
 mod inspectors;
 mod live;
 mod surroundings;
+mod upload;

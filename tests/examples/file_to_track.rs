@@ -1,0 +1,98 @@
+//! From two files on disk to a stored track, measured whole: the 3.3 km walk on FAST's spiral road
+//! with its visits, handed in to a real server and processed.
+//!
+//! `cargo run --release -p lodestep-tests --example file_to_track`, on one core with
+//! `taskset -c 0` before it. Arguments: `gzip` sends the logs packed, `no-visits` leaves the visits
+//! and with them the second run out.
+
+#![allow(clippy::print_stdout, reason = "a benchmark prints its figures")]
+
+use std::time::Instant;
+
+use lodestep_engine::geo::Site;
+use lodestep_engine::sim::{SensorModel, WalkKind, simulate};
+use lodestep_tests::hand_in::{ask, gzip, log};
+use lodestep_tests::server::TestServer;
+use serde_json::{Value, json};
+
+#[tokio::main(flavor = "current_thread")]
+async fn main() -> anyhow::Result<()> {
+    let arguments: Vec<String> = std::env::args().skip(1).collect();
+    let asked = |word: &str| arguments.iter().any(|argument| argument == word);
+    let folder = tempfile::tempdir()?;
+    let (start, visits) = write_logs(folder.path(), asked("gzip"))?;
+    // What making the walk took is not the server's.
+    std::fs::write("/proc/self/clear_refs", "5")?;
+
+    let server = TestServer::start().await;
+    for (name, [e_m, n_m, u_m]) in &visits {
+        let marker = json!({ "name": name["marker"], "e_m": e_m, "n_m": n_m, "u_m": u_m });
+        let _ = ask(server.client.post(server.api("/markers")).json(&marker)).await;
+    }
+    let session_id = server.session(json!({ "start": { "position_m": start } })).await;
+    let names: Vec<&Value> = visits.iter().map(|(visit, _)| visit).collect();
+    if !asked("no-visits") {
+        let post = server.client.post(server.api(&format!("/sessions/{session_id}/visits")));
+        let told = ask(post.json(&names)).await;
+        anyhow::ensure!(told.status == 201, "{told:?}");
+    }
+
+    let begun = Instant::now();
+    for foot in ["left", "right"] {
+        let bytes = std::fs::read(folder.path().join(foot))?;
+        let accepted = server.hand_in(&session_id, foot, bytes).await;
+        anyhow::ensure!(accepted.body["state"] == "accepted", "{accepted:?}");
+    }
+    let uploaded_s = begun.elapsed().as_secs_f64();
+    let job = server.process(&session_id).await;
+    let total_s = begun.elapsed().as_secs_f64();
+    anyhow::ensure!(job["state"] == "finished", "{job}");
+
+    let opened = Instant::now();
+    let track = server.get(&format!("/sessions/{session_id}/track")).await.body;
+    let opened_s = opened.elapsed().as_secs_f64();
+    let session = server.get(&format!("/sessions/{session_id}")).await.body;
+    println!("samples          {}", session["samples"]);
+    println!("epochs           {}", session["epochs"]);
+    println!("distance         {:.0} m", session["distance_m"].as_f64().unwrap_or_default());
+    println!("visits           {}", session["visits"]);
+    println!("uploaded after   {uploaded_s:.2} s");
+    println!("track stored     {total_s:.2} s");
+    println!("track opened in  {opened_s:.2} s, {} points", track["rows"].as_array().map_or(0, Vec::len));
+    println!("peak memory      {} (server and client, one process)", peak_memory()?);
+    server.stop().await;
+    Ok(())
+}
+
+/// A visit as it is told, with its marker's position.
+type MarkedVisit = (Value, [f64; 3]);
+
+/// Makes the walk and writes a log for each foot; where it starts, and its visits.
+fn write_logs(folder: &std::path::Path, packed: bool) -> anyhow::Result<([f64; 3], Vec<MarkedVisit>)> {
+    let walk = simulate(&WalkKind::Spiral, 1, &Site::fast(), &SensorModel::cmp10a());
+    let mut sent = 0;
+    for (foot, samples) in [("left", &walk.left), ("right", &walk.right)] {
+        let text = log(samples);
+        let bytes = if packed { gzip(&text) } else { text };
+        sent += bytes.len();
+        std::fs::write(folder.join(foot), bytes)?;
+    }
+    println!("logs             {:.1} MB, {} samples", sent as f64 / 1e6, walk.left.len() + walk.right.len());
+    let visits = walk.visits.iter().map(|visit| {
+        let told = json!({
+            "marker": visit.marker,
+            "t_start_s": visit.t_start_ns as f64 / 1e9,
+            "t_end_s": visit.t_end_ns as f64 / 1e9,
+        });
+        (told, visit.position_n_m)
+    });
+    Ok((walk.start_n_m(), visits.collect()))
+}
+
+/// The most memory that this process has held since it was last cleared.
+fn peak_memory() -> anyhow::Result<String> {
+    let status = std::fs::read_to_string("/proc/self/status")?;
+    let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:"));
+    let kib: f64 = line.unwrap_or_default().trim().trim_end_matches(" kB").parse()?;
+    Ok(format!("{:.0} MB", kib * 1024.0 / 1e6))
+}
