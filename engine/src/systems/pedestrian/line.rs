@@ -28,6 +28,7 @@ pub(crate) struct FootLine {
     decided: VecDeque<Step>,
     zupt_sigma_m_s: f64,
     roll_radius_m: f64,
+    shake_time_s: f64,
     first_ns: Option<i64>,
     newest_ns: Option<i64>,
     ended: bool,
@@ -48,6 +49,7 @@ impl FootLine {
             decided: VecDeque::new(),
             zupt_sigma_m_s: 0.0,
             roll_radius_m: 0.0,
+            shake_time_s: 0.0,
             first_ns: None,
             newest_ns: None,
             ended: false,
@@ -136,6 +138,7 @@ impl FootLine {
         let interval_s = self.start.as_ref().map_or(0.01, |start| start.interval_s);
         self.zupt_sigma_m_s = tuning.zupt_sigma_m_s;
         self.roll_radius_m = tuning.roll_radius_m;
+        self.shake_time_s = tuning.shake_time_s;
         self.detector = Some(StanceDetector::new(tuning.stance, interval_s, gravity_m_s2));
         for sample in self.aligner.samples().to_vec() {
             self.detect(&sample);
@@ -177,6 +180,7 @@ impl FootLine {
     fn decide(&mut self, decision: &StanceDecision) {
         let Some(sample) = self.undecided.pop_front() else { return };
         let rolling_m_s = self.roll_radius_m * decision.rate_rms_rad_s;
+        let shaking_m_s = self.shake_time_s * decision.unsteadiness_m_s2;
         self.decided.push_back(Step {
             sensor: 0,
             t_ns: sample.t_ns,
@@ -184,7 +188,10 @@ impl FootLine {
             f_b: Vector3::from(sample.f_b_m_s2),
             mag_b_ut: sample.mag_b_ut.map(Vector3::from),
             stance: decision.stance,
-            zupt_sigma_m_s: self.zupt_sigma_m_s.hypot(rolling_m_s),
+            zupt_sigma_m_s: (self.zupt_sigma_m_s * self.zupt_sigma_m_s
+                + rolling_m_s * rolling_m_s
+                + shaking_m_s * shaking_m_s)
+                .sqrt(),
             opens_epoch: false,
         });
     }

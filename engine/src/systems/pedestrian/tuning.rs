@@ -23,6 +23,9 @@ pub struct Tuning {
     /// Distance from the point that a standing foot rolls about to the sensor, m: its rate times
     /// this is added to that sigma.
     pub roll_radius_m: f64,
+    /// How long a standing foot goes on at what its specific force is unsteady by, s: the product is
+    /// added to that sigma, too.
+    pub shake_time_s: f64,
     /// Sigma of a first heading by the magnetometer, rad.
     pub first_magnetic_heading_sigma_rad: f64,
     /// Sigma of a first heading that was given, rad.
@@ -67,6 +70,7 @@ impl Default for Tuning {
             covariance_interval_s: 0.02,
             zupt_sigma_m_s: 0.03,
             roll_radius_m: 0.1,
+            shake_time_s: 0.02,
             first_magnetic_heading_sigma_rad: 0.12,
             given_heading_sigma_rad: 0.02,
             second_foot_heading_sigma_rad: 0.2,
