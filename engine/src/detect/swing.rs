@@ -25,6 +25,8 @@ pub enum Following {
 pub struct Swing {
     /// Where it began, n, m.
     start_p_n: Vector3<f64>,
+    /// When it began, ns; `None` before the first.
+    begun_ns: Option<i64>,
     /// Square of the smallest horizontal distance to the other foot so far, m²; infinite before the
     /// first.
     smallest_squared_m2: f64,
@@ -38,10 +40,11 @@ pub struct Swing {
 }
 
 impl Swing {
-    /// The foot has left the ground at `p_n`.
-    pub fn begin(&mut self, p_n: &Vector3<f64>) {
+    /// The foot has left the ground at `p_n` at the time `t_ns`.
+    pub fn begin(&mut self, p_n: &Vector3<f64>, t_ns: i64) {
         *self = Swing {
             start_p_n: *p_n,
+            begun_ns: Some(t_ns),
             smallest_squared_m2: f64::INFINITY,
             first_squared_m2: f64::NAN,
             velocity_then_n: Vector3::zeros(),
@@ -88,6 +91,21 @@ impl Swing {
         Following::Nothing
     }
 
+    /// Whether there has been a swing at all.
+    pub fn has_begun(&self) -> bool {
+        self.begun_ns.is_some()
+    }
+
+    /// When the foot left the ground, ns.
+    pub fn begun_ns(&self) -> i64 {
+        self.begun_ns.unwrap_or(i64::MIN / 2)
+    }
+
+    /// Where the foot left the ground, n, m.
+    pub fn start_p_n(&self) -> &Vector3<f64> {
+        &self.start_p_n
+    }
+
     /// The moment of the smallest distance has been used: this swing asks for no more.
     pub fn mark_used(&mut self) {
         self.used = true;
@@ -105,7 +123,7 @@ mod tests {
 
     fn swing_past(other: Vector3<f64>) -> (bool, f64) {
         let mut swing = Swing::default();
-        swing.begin(&Vector3::zeros());
+        swing.begin(&Vector3::zeros(), 0);
         let velocity = Vector3::new(3.0, 0.0, 0.0);
         let (mut nearest_east, mut passed) = (f64::NAN, false);
         for k in 0..=40 {

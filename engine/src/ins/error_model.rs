@@ -70,6 +70,8 @@ impl Transition {
         ] {
             covariance.add_diagonal(state.of(sensor), density * density * dt_s);
         }
+        let height = noise.height_random_walk_m_sqrt_s;
+        covariance.upper_mut(position, position)[(2, 2)] += height * height * dt_s;
         *self = Transition::none();
     }
 }
@@ -205,6 +207,8 @@ mod tests {
                 }
             }
             let expected = &dense_phi * &p * dense_phi.transpose() + q;
+            let height = 15 * sensor + 8;
+            q[(height, height)] = noise.height_random_walk_m_sqrt_s.powi(2) * transition.dt_s();
             transition.apply(&mut covariance, sensor, &noise);
             let difference = (covariance.dense() - expected).abs().max();
             assert!(difference < 1e-10, "{difference}");

@@ -14,6 +14,9 @@ pub struct ImuNoise {
     pub gyro_bias_random_walk_rad_s_sqrt_s: f64,
     /// Random walk of the accelerometer bias, m/s²/√s.
     pub accelerometer_bias_random_walk_m_s2_sqrt_s: f64,
+    /// Random walk of the height, m/√s: what scale and misalignment errors, which are no states, add
+    /// up to over the strides of a walk.
+    pub height_random_walk_m_sqrt_s: f64,
     /// Correlation time of the gyro bias, s (paper 1's T_gb).
     pub gyro_bias_correlation_time_s: f64,
     /// Correlation time of the accelerometer bias, s (paper 1's T_ab).
@@ -30,6 +33,7 @@ impl Default for ImuNoise {
             velocity_random_walk_m_s_sqrt_s: 0.02,
             gyro_bias_random_walk_rad_s_sqrt_s: 3e-5,
             accelerometer_bias_random_walk_m_s2_sqrt_s: 3e-4,
+            height_random_walk_m_sqrt_s: 0.15,
             gyro_bias_correlation_time_s: 3600.0,
             accelerometer_bias_correlation_time_s: 3600.0,
         }

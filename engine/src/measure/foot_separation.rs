@@ -7,7 +7,7 @@
 //! and left is left of right; so what is measured here is the signed distance across the swing,
 //! which is linear in the positions.
 
-use nalgebra::{RowVector3, SMatrix, SVector, Vector3};
+use nalgebra::{Matrix2, Matrix2x3, RowVector3, SMatrix, SVector, Vector2, Vector3};
 
 use crate::ins::layout::ErrorState;
 use crate::ins::observation::Observation;
@@ -30,4 +30,34 @@ pub fn foot_separation(
     Observation::new(SVector::<f64, 1>::new(innovation), SMatrix::<f64, 1, 1>::new(sigma_m * sigma_m))
         .with(ErrorState::Position.of(0), row)
         .with(ErrorState::Position.of(1), -row)
+}
+
+/// The standing foot is half-way along the stride that the other has just made, and half-way up it.
+///
+/// The separation across the swing leaves open how far one foot is ahead of the other and above it,
+/// and nothing else in the joint filter holds these two together. In level walking, on slopes and on
+/// stairs alike a stride begins and ends as far from the standing foot, give or take `sigma_along_m`
+/// and `sigma_up_m`; what a gait has of its own comes with opposite signs from both feet and cancels.
+///
+/// `swinging`, `standing`: the sensors' numbers; `from_p_n`, `to_p_n`: the swinging foot at lift-off
+/// and now; `standing_p_n`: the other where it stands.
+pub fn stride_symmetry(
+    swinging: usize,
+    standing: usize,
+    from_p_n: &Vector3<f64>,
+    to_p_n: &Vector3<f64>,
+    standing_p_n: &Vector3<f64>,
+    sigma_along_m: f64,
+    sigma_up_m: f64,
+) -> Observation<2> {
+    let stride_n = to_p_n - from_p_n;
+    let length = stride_n.x.hypot(stride_n.y);
+    let rows = Matrix2x3::new(stride_n.x / length, stride_n.y / length, 0.0, 0.0, 0.0, 1.0);
+    let innovation: Vector2<f64> = rows * ((from_p_n + to_p_n) * 0.5 - standing_p_n);
+    let noise = Matrix2::new(sigma_along_m * sigma_along_m, 0.0, 0.0, sigma_up_m * sigma_up_m);
+    // An error made before the stride has moved both of its ends; one made in it, the last end by
+    // half, which is left out.
+    Observation::new(innovation, noise)
+        .with(ErrorState::Position.of(swinging), rows)
+        .with(ErrorState::Position.of(standing), -rows)
 }

@@ -12,7 +12,7 @@ use crate::ins::eskf::Eskf;
 use crate::ins::layout::{BLOCKS_A_SENSOR, ErrorState};
 use crate::ins::mechanization::advance;
 use crate::ins::observation::Observation;
-use crate::measure::foot_separation::foot_separation;
+use crate::measure::foot_separation::{foot_separation, stride_symmetry};
 use crate::measure::magnetic_heading::magnetic_heading;
 use crate::measure::magnetic_rate::magnetic_rate;
 use crate::measure::marker_position::marker_position;
@@ -26,8 +26,13 @@ use crate::session::{Aids, Visit};
 const LONGEST_STEP_S: f64 = 0.2;
 /// How fast a foot may have moved on the mean while nothing was known of it, m/s.
 const UNKNOWN_SPEED_M_S: f64 = 1.5;
+/// Strides whose symmetry means something, m.
+const SHORTEST_STRIDE_M: f64 = 0.7;
+const LONGEST_STRIDE_M: f64 = 2.5;
 /// 99.9 % of three normal squares.
 const GATE_3: f64 = 16.27;
+/// 99.9 % of two normal squares.
+const GATE_2: f64 = 13.82;
 /// 99.9 % of one normal square.
 const GATE_1: f64 = 10.83;
 /// A visit is turned down beyond this: one in ten million of three normal squares.
@@ -168,6 +173,9 @@ impl<const B: usize, const F: usize> Filter<B, F> {
 
     fn touch_down(&mut self, setting: &Setting, step: &Step, told: &mut Vec<Event>) {
         let sensor = step.sensor;
+        if F == 2 && setting.aids.separation {
+            self.apply_symmetry(setting, sensor);
+        }
         self.feet[sensor].stance.begin(step.t_ns);
         self.stand(setting, step, 0.0, told);
     }
@@ -195,6 +203,35 @@ impl<const B: usize, const F: usize> Filter<B, F> {
             updates: 1,
             accepted,
         }));
+    }
+
+    /// The stride that this foot has just made lies evenly about the other foot.
+    fn apply_symmetry(&mut self, setting: &Setting, sensor: usize) {
+        let foot = &self.feet[sensor];
+        let (from_p_n, to_p_n) = (*foot.swing.start_p_n(), foot.nav.p_n);
+        let length_m = (to_p_n - from_p_n).xy().norm();
+        if !foot.swing.has_begun() || !(SHORTEST_STRIDE_M..LONGEST_STRIDE_M).contains(&length_m) {
+            return;
+        }
+        let other = &self.feet[1 - sensor];
+        // At heel strike the other may be about to leave the ground: where it stood is meant.
+        let standing_p_n = if other.stance.stands { other.nav.p_n } else { *other.swing.start_p_n() };
+        let just_left = seconds(foot.t_ns - other.swing.begun_ns()) < 0.25;
+        if !other.stance.stands && !(other.swing.has_begun() && just_left) {
+            return;
+        }
+        self.propagate_all(setting);
+        let sigma_along_m = setting.tuning.symmetry_share * length_m;
+        let observation = stride_symmetry(
+            sensor,
+            1 - sensor,
+            &from_p_n,
+            &to_p_n,
+            &standing_p_n,
+            sigma_along_m,
+            setting.tuning.symmetry_sigma_up_m,
+        );
+        self.update(&observation, GATE_2);
     }
 
     fn stand(&mut self, setting: &Setting, step: &Step, dt_s: f64, told: &mut Vec<Event>) {
@@ -240,7 +277,8 @@ impl<const B: usize, const F: usize> Filter<B, F> {
         let foot = &mut self.feet[sensor];
         foot.stance.stands = false;
         let p_n = foot.nav.p_n;
-        foot.swing.begin(&p_n);
+        let t_ns = foot.t_ns;
+        foot.swing.begin(&p_n, t_ns);
         let azimuth_rad = heading(&foot.nav.c_nb);
         self.walked.stand(sensor, &p_n, azimuth_rad);
     }
@@ -422,8 +460,11 @@ impl<const B: usize, const F: usize> Filter<B, F> {
         let middle = self.middle_p_n();
         let marker_n_m = Vector3::new(east_m, north_m, up_m.unwrap_or(middle.z));
         let sigma = setting.tuning.marker_sigma_m;
-        // A height that was never surveyed is measured with a sigma that says nothing.
-        let sigma_m = Vector3::new(sigma, sigma, if up_m.is_some() { sigma } else { 1e4 });
+        // A height that was never surveyed is measured with a sigma that says nothing; and as height
+        // drifts by scale errors that are no state, it weighs less the more it is off, so that it
+        // never turns a visit down that is right in plan.
+        let sigma_up = if up_m.is_some() { sigma.max((middle.z - marker_n_m.z).abs() / 4.0) } else { 1e4 };
+        let sigma_m = Vector3::new(sigma, sigma, sigma_up);
         let positions: Vec<(usize, Vector3<f64>)> =
             self.feet.iter().enumerate().map(|(sensor, foot)| (sensor, foot.nav.p_n)).collect();
         let before = middle - marker_n_m;

@@ -55,6 +55,10 @@ pub struct Tuning {
     pub separation_m: f64,
     /// Its sigma, m.
     pub separation_sigma_m: f64,
+    /// How evenly a stride lies about the other foot: sigma along it, as a share of its length.
+    pub symmetry_share: f64,
+    /// The same upwards, m.
+    pub symmetry_sigma_up_m: f64,
     /// Where an inspector stands beside a marker, sigma on each axis, m.
     pub marker_sigma_m: f64,
     /// How far back a visit can still be applied, s.
@@ -85,6 +89,8 @@ impl Default for Tuning {
             sway_rad: 0.01,
             separation_m: 0.13,
             separation_sigma_m: 0.05,
+            symmetry_share: 0.2,
+            symmetry_sigma_up_m: 0.15,
             marker_sigma_m: 1.0,
             history_s: 30.0,
         }
