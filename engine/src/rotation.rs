@@ -1,7 +1,8 @@
 //! Small rotations and the angles that people read off a rotation matrix.
 //!
 //! A rotation matrix is spelt destination first: `c_nb` turns a vector of the body frame into the
-//! navigation frame, `v_n = c_nb * v_b`.
+//! navigation frame, `v_n = c_nb * v_b`. Angles come from `libm`, whose code is the same on every processor;
+//! the system's chooses its own at run time, and the last bit with it.
 
 use nalgebra::{Matrix3, Vector3};
 
@@ -38,7 +39,7 @@ pub fn cayley(theta: &Vector3<f64>) -> Matrix3<f64> {
 /// Azimuth of a horizontal vector given by its east and north parts, clockwise from north, rad in
 /// (−π, π].
 pub fn azimuth(east: f64, north: f64) -> f64 {
-    east.atan2(north)
+    libm::atan2(east, north)
 }
 
 /// Azimuth of the body's x axis, clockwise from north, rad in (−π, π].
@@ -68,7 +69,7 @@ pub fn level(f_b: &Vector3<f64>, heading_rad: f64) -> Matrix3<f64> {
     }
     let forward_b = forward_b.normalize();
     let left_b = up_b.cross(&forward_b);
-    let (sin, cos) = heading_rad.sin_cos();
+    let (sin, cos) = libm::sincos(heading_rad);
     let forward_n = Vector3::new(sin, cos, 0.0);
     let left_n = Vector3::new(-cos, sin, 0.0);
     forward_n * forward_b.transpose() + left_n * left_b.transpose() + Vector3::z() * up_b.transpose()

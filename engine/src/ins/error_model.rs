@@ -206,9 +206,9 @@ mod tests {
                     q[(k, k)] = density * density * transition.dt_s();
                 }
             }
-            let expected = &dense_phi * &p * dense_phi.transpose() + q;
             let height = 15 * sensor + 8;
             q[(height, height)] = noise.height_random_walk_m_sqrt_s.powi(2) * transition.dt_s();
+            let expected = &dense_phi * &p * dense_phi.transpose() + q;
             transition.apply(&mut covariance, sensor, &noise);
             let difference = (covariance.dense() - expected).abs().max();
             assert!(difference < 1e-10, "{difference}");

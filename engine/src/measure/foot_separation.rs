@@ -23,7 +23,7 @@ pub fn foot_separation(
     separation_m: f64,
     sigma_m: f64,
 ) -> Observation<1> {
-    let length = along_n.x.hypot(along_n.y);
+    let length = along_n.xy().norm();
     let to_left_n = Vector3::new(-along_n.y / length, along_n.x / length, 0.0);
     let row: RowVector3<f64> = to_left_n.transpose();
     let innovation = to_left_n.dot(&(left_p_n - right_p_n)) - separation_m;
@@ -51,7 +51,7 @@ pub fn stride_symmetry(
     sigma_up_m: f64,
 ) -> Observation<2> {
     let stride_n = to_p_n - from_p_n;
-    let length = stride_n.x.hypot(stride_n.y);
+    let length = stride_n.xy().norm();
     let rows = Matrix2x3::new(stride_n.x / length, stride_n.y / length, 0.0, 0.0, 0.0, 1.0);
     let innovation: Vector2<f64> = rows * ((from_p_n + to_p_n) * 0.5 - standing_p_n);
     let noise = Matrix2::new(sigma_along_m * sigma_along_m, 0.0, 0.0, sigma_up_m * sigma_up_m);

@@ -376,7 +376,7 @@ impl<const B: usize, const F: usize> Filter<B, F> {
             return;
         }
         let f_n = foot.nav.c_nb * (foot.stance.force_sum / f64::from(foot.stance.samples));
-        let tilt_rad = f_n.xy().norm().atan2(f_n.z);
+        let tilt_rad = libm::atan2(f_n.xy().norm(), f_n.z);
         let before = foot.tilted_stances.count_ones();
         foot.tilted_stances = (foot.tilted_stances << 1) | u8::from(tilt_rad > 0.35);
         if before < 3 && foot.tilted_stances.count_ones() >= 3 {

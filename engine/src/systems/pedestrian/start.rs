@@ -86,7 +86,7 @@ fn beside_middle(config: &SessionConfig, feet: usize, sensor: usize, heading_rad
         return Vector3::zeros();
     }
     let half_m = config.tuning.separation_m / 2.0 * if sensor == 0 { 1.0 } else { -1.0 };
-    Vector3::new(-heading_rad.cos() * half_m, heading_rad.sin() * half_m, 0.0)
+    Vector3::new(-libm::cos(heading_rad) * half_m, libm::sin(heading_rad) * half_m, 0.0)
 }
 
 /// The first foot's heading as given, else magnetic, else east; the second one's from the

@@ -32,8 +32,8 @@ impl Walked {
         self.last_stand_p_n[sensor] = Some(*p_n);
         if sensor == 0 && stride.xy().norm() > 0.5 {
             let offset = azimuth(stride.x, stride.y) - heading_rad;
-            self.mounting.0 += offset.sin();
-            self.mounting.1 += offset.cos();
+            self.mounting.0 += libm::sin(offset);
+            self.mounting.1 += libm::cos(offset);
         }
     }
 
@@ -55,6 +55,6 @@ impl Walked {
         if self.mounting == (0.0, 0.0) {
             return x_axis_rad;
         }
-        wrap(x_axis_rad + self.mounting.0.atan2(self.mounting.1))
+        wrap(x_axis_rad + libm::atan2(self.mounting.0, self.mounting.1))
     }
 }
