@@ -6,6 +6,7 @@ use std::sync::Arc;
 
 use lodestep_server::config::Config;
 use lodestep_server::serve;
+use serde_json::Value;
 use tempfile::TempDir;
 use tokio::net::TcpListener;
 use tokio::sync::oneshot;
@@ -85,5 +86,33 @@ impl TestServer {
     /// The address of a websocket below `/api/v1`, such as `/feed`.
     pub fn socket(&self, path: &str) -> String {
         format!("ws://{}/api/v1{path}", self.address)
+    }
+
+    /// GET below `/api/v1`: the status and the JSON answer.
+    pub async fn get(&self, path: &str) -> (u16, Value) {
+        self.ask(self.client.get(self.api(path))).await
+    }
+
+    /// POST of JSON below `/api/v1`: the status and the JSON answer.
+    pub async fn post(&self, path: &str, body: &Value) -> (u16, Value) {
+        self.ask(self.client.post(self.api(path)).json(body)).await
+    }
+
+    /// PUT of JSON below `/api/v1`: the status and the JSON answer.
+    pub async fn put(&self, path: &str, body: &Value) -> (u16, Value) {
+        self.ask(self.client.put(self.api(path)).json(body)).await
+    }
+
+    /// DELETE below `/api/v1`: the status and the JSON answer, null where there is none.
+    pub async fn delete(&self, path: &str) -> (u16, Value) {
+        self.ask(self.client.delete(self.api(path))).await
+    }
+
+    async fn ask(&self, request: reqwest::RequestBuilder) -> (u16, Value) {
+        let answer = request.send().await.expect("the server answers");
+        let status = answer.status().as_u16();
+        let body = answer.bytes().await.expect("the answer comes whole");
+        let json = if body.is_empty() { Value::Null } else { serde_json::from_slice(&body).expect("JSON") };
+        (status, json)
     }
 }

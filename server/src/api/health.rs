@@ -8,7 +8,7 @@ use axum::routing::get;
 
 use crate::error::{Error, Result};
 use crate::state::App;
-use crate::store::inspectors;
+use crate::store::markers;
 
 pub(super) fn routes() -> Router<App> {
     Router::new().route("/healthz", get(health)).route("/metrics", get(figures))
@@ -16,7 +16,7 @@ pub(super) fn routes() -> Router<App> {
 
 /// `ok` when the database answers and the last write reached the disk.
 async fn health(State(app): State<App>) -> Result<&'static str> {
-    inspectors::list(app.store.read()).await?;
+    markers::revision(app.store.read()).await?;
     if !app.store.writer().is_healthy() {
         return Err(Error::http(
             StatusCode::SERVICE_UNAVAILABLE,

@@ -19,6 +19,9 @@ pub mod writer;
 mod columns;
 mod migrations;
 
+#[cfg(test)]
+mod tests;
+
 use std::path::Path;
 
 use sqlx::SqlitePool;

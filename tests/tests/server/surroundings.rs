@@ -27,3 +27,130 @@ async fn a_well_server_says_ok() {
     assert_eq!(answer.status(), 200);
     assert_eq!(answer.text().await.unwrap(), "ok");
 }
+
+/// Every path that a browser may ask for, each kind of answer among them.
+const PATHS: [(&str, u16); 12] = [
+    ("/healthz", 200),
+    ("/metrics", 200),
+    ("/api/v1/site", 200),
+    ("/api/v1/site/plan", 200),
+    ("/api/v1/inspectors", 200),
+    ("/api/v1/sessions", 200),
+    ("/api/v1/markers", 200),
+    ("/api/v1/markers.csv", 200),
+    ("/api/v1/faults", 200),
+    ("/api/v1/sessions/01890000-0000-7000-8000-000000000000", 404),
+    ("/api/v1/nothing", 404),
+    ("/nothing.html", 404),
+];
+
+#[tokio::test]
+async fn every_answer_carries_the_headers_that_keep_browsers_safe() {
+    let server = TestServer::start().await;
+    for (path, status) in PATHS {
+        let answer = server.client.get(server.url(path)).send().await.unwrap();
+        assert_eq!(answer.status(), status, "{path}");
+        let header = |name: &str| {
+            let value = answer.headers().get(name).unwrap_or_else(|| panic!("{path} has no {name}"));
+            value.to_str().unwrap().to_owned()
+        };
+        let policy = header("content-security-policy");
+        for rule in ["default-src 'self'", "object-src 'none'", "base-uri 'none'", "frame-ancestors 'none'"] {
+            assert!(policy.contains(rule), "{path}: {policy}");
+        }
+        assert!(!policy.contains("unsafe"), "{path}: {policy}");
+        assert_eq!(header("x-content-type-options"), "nosniff");
+        assert_eq!(header("referrer-policy"), "no-referrer");
+        assert!(!header("x-request-id").is_empty());
+        if status >= 400 {
+            assert_eq!(header("content-type"), "application/problem+json", "{path}");
+        }
+    }
+}
+
+#[tokio::test]
+async fn whatever_goes_wrong_is_told_as_a_problem_document() {
+    let server = TestServer::start_with(|config| config.body_bytes = 1_000).await;
+    let client = &server.client;
+    let url = server.api("/inspectors");
+    let json = |body: String| client.post(&url).header("content-type", "application/json").body(body);
+    for (request, status, code) in [
+        (json("{\"name\":".into()), 400, "not_json"),
+        (json("{\"name\":17}".into()), 422, "wrong_field"),
+        (json(format!("{{\"name\":\"{}\"}}", "x".repeat(2_000))), 413, "body_too_large"),
+        (client.post(&url).body("name=x"), 415, "json_expected"),
+        (client.put(&url), 405, "method_not_allowed"),
+        (client.get(server.api("/inspectors/not-an-id")), 404, "not_an_id"),
+        (client.get(server.api("/sessions?state=asleep")), 400, "wrong_query"),
+        (client.get(server.api("/sessions?colour=red")), 400, "wrong_query"),
+        (client.get(server.api("/no/such/thing")), 404, "no_such_path"),
+    ] {
+        let answer = request.send().await.unwrap();
+        let (found, kind) = (answer.status().as_u16(), answer.headers()["content-type"].clone());
+        let problem: serde_json::Value = answer.json().await.unwrap();
+        assert_eq!((found, problem["code"].as_str()), (status, Some(code)), "{problem}");
+        assert_eq!(kind, "application/problem+json");
+        assert_eq!(
+            (problem["type"].as_str(), problem["status"].as_u64()),
+            (Some("about:blank"), Some(status.into()))
+        );
+        assert!(problem["title"].is_string() && !problem["detail"].as_str().unwrap().is_empty());
+    }
+}
+
+#[tokio::test]
+async fn a_page_of_another_site_can_neither_write_nor_read_through_a_rebound_name() {
+    let server = TestServer::start().await;
+    let url = server.api("/inspectors");
+    let post = || server.client.post(&url).json(&serde_json::json!({ "name": "x" }));
+    let foreign = post().header("origin", "http://evil.example").send().await.unwrap();
+    assert_eq!(foreign.status(), 403);
+    let form = server.client.post(&url).header("content-type", "text/plain").body("{\"name\":\"x\"}");
+    assert_eq!(form.send().await.unwrap().status(), 403);
+    let rebound = server.client.get(&url).header("host", "evil.example").send().await.unwrap();
+    assert_eq!(rebound.status(), 421);
+    assert_eq!(server.get("/inspectors").await.1, serde_json::json!([]));
+    let own = post().header("origin", format!("http://{}", server.address)).send().await.unwrap();
+    assert_eq!(own.status(), 201);
+    for socket in ["/feed", "/live"] {
+        let refused = server.client.get(server.api(socket)).header("origin", "http://evil.example");
+        let refused =
+            refused.header("upgrade", "websocket").header("connection", "upgrade").send().await.unwrap();
+        assert_eq!(refused.status(), 403, "{socket}");
+    }
+}
+
+#[tokio::test]
+async fn the_plan_is_fasts_reflector() {
+    let server = TestServer::start().await;
+    let (_, plan) = server.get("/site/plan").await;
+    assert_eq!(plan["nodes"].as_array().unwrap().len(), 2226);
+    assert_eq!(
+        plan["nodes"][0],
+        serde_json::json!({ "name": "A0", "sector": "A", "e_m": 0.0, "n_m": 0.0, "u_m": 0.0 })
+    );
+    assert_eq!(plan["sectors"].as_array().unwrap().len(), 5);
+    assert_eq!(plan["sectors"][0], serde_json::json!({ "name": "A", "azimuth_deg": 324.0 }));
+    assert!(plan["road"].as_array().unwrap().len() > 500);
+}
+
+#[tokio::test]
+async fn the_page_is_served_and_asked_for_again_only_when_it_changed() {
+    let server = TestServer::start().await;
+    let page = server.client.get(server.url("/")).send().await.unwrap();
+    assert_eq!(
+        (page.status().as_u16(), &page.headers()["content-type"]),
+        (200, &"text/html; charset=utf-8".parse().unwrap())
+    );
+    let tag = page.headers()["etag"].clone();
+    let again =
+        server.client.get(server.url("/index.html")).header("if-none-match", tag).send().await.unwrap();
+    assert_eq!((again.status().as_u16(), again.bytes().await.unwrap().len()), (304, 0));
+    for kept_back in ["/package.json", "/js/../../Cargo.toml", "/%2e%2e/Cargo.toml"] {
+        assert_eq!(
+            server.client.get(server.url(kept_back)).send().await.unwrap().status(),
+            404,
+            "{kept_back}"
+        );
+    }
+}

@@ -1,0 +1,248 @@
+//! What the store promises, on a real file.
+
+use futures_util::TryStreamExt;
+use lodestep_engine::event::{FootPoint, TrackPoint};
+use lodestep_engine::sample::{Foot, ImuSample};
+use tempfile::TempDir;
+use uuid::Uuid;
+
+use super::inspectors::{self, Inspector};
+use super::raw_chunks::{self, Samples};
+use super::sessions::{self, Session, SessionState, Start};
+use super::track::{self, Run};
+use super::{Record, Store, StoreError};
+use crate::utc;
+
+async fn store() -> (TempDir, Store) {
+    let folder = TempDir::new().unwrap();
+    let store = Store::open(&folder.path().join("test.db"), 2).await.unwrap();
+    (folder, store)
+}
+
+fn inspector(name: &str) -> Inspector {
+    Inspector { id: Uuid::now_v7(), name: name.into(), created_at: utc::now() }
+}
+
+async fn add(store: &Store, inspector: &Inspector) -> Result<(), StoreError> {
+    let row = inspector.clone();
+    store.writer().run(move |db| Box::pin(async move { inspectors::insert(db, &row).await })).await
+}
+
+async fn session(store: &Store) -> Uuid {
+    let walker = inspector("walker");
+    add(store, &walker).await.unwrap();
+    let session = Session {
+        id: Uuid::now_v7(),
+        inspector_id: walker.id,
+        title: "a walk".into(),
+        state: SessionState::Live,
+        started_at: utc::now(),
+        ended_at: None,
+        feet: vec![Foot::Left, Foot::Right],
+        start: Start { marker: Some("A17".into()), position_m: [1.0, -2.0, 3.5] },
+        initial_heading_deg: Some(12.5),
+        samples: 0,
+        epochs: 0,
+        duration_s: 0.0,
+        distance_m: 0.0,
+        since_marker_s: 0.0,
+        since_marker_m: 0.0,
+        track_sha256: None,
+        error: None,
+        created_at: utc::now(),
+    };
+    let row = session.clone();
+    store.writer().run(move |db| Box::pin(async move { sessions::insert(db, &row).await })).await.unwrap();
+    assert_eq!(sessions::get(store.read(), session.id).await.unwrap(), Some(session.clone()));
+    session.id
+}
+
+fn point(t_ns: i64, e_m: f64) -> TrackPoint {
+    TrackPoint {
+        t_ns,
+        position_n_m: [e_m, 2.0, 3.0],
+        heading_rad: 0.5,
+        sigma_heading_rad: 0.01,
+        sigma_n_m: [0.1, 0.2, 0.3],
+        covariance_en_m2: -0.001,
+        left: Some(FootPoint { position_n_m: [e_m, 2.1, 3.0], stance: true }),
+        right: None,
+    }
+}
+
+fn sample(t_ns: i64) -> ImuSample {
+    ImuSample {
+        t_ns,
+        w_ib_b_rad_s: [0.1, -0.2, f64::MIN_POSITIVE],
+        f_b_m_s2: [0.0, -0.0, 9.787],
+        mag_b_ut: (t_ns % 2 == 0).then_some([30.0, 2.0, -30.0]),
+        pressure_hpa: (t_ns % 3 == 0).then_some(890.5),
+    }
+}
+
+async fn stored(store: &Store, session: Uuid) -> Vec<TrackPoint> {
+    track::points(store.read(), session, Run::Main).try_collect().await.unwrap()
+}
+
+#[tokio::test]
+async fn a_record_comes_back_to_the_last_bit() {
+    let (_folder, store) = store().await;
+    let id = session(&store).await;
+    let raw = Samples {
+        foot: Foot::Right,
+        first_sequence: 0,
+        sequences: 3,
+        samples: (0..30).map(sample).collect(),
+    };
+    // More points than one statement takes.
+    let points: Vec<TrackPoint> = (0..1_203).map(|i| point(i * 100_000_000, i as f64 * 0.1)).collect();
+    let record =
+        Record { session_id: id, raw: vec![raw.clone()], points: points.clone(), ..Record::default() };
+    store.writer().record(record).await.unwrap();
+
+    assert_eq!(stored(&store, id).await, points);
+    let back: Vec<Samples> =
+        raw_chunks::of_stream(store.read(), id, Foot::Right).try_collect().await.unwrap();
+    assert_eq!(back, [raw]);
+    assert!(back[0].samples[0].f_b_m_s2[1].is_sign_negative(), "even the sign of a zero");
+    assert_eq!(raw_chunks::next_sequence(store.read(), id, Foot::Right).await.unwrap(), 3);
+    assert_eq!(raw_chunks::next_sequence(store.read(), id, Foot::Left).await.unwrap(), 0);
+}
+
+#[tokio::test]
+async fn a_revision_corrects_what_is_stored_and_adds_nothing() {
+    let (_folder, store) = store().await;
+    let id = session(&store).await;
+    let points = vec![point(0, 0.0), point(100, 1.0), point(200, 2.0)];
+    let record = Record { session_id: id, points, ..Record::default() };
+    store.writer().record(record).await.unwrap();
+    let revised = vec![point(100, 1.5), point(150, 1.6), point(200, 2.5)];
+    let record = Record { session_id: id, revised, ..Record::default() };
+    store.writer().record(record).await.unwrap();
+    assert_eq!(stored(&store, id).await, [point(0, 0.0), point(100, 1.5), point(200, 2.5)]);
+}
+
+#[tokio::test]
+async fn a_batch_that_is_on_disk_already_is_refused_and_nothing_beside_it_is_kept() {
+    let (_folder, store) = store().await;
+    let id = session(&store).await;
+    let raw = Samples { foot: Foot::Left, first_sequence: 4, sequences: 1, samples: vec![sample(0)] };
+    let first = Record { session_id: id, raw: vec![raw.clone()], ..Record::default() };
+    store.writer().record(first).await.unwrap();
+    let again = Record { session_id: id, raw: vec![raw], points: vec![point(0, 0.0)], ..Record::default() };
+    assert!(store.writer().record(again).await.unwrap_err().is_duplicate());
+    assert_eq!(stored(&store, id).await, []);
+}
+
+#[tokio::test]
+async fn writes_that_fail_or_panic_take_nothing_else_with_them() {
+    let (_folder, store) = store().await;
+    let (first, second) = (inspector("first"), inspector("second"));
+    let (half, writer) = (inspector("half"), store.writer());
+    let (one, taken, panicked, two) = tokio::join!(
+        add(&store, &first),
+        add(&store, &first),
+        writer.run(move |db| Box::pin(async move {
+            inspectors::insert(db, &half).await?;
+            if half.name == "half" {
+                panic!("on purpose");
+            }
+            Ok::<_, StoreError>(())
+        })),
+        add(&store, &second),
+    );
+    one.unwrap();
+    two.unwrap();
+    assert!(taken.unwrap_err().is_duplicate());
+    assert!(matches!(panicked, Err(StoreError::NotCommitted(_))), "{panicked:?}");
+    assert_eq!(inspectors::list(store.read()).await.unwrap(), [first, second]);
+}
+
+#[tokio::test]
+async fn a_commit_that_fails_is_told_to_all_who_wait_and_the_next_one_works() {
+    let (_folder, store) = store().await;
+    let (lost, kept) = (inspector("lost"), inspector("kept"));
+    let writer = store.writer();
+    // A foreign key that is checked only at the commit makes the commit itself fail.
+    let poison = writer.run(move |db| {
+        Box::pin(async move {
+            sqlx::query("pragma defer_foreign_keys = on").execute(&mut *db).await?;
+            sqlx::query(
+                "insert into faults (id, inspector_id, reported_at, kind, severity, created_at)
+                 values ('f', 'nobody', 0, 'x', 'low', 0)",
+            )
+            .execute(db)
+            .await?;
+            Ok::<_, StoreError>(())
+        })
+    });
+    // Both wait in the queue before the writer wakes: one group.
+    let (poisoned, lost) = tokio::join!(biased; poison, add(&store, &lost));
+    assert!(matches!(poisoned, Err(StoreError::NotCommitted(_))), "{poisoned:?}");
+    assert!(matches!(lost, Err(StoreError::NotCommitted(_))), "{lost:?}");
+    assert!(!writer.is_healthy());
+    add(&store, &kept).await.unwrap();
+    assert!(writer.is_healthy());
+    assert_eq!(inspectors::list(store.read()).await.unwrap(), [kept]);
+}
+
+#[tokio::test]
+async fn what_waits_is_written_before_the_store_closes_and_later_writes_are_refused() {
+    let (folder, store) = store().await;
+    let (early, late) = (inspector("early"), inspector("late"));
+    let (added, ()) = tokio::join!(biased; add(&store, &early), store.close());
+    added.unwrap();
+    assert!(matches!(add(&store, &late).await, Err(StoreError::Stopped)));
+    let again = Store::open(&folder.path().join("test.db"), 1).await.unwrap();
+    assert_eq!(inspectors::list(again.read()).await.unwrap(), [early]);
+}
+
+#[tokio::test]
+async fn readers_cannot_write() {
+    let (_folder, store) = store().await;
+    assert!(inspectors::insert(store.read(), &inspector("x")).await.is_err());
+}
+
+#[tokio::test]
+async fn a_newer_database_is_refused_with_a_sentence() {
+    let (folder, store) = store().await;
+    store
+        .writer()
+        .run(|db| {
+            Box::pin(async move {
+                sqlx::query(
+                    "insert into _sqlx_migrations (version, description, success, checksum, execution_time)
+                     values (999, 'from the future', 1, x'00', 0)",
+                )
+                .execute(db)
+                .await?;
+                Ok::<_, StoreError>(())
+            })
+        })
+        .await
+        .unwrap();
+    store.close().await;
+    let refused = Store::open(&folder.path().join("test.db"), 1).await.unwrap_err().to_string();
+    assert!(refused.contains("newer Lodestep") && refused.contains("step 999"), "{refused}");
+}
+
+#[tokio::test]
+async fn a_damaged_chunk_is_named_and_never_taken_for_samples() {
+    let (_folder, store) = store().await;
+    let id = session(&store).await;
+    let raw = Samples { foot: Foot::Left, first_sequence: 0, sequences: 1, samples: vec![sample(0)] };
+    store.writer().record(Record { session_id: id, raw: vec![raw], ..Record::default() }).await.unwrap();
+    store
+        .writer()
+        .run(|db| {
+            Box::pin(async move {
+                sqlx::query("update raw_chunks set body = x'28b52ffd00'").execute(db).await?;
+                Ok::<_, StoreError>(())
+            })
+        })
+        .await
+        .unwrap();
+    let read: Result<Vec<Samples>, _> =
+        raw_chunks::of_stream(store.read(), id, Foot::Left).try_collect().await;
+    assert!(matches!(read, Err(StoreError::Damaged { .. })), "{read:?}");
+}

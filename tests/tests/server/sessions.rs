@@ -1,0 +1,75 @@
+//! Walks: made, listed, removed.
+
+use lodestep_tests::server::TestServer;
+use serde_json::{Value, json};
+
+async fn inspector(server: &TestServer) -> String {
+    let body = json!({ "name": "Li Na" });
+    let answer = server.post("/inspectors", &body).await;
+    answer.1["id"].as_str().unwrap().to_owned()
+}
+
+#[tokio::test]
+async fn a_session_starts_at_a_marker_or_at_coordinates() {
+    let server = TestServer::start().await;
+    let inspector_id = inspector(&server).await;
+    server.post("/markers", &json!({ "name": "A17", "e_m": 10.5, "n_m": -3.25 })).await;
+
+    let body = json!({
+        "inspector_id": inspector_id, "title": "morning round", "started_at": "2026-07-01T08:00:00.25+08:00",
+        "feet": ["right", "left"], "start": { "marker": "A17" }, "initial_heading_deg": 90.0,
+    });
+    let (status, made) = server.post("/sessions", &body).await;
+    assert_eq!(status, 201, "{made}");
+    assert_eq!(made["start"], json!({ "marker": "A17", "position_m": [10.5, -3.25, 0.0] }));
+    assert_eq!(made["started_at"], "2026-07-01T00:00:00.25Z");
+    assert_eq!((&made["state"], &made["feet"]), (&json!("created"), &json!(["left", "right"])));
+
+    let (_, there) = server
+        .post("/sessions", &json!({ "inspector_id": inspector_id, "start": { "position_m": [1, 2, 3] } }))
+        .await;
+    assert_eq!(there["start"], json!({ "marker": null, "position_m": [1.0, 2.0, 3.0] }));
+
+    let (_, one) = server.get(&format!("/sessions/{}", made["id"].as_str().unwrap())).await;
+    assert_eq!(one, made, "what the creation answered is what is stored");
+    assert_eq!((&one["logs"], &one["visits"]), (&json!([]), &json!(0)));
+    let (_, created) = server.get("/sessions?state=created").await;
+    assert_eq!(created.as_array().unwrap().len(), 2);
+    let (_, finished) = server.get(&format!("/sessions?state=finished&inspector_id={inspector_id}")).await;
+    assert_eq!(finished, json!([]));
+}
+
+#[tokio::test]
+async fn a_session_that_cannot_be_is_refused_with_the_field() {
+    let server = TestServer::start().await;
+    let id = inspector(&server).await;
+    let nobody = "01890000-0000-7000-8000-000000000000";
+    for (body, status, code) in [
+        (json!({ "inspector_id": nobody }), 404, "inspector_not_found"),
+        (json!({ "inspector_id": id, "start": { "marker": "Z1" } }), 404, "marker_not_found"),
+        (json!({ "inspector_id": id, "start": { "position_m": [1e7, 0, 0] } }), 422, "wrong_start"),
+        (json!({ "inspector_id": id, "feet": [] }), 422, "wrong_feet"),
+        (json!({ "inspector_id": id, "feet": ["hand"] }), 422, "wrong_field"),
+        (json!({ "inspector_id": id, "initial_heading_deg": 1e9 }), 422, "wrong_heading"),
+        (json!({ "inspector_id": id, "started_at": "yesterday" }), 422, "wrong_field"),
+        (json!({ "inspector_id": id, "colour": "red" }), 422, "wrong_field"),
+        (json!({ "inspector_id": "x" }), 422, "wrong_field"),
+    ] {
+        let (found, problem) = server.post("/sessions", &body).await;
+        assert_eq!((found, problem["code"].as_str()), (status, Some(code)), "{body}: {problem}");
+    }
+    assert_eq!(server.get("/sessions").await.1, json!([]));
+}
+
+#[tokio::test]
+async fn a_session_is_removed_and_its_inspector_only_after_it() {
+    let server = TestServer::start().await;
+    let id = inspector(&server).await;
+    let (_, made) = server.post("/sessions", &json!({ "inspector_id": id })).await;
+    let session = format!("/sessions/{}", made["id"].as_str().unwrap());
+    let inspector = format!("/inspectors/{id}");
+    assert_eq!(server.delete(&inspector).await.1["code"], "inspector_has_sessions");
+    assert_eq!(server.delete(&session).await.0, 204);
+    assert_eq!(server.delete(&session).await.1["code"], "session_not_found");
+    assert_eq!(server.delete(&inspector).await, (204, Value::Null));
+}
