@@ -21,6 +21,7 @@ pub mod sessions;
 pub mod store;
 
 mod assets;
+mod figures;
 mod headers;
 pub mod origin;
 pub mod utc;

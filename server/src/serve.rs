@@ -2,10 +2,9 @@
 
 use std::future::Future;
 use std::net::SocketAddr;
-use std::sync::{Arc, OnceLock};
+use std::sync::Arc;
 
 use anyhow::{Context, Result, ensure};
-use metrics_exporter_prometheus::{PrometheusBuilder, PrometheusHandle};
 use tokio::net::TcpListener;
 use tokio::sync::Semaphore;
 use tokio_util::sync::CancellationToken;
@@ -18,7 +17,7 @@ use crate::sessions::upload_turns::UploadTurns;
 use crate::site::Plan;
 use crate::state::{App, STOP_WITHIN, State};
 use crate::store::Store;
-use crate::{api, assets, demo, jobs, live, site};
+use crate::{api, assets, demo, figures, jobs, live, site};
 
 /// Uploaded logs that are read at once; more wait, so that the live sessions keep their share.
 const LOG_READERS: usize = 2;
@@ -41,6 +40,7 @@ pub async fn serve(
     loopback_only(address)?;
     let app = open(config).await?;
     stale_uploads::clear(&app).await.context("could not clear the folder of uploads")?;
+    tokio::spawn(figures::fold(app.metrics.clone(), app.stopping.clone()));
     let worker = tokio::spawn(jobs::worker::work(Arc::clone(&app)));
     if let Some(sentence) = assets::missing() {
         tracing::warn!("{sentence}");
@@ -111,7 +111,7 @@ pub(crate) async fn open(config: Config) -> Result<App> {
         jobs: jobs::Queue::default(),
         hub,
         live: Registry::default(),
-        metrics: metrics(),
+        metrics: figures::handle(),
         stopping: CancellationToken::new(),
     }))
 }
@@ -124,19 +124,4 @@ fn loopback_only(address: SocketAddr) -> Result<()> {
         address.port()
     );
     Ok(())
-}
-
-/// The process has one set of figures, however many servers a test starts in it.
-fn metrics() -> PrometheusHandle {
-    static HANDLE: OnceLock<PrometheusHandle> = OnceLock::new();
-    HANDLE
-        .get_or_init(|| {
-            let recorder = PrometheusBuilder::new().build_recorder();
-            let handle = recorder.handle();
-            if metrics::set_global_recorder(recorder).is_err() {
-                tracing::warn!("another recorder of figures is installed: /metrics will stay empty");
-            }
-            handle
-        })
-        .clone()
 }

@@ -12,10 +12,11 @@ use tower_http::catch_panic::CatchPanicLayer;
 use tower_http::compression::CompressionLayer;
 use tower_http::request_id::{MakeRequestUuid, PropagateRequestIdLayer, SetRequestIdLayer};
 use tower_http::timeout::TimeoutLayer;
-use tower_http::trace::TraceLayer;
+use tower_http::trace::{DefaultOnResponse, TraceLayer};
+use tracing::Level;
 
 use crate::state::App;
-use crate::{assets, headers, live, origin};
+use crate::{assets, figures, headers, live, origin};
 
 pub mod extract;
 
@@ -56,8 +57,15 @@ pub fn router(app: App) -> Router {
     let v1 = quick.merge(uploads::long_routes());
     let layers = ServiceBuilder::new()
         .layer(SetRequestIdLayer::new(REQUEST_ID, MakeRequestUuid))
-        .layer(TraceLayer::new_for_http().make_span_with(span))
+        .layer(
+            TraceLayer::new_for_http()
+                .make_span_with(span)
+                .on_response(DefaultOnResponse::new().level(Level::INFO))
+                // Why it failed is logged once, where it happened.
+                .on_failure(()),
+        )
         .layer(PropagateRequestIdLayer::new(REQUEST_ID))
+        .layer(middleware::from_fn(figures::requests))
         .layer(middleware::from_fn(headers::secure))
         .layer(CompressionLayer::new())
         .layer(middleware::from_fn(headers::problems))

@@ -4,6 +4,7 @@
 use std::panic::AssertUnwindSafe;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Instant;
 
 use futures_util::FutureExt;
 use futures_util::future::BoxFuture;
@@ -235,7 +236,10 @@ async fn commit_group(
     mut group: Vec<Write>,
     healthy: &AtomicBool,
 ) {
+    let begun = Instant::now();
     let committed = try_commit(options, connection, &mut group).await;
+    metrics::histogram!("lodestep_commit_seconds").record(begun.elapsed().as_secs_f64());
+    metrics::counter!("lodestep_writes_total").increment(group.len() as u64);
     healthy.store(committed.is_ok(), Ordering::Relaxed);
     let committed = committed.map_err(|error| {
         // After a failed sync nobody knows what the disk holds of it: the connection is given up and
