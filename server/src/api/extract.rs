@@ -27,6 +27,11 @@ impl<S: Send + Sync, T: DeserializeOwned> FromRequest<S> for Json<T> {
                 Err(Error::http(StatusCode::BAD_REQUEST, "not_json", error.body_text()))
             }
             Err(JsonRejection::JsonDataError(error)) => Err(Error::invalid("wrong_field", error.body_text())),
+            Err(other) if other.status() == StatusCode::PAYLOAD_TOO_LARGE => Err(Error::http(
+                StatusCode::PAYLOAD_TOO_LARGE,
+                "body_too_large",
+                "the body is larger than this route takes: send less at once",
+            )),
             Err(other) => Err(Error::http(other.status(), "body_not_read", other.body_text())),
         }
     }
