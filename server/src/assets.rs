@@ -12,7 +12,6 @@ use crate::error::Error;
 #[exclude = "node_modules/*"]
 #[exclude = "scripts/*"]
 #[exclude = "tests/*"]
-#[exclude = "scripts/*"]
 #[exclude = "package*.json"]
 #[exclude = "jsconfig.json"]
 #[allow_missing = true]

@@ -1,5 +1,7 @@
 //! A real server, asked over HTTP and websockets.
 
+#![allow(clippy::unwrap_used, reason = "in a test a panic is the message")]
+
 mod faults;
 mod inspectors;
 mod live;
