@@ -97,7 +97,7 @@ impl TestServer {
     }
 
     /// Asks for anything below `/api/v1`.
-    pub async fn get(&self, path: &str) -> Answer {
+    pub async fn look(&self, path: &str) -> Answer {
         ask(self.client.get(self.api(path))).await
     }
 
@@ -134,7 +134,7 @@ impl TestServer {
         assert_eq!(asked.status, 202, "{asked:?}");
         let path = format!("/jobs/{}", asked.id());
         loop {
-            let job = self.get(&path).await.body;
+            let job = self.look(&path).await.body;
             if job["state"] == "finished" || job["state"] == "failed" {
                 return job;
             }

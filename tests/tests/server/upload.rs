@@ -27,7 +27,7 @@ fn files_in(folder: &std::path::Path) -> Vec<String> {
 
 /// What a session holds: its state, its logs and how many samples they have.
 async fn holds(server: &TestServer, session_id: &str) -> (String, Vec<Value>) {
-    let session = server.get(&format!("/sessions/{session_id}")).await.body;
+    let session = server.look(&format!("/sessions/{session_id}")).await.body;
     (session["state"].as_str().unwrap().to_owned(), session["logs"].as_array().unwrap().clone())
 }
 
@@ -153,7 +153,7 @@ async fn an_upload_that_is_given_up_leaves_nothing() {
         let path = if way == "log" { format!("/logs/{log_id}") } else { format!("/sessions/{session_id}") };
         assert_eq!(ask(server.client.delete(server.api(&path))).await.status, 204);
         assert_eq!(files_in(&server.folder().join("uploads")), [""; 0]);
-        assert_eq!(server.get(&format!("/logs/{log_id}")).await.code(), "log_not_found");
+        assert_eq!(server.look(&format!("/logs/{log_id}")).await.code(), "log_not_found");
     }
 }
 
