@@ -49,9 +49,9 @@ async fn main() -> anyhow::Result<()> {
     anyhow::ensure!(job["state"] == "finished", "{job}");
 
     let opened = Instant::now();
-    let track = server.get(&format!("/sessions/{session_id}/track")).await.body;
+    let track = server.look(&format!("/sessions/{session_id}/track")).await.body;
     let opened_s = opened.elapsed().as_secs_f64();
-    let session = server.get(&format!("/sessions/{session_id}")).await.body;
+    let session = server.look(&format!("/sessions/{session_id}")).await.body;
     println!("samples          {}", session["samples"]);
     println!("epochs           {}", session["epochs"]);
     println!("distance         {:.0} m", session["distance_m"].as_f64().unwrap_or_default());
