@@ -1,6 +1,7 @@
 //! The command line as its users meet it: the built binary on small files, its sentences and its
 //! exit codes.
 
+#![allow(clippy::unwrap_used, reason = "a panic in a test is its message")]
 use std::fmt::Write as _;
 use std::fs;
 use std::io::Write as _;

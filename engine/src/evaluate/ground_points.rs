@@ -1,4 +1,5 @@
-//! A track against surveyed ground points in a frame of their own.
+//! A track against surveyed ground points in a frame of their own, which may be left-handed with up:
+//! files do not say, so both hands are tried and the better one is told.
 
 use serde::Serialize;
 
@@ -13,19 +14,30 @@ use crate::parse::truth_csv::KnownPlace;
 pub struct GroundPointErrors {
     /// Of the points inside the track.
     pub distance: Spread,
+    /// Whether the points' frame was found to be left-handed.
+    pub mirrored: bool,
 }
 
 /// Lays the track upon the points by a turn and a shift and measures what is left; `None` when fewer
 /// than two points lie inside the track.
 pub fn ground_points(points: &[TrackPoint], known: &[KnownPlace]) -> Option<GroundPointErrors> {
-    let pairs: Vec<([f64; 2], [f64; 2])> = known
-        .iter()
-        .filter_map(|place| {
-            let [e, n, _] = position_at(points, place.t_ns)?;
-            Some(([e, n], [place.position_m[0], place.position_m[1]]))
-        })
-        .collect();
-    let fit = RigidFit::new(&pairs)?;
+    let pairs = |hand: f64| -> Vec<([f64; 2], [f64; 2])> {
+        known
+            .iter()
+            .filter_map(|place| {
+                let [e, n, _] = position_at(points, place.t_ns)?;
+                Some(([e, n], [place.position_m[0], hand * place.position_m[1]]))
+            })
+            .collect()
+    };
+    let right_handed = what_is_left(&pairs(1.0))?;
+    let left_handed = what_is_left(&pairs(-1.0))?;
+    let mirrored = left_handed.mean_m < right_handed.mean_m;
+    Some(GroundPointErrors { distance: if mirrored { left_handed } else { right_handed }, mirrored })
+}
+
+fn what_is_left(pairs: &[([f64; 2], [f64; 2])]) -> Option<Spread> {
+    let fit = RigidFit::new(pairs)?;
     let distances: Vec<f64> = pairs
         .iter()
         .map(|(found, place)| {
@@ -33,7 +45,7 @@ pub fn ground_points(points: &[TrackPoint], known: &[KnownPlace]) -> Option<Grou
             libm::hypot(x - place[0], y - place[1])
         })
         .collect();
-    Some(GroundPointErrors { distance: Spread::of(&distances)? })
+    Spread::of(&distances)
 }
 
 #[cfg(test)]
@@ -58,14 +70,16 @@ mod tests {
     }
 
     #[test]
-    fn a_wrong_scale_and_a_mirror_are_errors() {
+    fn a_wrong_scale_is_an_error_and_a_mirror_is_told() {
         let square = [[0.0, 0.0], [4.0, 0.0], [4.0, 4.0], [0.0, 4.0]];
         let scaled =
             ground_points(&points(square.map(|[x, y]| [1.5 * x, 1.5 * y, 0.0])), &known(&square)).unwrap();
         assert!((scaled.distance.mean_m - 2.0_f64.sqrt()).abs() < 1e-12);
         let kite = [[0.0, 0.0], [4.0, 0.0], [4.0, 3.0], [0.0, 9.0]];
         let mirrored = ground_points(&points(kite.map(|[x, y]| [-x, y, 0.0])), &known(&kite)).unwrap();
-        assert!(mirrored.distance.mean_m > 0.5);
+        assert!(mirrored.mirrored && mirrored.distance.max_m < 1e-12, "{mirrored:?}");
+        let same = ground_points(&points(kite.map(|[x, y]| [x, y, 0.0])), &known(&kite)).unwrap();
+        assert!(!same.mirrored);
         assert_eq!(ground_points(&points([[0.0; 3]]), &known(&[[0.0, 0.0]])), None);
     }
 }

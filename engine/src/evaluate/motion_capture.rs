@@ -1,4 +1,7 @@
 //! A track against motion capture, by the measure of the pyshoe data set.
+//!
+//! That set's cameras give x and y in a frame that is left-handed with up, as its inertial frame has z
+//! down. Which hand a frame has is not in the files, so both are tried and the better one is told.
 
 use serde::Serialize;
 
@@ -20,6 +23,8 @@ pub struct MotionCaptureErrors {
     pub end_height_error_m: f64,
     /// Length of the true path in plan, m.
     pub path_m: f64,
+    /// Whether the truth's frame was found to be left-handed.
+    pub mirrored: bool,
 }
 
 /// Compares at every instant of the truth that lies inside the track; `None` when the two have no
@@ -29,11 +34,25 @@ pub fn motion_capture(points: &[TrackPoint], truth: &[KnownPlace]) -> Option<Mot
         truth.iter().filter_map(|known| Some((position_at(points, known.t_ns)?, known.position_m))).unzip();
     start_at_zero(&mut track);
     start_at_zero(&mut true_track);
-    let turn_rad = first_direction_rad(&true_track)? - first_direction_rad(&track)?;
+    let right_handed = compare(&track, &true_track)?;
+    for [_, y, _] in &mut true_track {
+        *y = -*y;
+    }
+    let left_handed = compare(&track, &true_track)?;
+    Some(if left_handed.armse_m < right_handed.armse_m {
+        MotionCaptureErrors { mirrored: true, ..left_handed }
+    } else {
+        right_handed
+    })
+}
+
+/// Turns the track into the truth's heading and compares; both start at zero.
+fn compare(track: &[[f64; 3]], true_track: &[[f64; 3]]) -> Option<MotionCaptureErrors> {
+    let turn_rad = first_direction_rad(true_track)? - first_direction_rad(track)?;
     let (sin, cos) = libm::sincos(turn_rad);
     let mut sum_m = 0.0;
     let mut last_m = [0.0; 3];
-    for (found, known) in track.iter().zip(&true_track) {
+    for (found, known) in track.iter().zip(true_track) {
         let dx = cos * found[0] - sin * found[1] - known[0];
         let dy = sin * found[0] + cos * found[1] - known[1];
         sum_m += ((dx * dx + dy * dy) / 2.0).sqrt();
@@ -44,6 +63,7 @@ pub fn motion_capture(points: &[TrackPoint], truth: &[KnownPlace]) -> Option<Mot
         end_error_m: libm::hypot(last_m[0], last_m[1]),
         end_height_error_m: last_m[2],
         path_m: true_track.windows(2).map(|w| libm::hypot(w[1][0] - w[0][0], w[1][1] - w[0][1])).sum(),
+        mirrored: false,
     })
 }
 
@@ -81,6 +101,15 @@ mod tests {
         let errors = motion_capture(&points(turned), &truth((0..100).map(path))).unwrap();
         assert!(errors.armse_m < 1e-12, "{errors:?}");
         assert!(errors.end_height_error_m.abs() < 1e-12);
+    }
+
+    #[test]
+    fn a_left_handed_truth_is_found_out() {
+        let path: Vec<_> = (0..100).map(|i| [f64::from(i) * 0.1, (f64::from(i) * 0.1).sin(), 0.0]).collect();
+        let mirrored = truth(path.iter().map(|p| [p[0], -p[1], p[2]]));
+        let errors = motion_capture(&points(path.clone()), &mirrored).unwrap();
+        assert!(errors.mirrored && errors.armse_m < 1e-12, "{errors:?}");
+        assert!(!motion_capture(&points(path.clone()), &truth(path)).unwrap().mirrored);
     }
 
     #[test]

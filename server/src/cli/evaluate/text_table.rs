@@ -48,8 +48,10 @@ pub(super) fn of_scores(scores: &[Score]) -> String {
 
 fn title(figures: &Figures) -> &'static str {
     match figures {
-        Figures::MotionCapture(_) => "against motion capture, start and first heading aligned",
-        Figures::GroundPoints(_) => "distance in plan to ground points after a rigid fit",
+        Figures::MotionCapture(_) => {
+            "against motion capture: start, first heading and hand of the frame aligned"
+        }
+        Figures::GroundPoints(_) => "distance in plan to ground points after a rigid fit in the frame's hand",
         Figures::ClosedLoop(_) => "end against start",
         Figures::Feet(_) => "distance between the feet in plan",
         Figures::Simulated { .. } => "against the simulated truth; visits before correction",
