@@ -102,7 +102,11 @@ impl Header {
             .iter()
             .filter(|name| !known.contains(&name.as_str()))
             .map(|name| (edits(&name.to_ascii_lowercase(), wanted), name.as_str()))
-            .filter(|(edits, _)| *edits <= wanted.len() / 2)
+            // `gyr_x` is short of a unit, not far from its name.
+            .filter(|(edits, name)| {
+                *edits <= wanted.len() / 2
+                    || name.len() >= 3 && wanted.starts_with(&name.to_ascii_lowercase())
+            })
             .min_by_key(|(edits, _)| *edits)
             .map(|(_, name)| name)
     }

@@ -60,6 +60,7 @@ fn a_misspelt_column_is_named_with_its_nearest() {
          \"t_s,gyr_x_rad_s,gyro_y_rad_s,gyr_z_rad_s,acc_x_m_s2,acc_y_m_s2,acc_z_m_s2\"; \
          if \"gyro_y_rad_s\" is meant, rename it, and check its unit"
     );
+    assert!(error(&text.replace("gyro_y_rad_s", "gyr_y")).advice.contains("if \"gyr_y\" is meant"));
     assert_eq!(error("a,b\n1,2\n").code(), "missing_column");
     let mag = format!("{HEADER},mag_x_ut\n0,0,0,0,0,0,9.8,1\n");
     assert_eq!(error(&mag).column.as_deref(), Some("mag_y_ut"));
