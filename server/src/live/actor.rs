@@ -16,19 +16,18 @@ use lodestep_engine::sample::Foot;
 use time::OffsetDateTime;
 use tokio::sync::mpsc;
 use tokio::time::{Instant, MissedTickBehavior, interval};
-use uuid::Uuid;
 
 use super::device::{self, Device, ToDevice};
 use super::rebuild;
 use super::sequence::{Arrival, Sequence};
-use super::walk::{Findings, Shown, Walk};
+use super::walk::{Findings, Walk};
 use crate::error::{Error, Result};
 use crate::state::App;
 use crate::store::raw_chunks::Samples;
 use crate::store::sessions::{Session, SessionState};
-use crate::store::stream_visits::{self, StreamVisit};
-use crate::store::visits::{self, Outcome, Visit};
-use crate::store::{Record, StoreError, anomalies, markers, sessions, track};
+use crate::store::stream_visits::StreamVisit;
+use crate::store::visits::Visit;
+use crate::store::{Record, sessions};
 use crate::utc;
 use crate::wire::{Change, Motion, Position};
 use crate::{api, jobs};
@@ -53,6 +52,8 @@ pub(crate) enum Command {
     Batch(Batch, OffsetDateTime),
     /// The inspector stood at a marker.
     Visit(VisitMessage),
+    /// Visits that were told in another way, and are on disk.
+    StoredVisits(Vec<Visit>),
     /// The inspector found a fault.
     Fault(FaultMessage),
     /// The walk is over.
@@ -76,15 +77,17 @@ pub(super) async fn run(app: App, session: Session, mut inbox: mpsc::Receiver<Co
     }
 }
 
-struct Actor {
-    app: App,
-    session: Session,
-    walk: Walk,
+pub(super) struct Actor {
+    pub(super) app: App,
+    pub(super) session: Session,
+    pub(super) walk: Walk,
     sequences: [Sequence; 2],
-    told: Vec<StreamVisit>,
+    /// Visits that the walk has been told, with what became of them.
+    pub(super) told: Vec<StreamVisit>,
     device: Option<Device>,
     underway: FuturesOrdered<BoxFuture<'static, Written>>,
-    newest: Option<Position>,
+    /// Where the inspector was shown last.
+    pub(super) newest: Option<Position>,
     heard_at: Instant,
     summary_at: Instant,
 }
@@ -98,11 +101,11 @@ struct Written {
 
 /// What follows when something is on disk.
 #[derive(Default)]
-struct Then {
-    batch: Option<(Foot, u64)>,
-    answers: Vec<Answer>,
-    changes: Vec<Change>,
-    finished: bool,
+pub(super) struct Then {
+    pub(super) batch: Option<(Foot, u64)>,
+    pub(super) answers: Vec<Answer>,
+    pub(super) changes: Vec<Change>,
+    pub(super) finished: bool,
 }
 
 /// Whether the actor goes on.
@@ -168,6 +171,7 @@ impl Actor {
             }
             Command::Batch(batch, received_at) => self.on_batch(batch, received_at),
             Command::Visit(visit) => self.on_visit(visit).await,
+            Command::StoredVisits(visits) => self.on_stored_visits(visits).await,
             Command::Fault(fault) => self.on_fault(fault).await,
             Command::Finish => unreachable!("the loop takes it"),
         }
@@ -261,7 +265,7 @@ impl Actor {
         self.submit(async move { writer.record(record).await }, then);
     }
 
-    fn submit<E: Into<Error>>(
+    pub(super) fn submit<E: Into<Error>>(
         &mut self,
         write: impl Future<Output = Result<(), E>> + Send + 'static,
         then: Then,
@@ -308,56 +312,6 @@ impl Actor {
         go
     }
 
-    async fn on_visit(&mut self, message: VisitMessage) {
-        let known = |told: &&StreamVisit| {
-            told.visit.marker == message.marker && told.visit.t_start_ns == message.t_start_ns
-        };
-        if let Some(told) = self.told.iter().find(known) {
-            // It was sent again after a lost link.
-            return self.answer(device::event(&Change::Visit(told.visit.clone())));
-        }
-        if message.t_end_ns < message.t_start_ns {
-            let wrong = Error::invalid(
-                "visit_times",
-                format!(
-                    "expected t_end_ns at or after t_start_ns, found {} before {}: send when the inspector arrived and left",
-                    message.t_end_ns, message.t_start_ns
-                ),
-            );
-            return self.answer(device::told(wrong.into_problem()));
-        }
-        let marker = match markers::get(self.app.store.read(), &message.marker).await {
-            Ok(Some(marker)) => marker,
-            Ok(None) => {
-                let unknown = Error::not_found("marker", &message.marker);
-                return self.answer(device::told(unknown.into_problem()));
-            }
-            Err(error) => return self.answer(device::told(Error::from(error).into_problem())),
-        };
-        let told = StreamVisit {
-            visit: Visit {
-                id: Uuid::now_v7(),
-                session_id: self.session.id,
-                marker: message.marker,
-                t_start_ns: message.t_start_ns,
-                t_end_ns: message.t_end_ns,
-                created_at: utc::now(),
-                outcome: None,
-            },
-            after_samples: self.walk.samples_taken(),
-            marker_position_m: (marker.e_m, marker.n_m, marker.u_m),
-        };
-        self.told.push(told.clone());
-        let findings = self.walk.visit(told.for_engine());
-        let change = Change::Visit(told.visit.clone());
-        let answers = vec![device::event(&change)];
-        let mut changes = vec![change];
-        changes.extend(self.changes(&findings, utc::now()));
-        let writer = self.app.store.writer().clone();
-        let write = async move { writer.run(move |db| write_visit(db, told, findings).boxed()).await };
-        self.submit(write, Then { answers, changes, ..Then::default() });
-    }
-
     async fn on_fault(&mut self, message: FaultMessage) {
         // What is underway may hold the inspector's position at that time.
         while let Some(written) = self.underway.next().await {
@@ -395,54 +349,7 @@ impl Actor {
         if self.device.is_none() && self.heard_at.elapsed() >= PUT_AWAY_AFTER { Go::Ended } else { Go::On }
     }
 
-    /// What the feed is told of findings once they are on disk.
-    fn changes(&mut self, findings: &Findings, received_at: OffsetDateTime) -> Vec<Change> {
-        let session_id = self.session.id;
-        let mut changes = Vec::new();
-        for shown in &findings.shown {
-            changes.push(match shown {
-                Shown::Revision(points) => Change::Revision { session_id, points: points.clone() },
-                Shown::Position(newest) => {
-                    let position = Position {
-                        session_id,
-                        inspector_id: self.session.inspector_id,
-                        t_ns: newest.point.t_ns,
-                        position_m: newest.point.position_n_m,
-                        heading_rad: newest.point.heading_rad,
-                        sigma_m: newest.point.sigma_n_m,
-                        covariance_en_m2: newest.point.covariance_en_m2,
-                        speed_m_s: newest.speed_m_s,
-                        state: newest.motion,
-                        since_marker_s: newest.summary.since_marker_s,
-                        since_marker_m: newest.summary.since_marker_m,
-                        distance_m: newest.summary.distance_m,
-                        received_at,
-                    };
-                    self.newest = Some(position.clone());
-                    Change::Position(position)
-                }
-            });
-        }
-        for told in &findings.visits {
-            let weighed = self.told.iter_mut().find(|known| {
-                known.visit.marker == told.marker
-                    && (known.visit.t_start_ns..=known.visit.t_end_ns).contains(&told.t_ns)
-            });
-            if let Some(known) = weighed {
-                known.visit.outcome = Some(Outcome::from(told));
-                changes.push(Change::Visit(known.visit.clone()));
-            }
-        }
-        changes.extend(
-            findings
-                .anomalies
-                .iter()
-                .map(|found| Change::Anomaly(anomalies::Anomaly { session_id, found: found.clone() })),
-        );
-        changes
-    }
-
-    fn answer(&mut self, answer: Answer) {
+    pub(super) fn answer(&mut self, answer: Answer) {
         if let Some(device) = &self.device
             && !device.send(ToDevice::Answer(answer))
         {
@@ -456,25 +363,4 @@ impl Actor {
             device.send(ToDevice::Last(answer));
         }
     }
-}
-
-/// A visit and what the walk made of it, all or nothing.
-async fn write_visit(
-    db: &mut sqlx::SqliteConnection,
-    told: StreamVisit,
-    findings: Findings,
-) -> Result<(), StoreError> {
-    let session_id = told.visit.session_id;
-    if visits::insert(&mut *db, &told.visit).await? {
-        stream_visits::insert(&mut *db, &told).await?;
-    }
-    let points: Vec<_> = findings.points.into_values().collect();
-    track::upsert(db, session_id, track::Run::Main, &points).await?;
-    for outcome in &findings.visits {
-        visits::set_outcome(&mut *db, session_id, outcome).await?;
-    }
-    for found in &findings.anomalies {
-        anomalies::insert(&mut *db, session_id, found).await?;
-    }
-    Ok(())
 }

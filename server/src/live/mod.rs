@@ -2,8 +2,8 @@
 //!
 //! In the order of the data: [`device_socket`] speaks with a device; [`registry`] knows the actor of
 //! each live session; an [`actor`] owns one [`walk`] (the engine's session), numbers its batches with
-//! [`sequence`], chooses by [`grid`] what is stored and shown, and can be made again from the stored
-//! log by [`rebuild`]. What is on disk goes to the [`hub`], which keeps the [`board`] with its
+//! [`sequence`], weighs each [`visit`], chooses by [`grid`] what is stored and shown, and can be made again from the stored
+//! log by [`rebuild`]. What is on disk goes as [`changes`] to the [`hub`], which keeps the [`board`] with its
 //! [`trail`]s and is what the [`feed`] sends to dashboards.
 
 use axum::Router;
@@ -18,6 +18,7 @@ pub mod trail;
 
 mod actor;
 mod board_from_store;
+mod changes;
 mod device;
 mod device_socket;
 mod feed;
@@ -25,6 +26,7 @@ mod grid;
 mod opening;
 mod rebuild;
 mod sequence;
+mod visit;
 mod walk;
 
 pub use board_from_store::{board_from_store, session_changes};

@@ -11,6 +11,7 @@ use super::actor::{self, Command};
 use super::device::Device;
 use crate::state::App;
 use crate::store::sessions::Session;
+use crate::store::visits::Visit;
 
 /// Messages that may wait for a session's actor; a device that sends more is made to wait.
 const MOST_COMMANDS_WAITING: usize = 64;
@@ -42,6 +43,16 @@ impl Registry {
                     command = unsent.0;
                 }
             }
+        }
+    }
+
+    /// Gives visits that are on disk to a session that is live on this server; any other will use them
+    /// in its next run.
+    pub(crate) async fn tell_visits(&self, session_id: Uuid, visits: Vec<Visit>) {
+        let actor = self.lock().get(&session_id).cloned();
+        if let Some(actor) = actor {
+            // One that has just ended has no use for them.
+            let _ = actor.send(Command::StoredVisits(visits)).await;
         }
     }
 

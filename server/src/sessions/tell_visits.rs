@@ -97,7 +97,8 @@ pub(crate) async fn tell(app: &App, session_id: Uuid, told: Vec<Told>) -> Result
         })
         .await?;
     let new = added.len() as u64;
-    app.hub.publish_all(added.into_iter().map(Change::Visit));
+    app.hub.publish_all(added.iter().cloned().map(Change::Visit));
+    app.live.tell_visits(session_id, added).await;
     let visits = visits::of_session(app.store.read(), session_id).await?;
     Ok(TellVisits { added: new, unchanged: of_list - new, overlaps: overlaps(&visits), visits })
 }

@@ -1,16 +1,20 @@
 //! The device socket: what an acknowledgement promises, and what becomes of a link that is cut.
 
 use futures_util::TryStreamExt;
-use lodestep_engine::parse::live_message::{Answer, DeviceMessage, NextSequence, VisitMessage};
+use lodestep_engine::event::TrackPoint;
+use lodestep_engine::geo::Site;
+use lodestep_engine::parse::batch::Batch;
+use lodestep_engine::parse::frame;
+use lodestep_engine::parse::live_message::{Answer, DeviceMessage, FaultMessage, NextSequence, VisitMessage};
 use lodestep_engine::sample::{Foot, ImuSample};
 use lodestep_engine::sim::{self, SensorModel, WalkKind};
-use lodestep_server::store::Store;
-use lodestep_server::store::raw_chunks;
 use lodestep_server::store::track::{self, Run};
+use lodestep_server::store::{Store, raw_chunks, visits};
 use lodestep_tests::device::TestDevice;
 use lodestep_tests::feed::TestFeed;
+use lodestep_tests::hand_in::{ask, log};
 use lodestep_tests::server::TestServer;
-use serde_json::{Value, json};
+use serde_json::json;
 use tokio_tungstenite::tungstenite::client::IntoClientRequest;
 use uuid::Uuid;
 
@@ -19,19 +23,7 @@ const BATCH: usize = 25;
 
 /// A short walk: 12 s of standing, then some steps north. The same for all tests.
 fn walk() -> sim::Walk {
-    let site = lodestep_engine::geo::Site::fast();
-    sim::simulate(&WalkKind::Line { metres: 20.0 }, 7, &site, &SensorModel::cmp10a())
-}
-
-async fn inspector(server: &TestServer, name: &str) -> String {
-    let answer =
-        server.client.post(server.api("/inspectors")).json(&json!({"name": name})).send().await.unwrap();
-    let inspector: Value = answer.json().await.unwrap();
-    inspector["id"].as_str().unwrap().to_owned()
-}
-
-async fn session(server: &TestServer, id: &str) -> Value {
-    server.client.get(server.api(&format!("/sessions/{id}"))).send().await.unwrap().json().await.unwrap()
+    sim::simulate(&WalkKind::Line { metres: 20.0 }, 7, &Site::fast(), &SensorModel::cmp10a())
 }
 
 /// The batches of both feet in the order in which a device sends them, from these numbers on.
@@ -53,11 +45,6 @@ async fn stored_samples(store: &Store, session_id: &str, foot: Foot) -> Vec<ImuS
     chunks.into_iter().flat_map(|chunk| chunk.samples).collect()
 }
 
-async fn stored_track(store: &Store, session_id: &str) -> Vec<lodestep_engine::event::TrackPoint> {
-    let id = Uuid::parse_str(session_id).unwrap();
-    track::points(store.read(), id, Run::Main).try_collect().await.unwrap()
-}
-
 async fn open_store(server: &TestServer) -> Store {
     Store::open(&server.folder().join("lodestep.db"), 1).await.unwrap()
 }
@@ -65,7 +52,7 @@ async fn open_store(server: &TestServer) -> Store {
 #[tokio::test]
 async fn an_acknowledged_batch_is_on_disk_even_if_the_server_never_stops_in_good_order() {
     let server = TestServer::start().await;
-    let inspector = inspector(&server, "李伟").await;
+    let inspector = server.inspector().await;
     let (mut device, session_id) = TestDevice::begin(&server, &inspector).await;
     let walk = walk();
     for (foot, number, samples) in batches(&walk, NextSequence::default()).take(20) {
@@ -88,7 +75,7 @@ async fn an_acknowledged_batch_is_on_disk_even_if_the_server_never_stops_in_good
 #[tokio::test]
 async fn a_repeated_batch_is_acknowledged_again_and_changes_nothing() {
     let server = TestServer::start().await;
-    let inspector = inspector(&server, "王芳").await;
+    let inspector = server.inspector().await;
     let (mut device, session_id) = TestDevice::begin(&server, &inspector).await;
     let walk = walk();
     device.send_frame(Foot::Left, 0, &walk.left[..BATCH]).await;
@@ -106,7 +93,7 @@ async fn a_repeated_batch_is_acknowledged_again_and_changes_nothing() {
 #[tokio::test]
 async fn a_hole_is_told_with_the_batch_that_is_expected_and_the_stream_goes_on_from_there() {
     let server = TestServer::start().await;
-    let inspector = inspector(&server, "张敏").await;
+    let inspector = server.inspector().await;
     let (mut device, _) = TestDevice::begin(&server, &inspector).await;
     let walk = walk();
     device.send_frame(Foot::Right, 0, &walk.right[..BATCH]).await;
@@ -124,16 +111,12 @@ async fn a_hole_is_told_with_the_batch_that_is_expected_and_the_stream_goes_on_f
 #[tokio::test]
 async fn a_frame_of_a_wrong_length_is_told_what_was_expected_and_the_link_holds() {
     let server = TestServer::start().await;
-    let inspector = inspector(&server, "李伟").await;
+    let inspector = server.inspector().await;
     let (mut device, _) = TestDevice::begin(&server, &inspector).await;
     let walk = walk();
     let mut frame = Vec::new();
-    let batch = lodestep_engine::parse::batch::Batch {
-        foot: Foot::Left,
-        sequence: 0,
-        samples: walk.left[..BATCH].to_vec(),
-    };
-    lodestep_engine::parse::frame::encode(&batch, &mut frame).unwrap();
+    let batch = Batch { foot: Foot::Left, sequence: 0, samples: walk.left[..BATCH].to_vec() };
+    frame::encode(&batch, &mut frame).unwrap();
     device.send_bytes(frame[..frame.len() - 3].to_vec()).await;
     let Answer::Error(problem) = device.next().await else { panic!("an error") };
     assert_eq!(problem["code"], "frame_length");
@@ -146,7 +129,7 @@ async fn a_frame_of_a_wrong_length_is_told_what_was_expected_and_the_link_holds(
 #[tokio::test]
 async fn what_is_said_wrongly_is_answered_with_what_was_expected() {
     let server = TestServer::start().await;
-    let inspector = inspector(&server, "李伟").await;
+    let inspector = server.inspector().await;
 
     let mut silent = TestDevice::connect(&server).await;
     silent.send_bytes(vec![1, 2, 3]).await;
@@ -174,56 +157,158 @@ async fn what_is_said_wrongly_is_answered_with_what_was_expected() {
     assert_eq!(device.try_next().await, None);
 }
 
-/// Streams the whole walk; where `cut_after` says, the link is cut and `restart` says whether the
-/// server is stopped and started as well. Gives the stored track before the final run.
-async fn live_track(cut_after: Option<usize>, restart: bool) -> Vec<lodestep_engine::event::TrackPoint> {
+/// Where in the stream (counted in batches of both feet) the marker is told.
+const VISIT_AFTER: usize = 88;
+
+/// The marker beside which the walk stands at its start, a little off from where it is said to begin.
+async fn add_marker(server: &TestServer) {
+    let marker = json!({"name": "A1", "e_m": 0.6, "n_m": -0.4, "u_m": 0.1});
+    let answer = server.client.post(server.api("/markers")).json(&marker).send().await.unwrap();
+    assert!(answer.status().is_success(), "{answer:?}");
+}
+
+fn visit() -> VisitMessage {
+    VisitMessage { marker: "A1".into(), t_start_ns: 4_000_000_000, t_end_ns: 11_000_000_000 }
+}
+
+/// What a live session has on disk before its final run.
+#[derive(Debug, PartialEq)]
+struct Outcome {
+    track: Vec<TrackPoint>,
+    visits: Vec<Option<visits::Outcome>>,
+}
+
+/// Streams the whole walk with a visit in it. After `cut_after` batches the link is cut, and with
+/// `restart` the server is stopped and started as well.
+async fn stream_whole_walk(cut_after: Option<usize>, restart: bool) -> Outcome {
     let mut server = TestServer::start().await;
-    let inspector = inspector(&server, "李伟").await;
+    add_marker(&server).await;
+    let inspector = server.inspector().await;
     let (mut device, session_id) = TestDevice::begin(&server, &inspector).await;
     let walk = walk();
-    let mut from = NextSequence::default();
-    if let Some(count) = cut_after {
-        for (foot, number, samples) in batches(&walk, from).take(count) {
+    let whole: Vec<_> = batches(&walk, NextSequence::default()).collect();
+    let mut sent = 0;
+    let mut ends = vec![whole.len()];
+    if let Some(cut) = cut_after {
+        ends.insert(0, cut);
+    }
+    for end in ends {
+        while sent < end {
+            let (foot, number, samples) = whole[sent];
             device.send_frame(foot, number, samples).await;
+            sent += 1;
+            if sent == VISIT_AFTER {
+                device.send(&DeviceMessage::Visit(visit())).await;
+            }
         }
-        device.acknowledged(Foot::Left, 3).await;
-        device.cut();
-        if restart {
-            server = server.restart().await;
+        let (_, last, _) = whole[end - 1];
+        if end < whole.len() {
+            // Not all of it is acknowledged when the link goes.
+            device.acknowledged(Foot::Left, last - 5).await;
+            device.cut();
+            if restart {
+                server = server.restart().await;
+            }
+            let next;
+            (device, next) = TestDevice::go_on(&server, &session_id).await;
+            assert!(next.left > last - 5, "acknowledged batches are not asked for again: {next:?}");
+            let wanted = |(foot, number, _): &(Foot, u64, &[ImuSample])| {
+                *number >= if *foot == Foot::Left { next.left } else { next.right }
+            };
+            sent = whole.iter().position(wanted).unwrap();
+        } else {
+            device.acknowledged(Foot::Left, last).await;
+            device.acknowledged(Foot::Right, last).await;
         }
-        (device, from) = TestDevice::go_on(&server, &session_id).await;
-        assert!(from.left > 3, "acknowledged batches are not asked for again: {from:?}");
     }
-    let mut last = 0;
-    for (foot, number, samples) in batches(&walk, from) {
-        device.send_frame(foot, number, samples).await;
-        last = number;
-    }
-    device.acknowledged(Foot::Right, last).await;
-    device.acknowledged(Foot::Left, last).await;
     let store = open_store(&server).await;
-    let track = stored_track(&store, &session_id).await;
+    let id = Uuid::parse_str(&session_id).unwrap();
+    let track: Vec<_> = track::points(store.read(), id, Run::Main).try_collect().await.unwrap();
+    let visits = visits::of_session(store.read(), id).await.unwrap();
     store.close().await;
     assert!(track.len() > 100, "only {} points", track.len());
-    track
+    assert_eq!(visits.len(), 1);
+    assert!(visits[0].outcome.as_ref().is_some_and(|outcome| outcome.accepted), "{visits:?}");
+    Outcome { track, visits: visits.into_iter().map(|visit| visit.outcome).collect() }
 }
 
 #[tokio::test]
 async fn a_link_that_was_cut_leaves_no_trace_in_the_track() {
-    let uninterrupted = live_track(None, false).await;
-    assert_eq!(live_track(Some(61), false).await, uninterrupted);
+    let uninterrupted = stream_whole_walk(None, false).await;
+    assert_eq!(stream_whole_walk(Some(61), false).await, uninterrupted);
 }
 
 #[tokio::test]
 async fn a_server_that_was_started_again_goes_on_to_the_very_same_track() {
-    let uninterrupted = live_track(None, false).await;
-    assert_eq!(live_track(Some(97), true).await, uninterrupted);
+    let uninterrupted = stream_whole_walk(None, false).await;
+    // Before and after the visit was told.
+    assert_eq!(stream_whole_walk(Some(61), true).await, uninterrupted);
+    assert_eq!(stream_whole_walk(Some(105), true).await, uninterrupted);
+}
+
+#[tokio::test]
+async fn a_visit_that_is_told_by_rest_moves_the_live_track_like_one_from_the_device() {
+    let server = TestServer::start().await;
+    add_marker(&server).await;
+    let inspector = server.inspector().await;
+    let (mut feed, _) = TestFeed::open(&server).await;
+    let (mut device, session_id) = TestDevice::begin(&server, &inspector).await;
+    let walk = walk();
+    for (foot, number, samples) in batches(&walk, NextSequence::default()).take(VISIT_AFTER) {
+        device.send_frame(foot, number, samples).await;
+    }
+    let told = json!([{"marker": "A1", "t_start_s": 4.0, "t_end_s": 11.0}]);
+    let path = format!("/sessions/{session_id}/visits");
+    let answer = server.client.post(server.api(&path)).json(&told).send().await.unwrap();
+    assert!(answer.status().is_success(), "{answer:?}");
+    let weighed = feed.change(|change| change["kind"] == "visit" && change["accepted"] == true).await;
+    assert_eq!(weighed["marker"], "A1");
+    // The device tells it as well, and hears that it is known.
+    device.send(&DeviceMessage::Visit(visit())).await;
+    let event = loop {
+        if let Answer::Event(event) = device.next().await {
+            break event;
+        }
+    };
+    assert_eq!(event["id"], weighed["id"]);
+    assert_eq!(event["accepted"], true);
+}
+
+#[tokio::test]
+async fn a_fault_from_the_device_is_placed_by_where_the_inspector_was() {
+    let server = TestServer::start().await;
+    add_marker(&server).await;
+    let inspector = server.inspector().await;
+    let (mut device, session_id) = TestDevice::begin(&server, &inspector).await;
+    let walk = walk();
+    for (foot, number, samples) in batches(&walk, NextSequence::default()).take(VISIT_AFTER) {
+        device.send_frame(foot, number, samples).await;
+    }
+    let fault = FaultMessage {
+        kind: "anchor_bolt".into(),
+        severity: "low".into(),
+        text: None,
+        marker: None,
+        t_ns: 10_000_000_000,
+    };
+    device.send(&DeviceMessage::Fault(fault)).await;
+    let event = loop {
+        if let Answer::Event(event) = device.next().await {
+            break event;
+        }
+    };
+    assert_eq!(event["kind"], "fault");
+    let fault = &event["fault"];
+    assert_eq!(fault["session_id"], session_id.as_str());
+    assert_eq!(fault["candidates"][0]["marker"], "A1");
+    let east_m = fault["position_m"][0].as_f64().unwrap();
+    assert!(east_m.abs() < 0.5, "standing at the start, {east_m} m east of it");
 }
 
 #[tokio::test]
 async fn the_feed_tells_first_the_picture_and_then_every_change_without_a_hole() {
     let server = TestServer::start().await;
-    let inspector = inspector(&server, "王芳").await;
+    let inspector = server.inspector().await;
     let (mut device, session_id) = TestDevice::begin(&server, &inspector).await;
     let walk = walk();
     let mut all = batches(&walk, NextSequence::default());
@@ -236,7 +321,7 @@ async fn the_feed_tells_first_the_picture_and_then_every_change_without_a_hole()
     let shown = &snapshot["sessions"][0];
     assert_eq!(shown["id"], session_id.as_str());
     assert_eq!(shown["state"], "live");
-    assert_eq!(snapshot["inspectors"][0]["name"], "王芳");
+    assert_eq!(snapshot["inspectors"][0]["name"], "Inspector 0");
     for (foot, number, samples) in all {
         device.send_frame(foot, number, samples).await;
     }
@@ -267,7 +352,7 @@ async fn a_dashboard_that_comes_back_is_told_what_it_missed_and_a_stranger_gets_
     let (feed, snapshot) = TestFeed::open(&server).await;
     let (boot, since) = (snapshot["boot"].clone(), snapshot["seq"].as_u64().unwrap());
     drop(feed);
-    inspector(&server, "李伟").await;
+    server.inspector().await;
     // A second client has seen it, so it has been sent.
     let (mut witness, picture) = TestFeed::open(&server).await;
     if picture["seq"].as_u64().unwrap() == since {
@@ -280,7 +365,7 @@ async fn a_dashboard_that_comes_back_is_told_what_it_missed_and_a_stranger_gets_
     let missed = back.next().await;
     assert_eq!(missed["type"], "changes");
     assert_eq!(missed["seq"].as_u64().unwrap(), since + 1);
-    assert_eq!(missed["changes"][0]["inspectors"][0]["name"], "李伟");
+    assert_eq!(missed["changes"][0]["inspectors"][0]["name"], "Inspector 0");
 
     let mut stranger = TestFeed::connect(&server).await;
     stranger.say(json!({"type": "hello", "since": since, "boot": "another run"})).await;
@@ -302,7 +387,7 @@ async fn pages_of_other_sites_get_no_socket() {
 #[tokio::test]
 async fn the_newest_connection_of_a_session_takes_over() {
     let server = TestServer::start().await;
-    let inspector = inspector(&server, "李伟").await;
+    let inspector = server.inspector().await;
     let (mut first, session_id) = TestDevice::begin(&server, &inspector).await;
     let (mut second, _) = TestDevice::go_on(&server, &session_id).await;
     assert_eq!(first.next_error().await, "taken_over");
@@ -312,22 +397,36 @@ async fn the_newest_connection_of_a_session_takes_over() {
 }
 
 #[tokio::test]
-async fn a_finished_walk_is_computed_again_from_its_start_and_the_last_word_can_be_asked_for_twice() {
+async fn a_finished_stream_has_the_track_of_an_upload_of_the_same_logs_to_the_last_bit() {
     let server = TestServer::start().await;
-    let inspector = inspector(&server, "张敏").await;
+    add_marker(&server).await;
+    let inspector = server.inspector().await;
     let (mut feed, _) = TestFeed::open(&server).await;
     let (mut device, session_id) = TestDevice::begin(&server, &inspector).await;
     let walk = walk();
     for (foot, number, samples) in batches(&walk, NextSequence::default()) {
         device.send_frame(foot, number, samples).await;
     }
+    device.send(&DeviceMessage::Visit(visit())).await;
     device.finish().await;
     feed.change(|change| change["kind"] == "session" && change["session"]["state"] == "finished").await;
-    let row = session(&server, &session_id).await;
-    assert_eq!(row["state"], "finished");
-    assert_eq!(row["samples"].as_u64().unwrap(), (walk.left.len() + walk.right.len()) as u64);
-    assert_eq!(row["track_sha256"].as_str().unwrap().len(), 64);
+    let streamed = server.get(&format!("/sessions/{session_id}")).await.body;
+    assert_eq!(streamed["samples"].as_u64().unwrap(), (walk.left.len() + walk.right.len()) as u64);
 
+    let uploaded_id = server.session(json!({})).await;
+    assert_eq!(server.hand_in(&uploaded_id, "left", log(&walk.left)).await.status, 200);
+    assert_eq!(server.hand_in(&uploaded_id, "right", log(&walk.right)).await.status, 200);
+    let told = json!([{"marker": "A1", "t_start_s": 4.0, "t_end_s": 11.0}]);
+    let path = format!("/sessions/{uploaded_id}/visits");
+    ask(server.client.post(server.api(&path)).json(&told)).await;
+    assert_eq!(server.process(&uploaded_id).await["state"], "finished");
+    let uploaded = server.get(&format!("/sessions/{uploaded_id}")).await.body;
+    for same in ["track_sha256", "samples", "epochs", "distance_m", "duration_s", "since_marker_m"] {
+        assert_eq!(streamed[same], uploaded[same], "{same}");
+    }
+    assert_eq!(streamed["track_sha256"].as_str().unwrap().len(), 64);
+
+    // A device that missed the last word asks once more.
     let mut again = TestDevice::connect(&server).await;
     again.send_text(json!({"type": "hello", "session_id": session_id}).to_string()).await;
     let Answer::Welcome { next_sequence, .. } = again.next().await else { panic!("a welcome") };

@@ -1,0 +1,121 @@
+//! A visit in a live session: looked up, given its place in the stream, weighed, stored, told.
+
+use futures_util::future::FutureExt;
+use lodestep_engine::parse::live_message::{Answer, VisitMessage};
+use uuid::Uuid;
+
+use super::actor::{Actor, Then};
+use super::device;
+use super::walk::Findings;
+use crate::error::{Error, Result};
+use crate::store::stream_visits::{self, StreamVisit};
+use crate::store::visits::{self, Visit};
+use crate::store::{StoreError, anomalies, markers, track};
+use crate::utc;
+use crate::wire::Change;
+
+impl Actor {
+    /// A visit that the device tells of.
+    pub(super) async fn on_visit(&mut self, message: VisitMessage) {
+        match self.visit_of(message).await {
+            // It was sent again after a lost link.
+            Ok(visit) if self.knows(&visit) => self.answer(device::event(&Change::Visit(visit))),
+            Ok(visit) => {
+                let answer = device::event(&Change::Visit(visit.clone()));
+                if let Err(error) = self.take_visit(visit, vec![answer]).await {
+                    self.answer(device::told(error.into_problem()));
+                }
+            }
+            Err(error) => self.answer(device::told(error.into_problem())),
+        }
+    }
+
+    /// Visits that came by another way than the socket.
+    pub(super) async fn on_stored_visits(&mut self, visits: Vec<Visit>) {
+        for visit in visits {
+            if self.knows(&visit) {
+                continue;
+            }
+            if let Err(error) = self.take_visit(visit, Vec::new()).await {
+                // It is stored: the final run will use it.
+                tracing::warn!(%error, "a visit could not be used in the live track: {error}");
+            }
+        }
+    }
+
+    fn knows(&self, visit: &Visit) -> bool {
+        self.told.iter().any(|told| is_same(&told.visit, &visit.marker, visit.t_start_ns))
+    }
+
+    /// The stored visit that a message repeats, or a new one.
+    async fn visit_of(&mut self, message: VisitMessage) -> Result<Visit> {
+        let VisitMessage { marker, t_start_ns, t_end_ns } = message;
+        if t_end_ns < t_start_ns {
+            return Err(Error::invalid(
+                "visit_times",
+                format!(
+                    "expected t_end_ns at or after t_start_ns, found {t_end_ns} before {t_start_ns}: send when the inspector arrived and left"
+                ),
+            ));
+        }
+        let known = self.told.iter().map(|told| &told.visit);
+        if let Some(known) = known.into_iter().find(|known| is_same(known, &marker, t_start_ns)) {
+            return Ok(known.clone());
+        }
+        let stored = visits::of_session(self.app.store.read(), self.session.id).await?;
+        let stored = stored.into_iter().find(|stored| is_same(stored, &marker, t_start_ns));
+        Ok(stored.unwrap_or_else(|| Visit {
+            id: Uuid::now_v7(),
+            session_id: self.session.id,
+            marker,
+            t_start_ns,
+            t_end_ns,
+            created_at: utc::now(),
+            outcome: None,
+        }))
+    }
+
+    /// Gives the walk a visit that it does not know.
+    async fn take_visit(&mut self, visit: Visit, answers: Vec<Answer>) -> Result<()> {
+        let marker = markers::get(self.app.store.read(), &visit.marker).await?;
+        let marker = marker.ok_or_else(|| Error::not_found("marker", &visit.marker))?;
+        let told = StreamVisit {
+            visit,
+            after_samples: self.walk.samples_taken(),
+            marker_position_m: (marker.e_m, marker.n_m, marker.u_m),
+        };
+        self.told.push(told.clone());
+        let findings = self.walk.visit(told.for_engine());
+        let mut changes = vec![Change::Visit(told.visit.clone())];
+        changes.extend(self.changes(&findings, utc::now()));
+        let writer = self.app.store.writer().clone();
+        let write = async move { writer.run(move |db| write_visit(db, told, findings).boxed()).await };
+        self.submit(write, Then { answers, changes, ..Then::default() });
+        Ok(())
+    }
+}
+
+fn is_same(visit: &Visit, marker: &str, t_start_ns: i64) -> bool {
+    visit.marker == marker && visit.t_start_ns == t_start_ns
+}
+
+/// A visit and what the walk made of it, all or nothing.
+async fn write_visit(
+    db: &mut sqlx::SqliteConnection,
+    told: StreamVisit,
+    findings: Findings,
+) -> Result<(), StoreError> {
+    let session_id = told.visit.session_id;
+    // It is there already when it came by another way.
+    visits::insert(&mut *db, &told.visit).await?;
+    stream_visits::insert(&mut *db, &told).await?;
+    let points: Vec<_> = findings.points.into_values().collect();
+    track::upsert(db, session_id, track::Run::Main, &points).await?;
+    for outcome in &findings.visits {
+        visits::set_outcome(&mut *db, session_id, outcome).await?;
+    }
+    for found in &findings.anomalies {
+        anomalies::insert(&mut *db, session_id, found).await?;
+    }
+    Ok(())
+}
