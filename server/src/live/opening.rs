@@ -20,7 +20,7 @@ const MAX_LEAD_NS: i64 = 1_000_000_000;
 #[derive(Debug)]
 pub(super) enum Opened {
     /// A session that takes samples.
-    Live(Session),
+    Live(Box<Session>),
     /// A session that was streamed and finished: the device missed the answer.
     Over(Uuid, NextSequence),
 }
@@ -30,7 +30,9 @@ pub(super) async fn open(app: &App, hello: Hello) -> Result<Opened> {
     match hello {
         Hello::Continue { session_id } => go_on(app, &session_id).await,
         Hello::Begin { inspector_id, start, feet, initial_heading_deg } => {
-            begin(app, &inspector_id, start, feet, initial_heading_deg).await.map(Opened::Live)
+            begin(app, &inspector_id, start, feet, initial_heading_deg)
+                .await
+                .map(|session| Opened::Live(Box::new(session)))
         }
     }
 }
@@ -41,7 +43,7 @@ async fn go_on(app: &App, session_id: &str) -> Result<Opened> {
     let id = Uuid::parse_str(session_id).map_err(|_| not_found())?;
     let session = sessions::get(db, id).await?.ok_or_else(not_found)?;
     if matches!(session.state, SessionState::Created | SessionState::Live) {
-        return Ok(Opened::Live(session));
+        return Ok(Opened::Live(Box::new(session)));
     }
     let next_sequence = NextSequence {
         left: raw_chunks::next_sequence(db, id, Foot::Left).await?,

@@ -410,7 +410,7 @@ async fn a_finished_stream_has_the_track_of_an_upload_of_the_same_logs_to_the_la
     device.send(&DeviceMessage::Visit(visit())).await;
     device.finish().await;
     feed.change(|change| change["kind"] == "session" && change["session"]["state"] == "finished").await;
-    let streamed = server.get(&format!("/sessions/{session_id}")).await.body;
+    let streamed = server.look(&format!("/sessions/{session_id}")).await.body;
     assert_eq!(streamed["samples"].as_u64().unwrap(), (walk.left.len() + walk.right.len()) as u64);
 
     let uploaded_id = server.session(json!({})).await;
@@ -420,7 +420,7 @@ async fn a_finished_stream_has_the_track_of_an_upload_of_the_same_logs_to_the_la
     let path = format!("/sessions/{uploaded_id}/visits");
     ask(server.client.post(server.api(&path)).json(&told)).await;
     assert_eq!(server.process(&uploaded_id).await["state"], "finished");
-    let uploaded = server.get(&format!("/sessions/{uploaded_id}")).await.body;
+    let uploaded = server.look(&format!("/sessions/{uploaded_id}")).await.body;
     for same in ["track_sha256", "samples", "epochs", "distance_m", "duration_s", "since_marker_m"] {
         assert_eq!(streamed[same], uploaded[same], "{same}");
     }
