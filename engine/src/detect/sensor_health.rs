@@ -249,7 +249,8 @@ mod tests {
 
     #[test]
     fn each_trouble_is_named_with_its_time_and_foot() {
-        let cases: [(AnomalyKind, fn(i64, &mut ImuSample), usize); 6] = [
+        type Trouble = fn(i64, &mut ImuSample);
+        let cases: [(AnomalyKind, Trouble, usize); 6] = [
             (
                 AnomalyKind::Gap,
                 |k, s| {

@@ -145,6 +145,7 @@ impl<const B: usize> BlockCovariance<B> {
 
     /// Takes `gain · cross_covariance'` off, block by block: the covariance after an update, where
     /// `cross_covariance` is P·H' and `gain` is P·H'·S⁻¹.
+    #[expect(clippy::needless_range_loop, reason = "i and j name the block of which both arrays have a part")]
     #[inline]
     pub(crate) fn subtract_product<const M: usize>(
         &mut self,

@@ -81,8 +81,7 @@ fn inverse_of_symmetric<const M: usize>(a: &SMatrix<f64, M, M>) -> Option<SMatri
         for k in 0..j {
             diagonal -= l[(j, k)] * l[(j, k)];
         }
-        // Written so that a NaN counts as not positive.
-        if !(diagonal > 0.0) {
+        if diagonal <= 0.0 || diagonal.is_nan() {
             return None;
         }
         let root = diagonal.sqrt();

@@ -217,7 +217,8 @@ impl<const B: usize, const F: usize> Filter<B, F> {
         // At heel strike the other may be about to leave the ground: where it stood is meant.
         let standing_p_n = if other.stance.stands { other.nav.p_n } else { *other.swing.start_p_n() };
         let just_left = seconds(foot.t_ns - other.swing.begun_ns()) < 0.25;
-        if !other.stance.stands && !(other.swing.has_begun() && just_left) {
+        let stood_just_now = other.stance.stands || (other.swing.has_begun() && just_left);
+        if !stood_just_now {
             return;
         }
         self.propagate_all(setting);

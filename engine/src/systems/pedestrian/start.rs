@@ -17,6 +17,7 @@ const FOOT_PLACE_SIGMA_M: f64 = 0.1;
 const IMPOSSIBLE_REST_M_S2: f64 = 0.6;
 
 /// The filter at its start, for as many feet as sent samples.
+#[expect(clippy::large_enum_variant, reason = "made once in a session, and taken apart at once")]
 pub(crate) enum Starts {
     One(Filter<5, 1>, Setting),
     Two(Filter<10, 2>, Setting),

@@ -1,0 +1,73 @@
+# Lodestep. `make run` serves the demo, `make test` checks everything; `make help` lists the rest.
+
+SHELL := bash
+.SHELLFLAGS := -eu -o pipefail -c
+MAKEFLAGS += --no-builtin-rules
+
+# Where `make run` serves: `make run LISTEN=127.0.0.1:9000`.
+LISTEN ?= 127.0.0.1:8080
+# Where the demo keeps its data; ignored by git. Remove the folder to begin afresh.
+DATA ?= data/demo
+# Folders of recordings for `make docs`.
+RECORDINGS ?= tests/data/*/
+
+TARGET := $(or $(CARGO_TARGET_DIR),target)
+RELEASE := $(TARGET)/release/lodestep
+VENDORED := static/vendor/leaflet/leaflet.js
+INSTALLED := static/node_modules/.package-lock.json
+HAVE_NODE := $(shell command -v npm)
+
+.PHONY: help
+help: ## Lists what make can do
+	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "  make %-13s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
+
+.PHONY: run
+run: build ## Builds everything and serves the demo
+	@echo
+	@echo "The demo is at http://$(LISTEN)/ in a moment; Ctrl-C stops it. (Another port: make run LISTEN=127.0.0.1:9000)"
+	@exec $(RELEASE) serve --demo --data $(DATA) --listen $(LISTEN)
+
+.PHONY: build
+build: ## Builds the release binary, the pages inside
+	@scripts/machine rust
+	@$(if $(HAVE_NODE),$(MAKE) --no-print-directory vendor,scripts/machine node || echo "Building without the browser libraries: the map will stay empty.")
+	cargo build --release --locked --bin lodestep
+
+.PHONY: vendor
+vendor: $(VENDORED) ## Brings the browser libraries from npm, by the lock file
+
+$(INSTALLED): static/package-lock.json static/package.json
+	@scripts/machine node
+	cd static && npm ci --no-audit --no-fund
+	@touch $@
+
+$(VENDORED): $(INSTALLED) static/scripts/vendor.mjs
+	cd static && npm run --silent vendor
+
+.PHONY: test
+test: ## Runs all checks and tests, the page in a browser included
+	@scripts/machine rust
+	@scripts/machine node
+	@$(MAKE) --no-print-directory vendor
+	@scripts/check
+
+.PHONY: bench
+bench: ## Times the engine and the parsers
+	@scripts/machine rust
+	cargo bench --locked -p lodestep-engine
+
+.PHONY: instructions
+instructions: ## Counts the engine's instructions per sample under callgrind
+	@scripts/machine rust
+	@scripts/instructions
+
+.PHONY: docs
+docs: ## Works out docs/ladder.md and docs/accuracy.md again
+	@scripts/machine rust
+	cargo build --release --locked --bin lodestep
+	@scripts/figures $(RELEASE) $(RECORDINGS)
+
+.PHONY: screenshot
+screenshot: vendor ## Takes the README's picture from a running demo
+	cargo build --release --locked --bin lodestep
+	@scripts/with-demo $(RELEASE) npm --prefix static run --silent screenshot
