@@ -282,6 +282,8 @@ async fn limits_are_told_with_their_figures() {
     let log_id = server.begin_log(&session_id, json!({ "foot": "left" })).await.id().to_owned();
     let sent = server.append(&log_id, 0, left()).await;
     assert_eq!((sent.status, sent.code()), (413, "upload_too_large"));
+    // What came before the limit waits for its sender, until it is given up.
+    assert_eq!(server.delete(&format!("/logs/{log_id}")).await.0, 204);
 
     let answer = refused(&server, gzip(&left())).await;
     assert_eq!((answer.status, answer.code()), (413, "unpacked_too_large"));
