@@ -2,6 +2,7 @@
 //! checked against differences of the nonlinear model.
 
 pub mod foot_separation;
+pub mod height;
 pub mod magnetic_heading;
 pub mod magnetic_rate;
 pub mod marker_position;

@@ -13,6 +13,7 @@ use crate::ins::layout::{BLOCKS_A_SENSOR, ErrorState};
 use crate::ins::mechanization::advance;
 use crate::ins::observation::Observation;
 use crate::measure::foot_separation::{foot_separation, stride_symmetry};
+use crate::measure::height::{height, pressure_height_m};
 use crate::measure::magnetic_heading::magnetic_heading;
 use crate::measure::magnetic_rate::magnetic_rate;
 use crate::measure::marker_position::marker_position;
@@ -248,6 +249,10 @@ impl<const B: usize, const F: usize> Filter<B, F> {
         stance.samples += 1;
         stance.rate_sum += step.w_ib_b;
         stance.force_sum += step.f_b;
+        if let Some(pressure_hpa) = step.pressure_hpa {
+            stance.pressure.0 += pressure_hpa;
+            stance.pressure.1 += 1;
+        }
         stance.magnetics.extend(&w_nb_b, dt_s, step.mag_b_ut.as_ref());
         let held_s =
             if stance.held_ns == i64::MIN { f64::INFINITY } else { seconds(step.t_ns - stance.held_ns) };
@@ -310,7 +315,26 @@ impl<const B: usize, const F: usize> Filter<B, F> {
         {
             told.push(outcome(AidKind::Heading, nis, 1, 1, accepted));
         }
+        if setting.aids.altimeter
+            && let Some((nis, accepted)) = self.apply_height(setting, sensor)
+        {
+            told.push(outcome(AidKind::Altimeter, nis, 1, 1, accepted));
+        }
         self.watch_heading(setting, sensor, told);
+    }
+
+    /// The height by the mean pressure of the stance; the first one takes the zero.
+    fn apply_height(&mut self, setting: &Setting, sensor: usize) -> Option<(f64, bool)> {
+        let foot = &mut self.feet[sensor];
+        let (sum_hpa, readings) = foot.stance.pressure;
+        if readings < 3 {
+            return None;
+        }
+        let risen_m = pressure_height_m(sum_hpa / f64::from(readings));
+        let p_n = foot.nav.p_n;
+        let zero_m = *foot.altimeter_zero_m.get_or_insert(p_n.z - risen_m);
+        let observation = height(sensor, &p_n, zero_m + risen_m, setting.tuning.altimeter_sigma_m);
+        Some(self.update(&observation, GATE_1))
     }
 
     fn apply_heading(&mut self, setting: &Setting, sensor: usize) -> Option<(f64, bool)> {
@@ -493,6 +517,12 @@ impl<const B: usize, const F: usize> Filter<B, F> {
         self.turned_down = (!outcome.accepted).then_some(before);
         if outcome.accepted {
             self.last_marker = (t_ns, self.walked.distance_m(F));
+            if up_m.is_some() {
+                // A surveyed height is a better zero than one that has drifted since the start.
+                for foot in &mut self.feet {
+                    foot.altimeter_zero_m = None;
+                }
+            }
         } else {
             outcome.reason = format!(
                 "{:.1} m from the marker in plan, where the track is sure to {:.1} m (1σ): a wrong marker, or a track that has gone astray; a second visit that says the same will be believed",

@@ -20,6 +20,8 @@ pub(crate) struct Step {
     pub(crate) f_b: Vector3<f64>,
     /// Magnetic field as read, µT.
     pub(crate) mag_b_ut: Option<Vector3<f64>>,
+    /// Air pressure as read, hPa.
+    pub(crate) pressure_hpa: Option<f64>,
     /// Whether the foot stands.
     pub(crate) stance: bool,
     /// Sigma of the velocity if it stands, m/s.
@@ -41,6 +43,8 @@ pub(crate) struct Foot {
     pub(crate) lost: bool,
     /// Stances in which gravity stood far from up, one bit each, the newest lowest.
     pub(crate) tilted_stances: u8,
+    /// Height in the filter less pressure height when the altimeter's zero was taken, m.
+    pub(crate) altimeter_zero_m: Option<f64>,
 }
 
 /// The present stance, or the last one.
@@ -58,6 +62,8 @@ pub(crate) struct Stance {
     pub(crate) rate_sum: Vector3<f64>,
     pub(crate) force_sum: Vector3<f64>,
     pub(crate) samples: u32,
+    /// Sum of the pressures, hPa, and how many there are.
+    pub(crate) pressure: (f64, u32),
     pub(crate) magnetics: StanceMagnetics,
 }
 
@@ -73,6 +79,7 @@ impl Foot {
             swing: Swing::default(),
             lost: false,
             tilted_stances: 0,
+            altimeter_zero_m: None,
         }
     }
 }
@@ -89,6 +96,7 @@ impl Stance {
         self.rate_sum = Vector3::zeros();
         self.force_sum = Vector3::zeros();
         self.samples = 0;
+        self.pressure = (0.0, 0);
         self.magnetics.begin();
     }
 }

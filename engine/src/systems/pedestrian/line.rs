@@ -187,6 +187,7 @@ impl FootLine {
             w_ib_b: Vector3::from(sample.w_ib_b_rad_s),
             f_b: Vector3::from(sample.f_b_m_s2),
             mag_b_ut: sample.mag_b_ut.map(Vector3::from),
+            pressure_hpa: sample.pressure_hpa,
             stance: decision.stance,
             zupt_sigma_m_s: (self.zupt_sigma_m_s * self.zupt_sigma_m_s
                 + rolling_m_s * rolling_m_s

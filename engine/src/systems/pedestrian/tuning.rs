@@ -61,6 +61,9 @@ pub struct Tuning {
     pub symmetry_sigma_up_m: f64,
     /// Where an inspector stands beside a marker, sigma on each axis, m.
     pub marker_sigma_m: f64,
+    /// Sigma of the height that the barometer gives in one stance, m: its drift since the last zero
+    /// more than its noise.
+    pub altimeter_sigma_m: f64,
     /// How far back a visit can still be applied, s.
     pub history_s: f64,
 }
@@ -92,6 +95,7 @@ impl Default for Tuning {
             symmetry_share: 0.2,
             symmetry_sigma_up_m: 0.15,
             marker_sigma_m: 1.0,
+            altimeter_sigma_m: 1.5,
             history_s: 30.0,
         }
     }
