@@ -126,7 +126,7 @@ pub(super) fn process(args: &ProcessArgs) -> Result<()> {
     bar.finish_and_clear();
     let walked = walked?;
     if walked.track.points.is_empty() {
-        return Err(Failure::BadInput(no_track(&walked)).into());
+        return Err(Failure::BadInput(args.no_track(&walked)).into());
     }
 
     let start_unix_ns = args.started_at.and_then(|start| i64::try_from(start.unix_timestamp_nanos()).ok());
@@ -190,17 +190,20 @@ impl ProcessArgs {
         config.aids = self.aid.unwrap_or_default();
         config
     }
-}
 
-fn no_track(walked: &Walked) -> String {
-    let mut sentence = format!(
-        "the logs gave no track: {} samples are not enough to align on; record a few seconds of standing still first",
-        walked.summary.samples
-    );
-    for anomaly in walked.track.anomalies.iter().take(5) {
-        sentence += &format!("; {}", anomaly.detail);
+    fn no_track(&self, walked: &Walked) -> String {
+        let logs: Vec<String> =
+            [&self.left, &self.right].into_iter().flatten().map(|path| path.display().to_string()).collect();
+        let mut sentence = format!(
+            "{}: expected a walk that begins with about 10 s of standing still, found {} samples, too few to align on",
+            logs.join(", "),
+            walked.summary.samples
+        );
+        for anomaly in walked.track.anomalies.iter().take(5) {
+            sentence += &format!("; {}", anomaly.detail);
+        }
+        sentence
     }
-    sentence
 }
 
 fn in_a_line(walked: &Walked) -> String {
