@@ -208,6 +208,7 @@ impl Session {
             line.end(events);
         }
         self.go_on(events);
+        self.notice_early_end(events);
         match &mut self.walk {
             Walk::Waiting => {}
             Walk::OneFoot(history) => history.finish(events),
@@ -235,6 +236,7 @@ impl Session {
                 continue;
             }
             self.merged_ns = step.t_ns;
+            self.notice_silence(step.t_ns, events);
             step.sensor = sensor;
             step.opens_epoch = self.epoch.opens(sensor);
             match &mut self.walk {
@@ -306,6 +308,34 @@ impl Session {
         certain.then_some(sensor)
     }
 
+    /// The session goes on at `t_ns` although a foot has been silent for longer than it may lead.
+    fn notice_silence(&mut self, t_ns: i64, events: &mut Vec<Event>) {
+        let Some(lead_ns) = self.config.max_lead_ns else { return };
+        for line in &mut self.lines {
+            let since_ns = line.newest_ns().unwrap_or(t_ns);
+            if line.turns_silent(!line.has_ended() && line.next_ns().is_none() && t_ns - since_ns > lead_ns) {
+                events.push(foot_missing(line.foot(), since_ns, "is silent"));
+            }
+        }
+    }
+
+    /// A foot whose log begins or ends well before the other's.
+    fn notice_early_end(&self, events: &mut Vec<Event>) {
+        let newest_ns = self.lines.iter().filter_map(FootLine::newest_ns).max().unwrap_or(0);
+        let oldest_ns = self.lines.iter().map(FootLine::first_ns).min().unwrap_or(0);
+        for line in &self.lines {
+            let (first_ns, last_ns) = (line.first_ns(), line.newest_ns().unwrap_or(0));
+            if first_ns - oldest_ns > MISSING_NS {
+                let late_s = seconds(first_ns - oldest_ns);
+                events.push(foot_missing(line.foot(), first_ns, &format!("begins {late_s:.1} s late")));
+            }
+            if newest_ns - last_ns > MISSING_NS {
+                let early_s = seconds(newest_ns - last_ns);
+                events.push(foot_missing(line.foot(), last_ns, &format!("ends {early_s:.1} s early")));
+            }
+        }
+    }
+
     fn sum_up(&mut self, told: &[Event]) {
         let mut last_ns = None;
         for event in told {
@@ -327,6 +357,9 @@ impl Session {
         self.summary.since_marker_m = distance_m - marker_m;
     }
 }
+
+/// A foot whose log begins or ends so much apart from the other's is told, ns.
+const MISSING_NS: i64 = 1_000_000_000;
 
 fn foot_missing(foot: Foot, t_ns: i64, what: &str) -> Event {
     Event::Anomaly(Anomaly {

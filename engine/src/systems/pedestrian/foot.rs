@@ -43,6 +43,8 @@ pub(crate) struct Foot {
     pub(crate) lost: bool,
     /// Stances in which gravity stood far from up, one bit each, the newest lowest.
     pub(crate) tilted_stances: u8,
+    /// How many stances in a row saw a field that cannot be the site's.
+    pub(crate) odd_field_stances: u32,
     /// Height in the filter less pressure height when the altimeter's zero was taken, m.
     pub(crate) altimeter_zero_m: Option<f64>,
 }
@@ -79,6 +81,7 @@ impl Foot {
             swing: Swing::default(),
             lost: false,
             tilted_stances: 0,
+            odd_field_stances: 0,
             altimeter_zero_m: None,
         }
     }

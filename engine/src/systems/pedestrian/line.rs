@@ -32,6 +32,7 @@ pub(crate) struct FootLine {
     first_ns: Option<i64>,
     newest_ns: Option<i64>,
     ended: bool,
+    silent: bool,
     anomalies: Vec<Anomaly>,
 }
 
@@ -53,6 +54,7 @@ impl FootLine {
             first_ns: None,
             newest_ns: None,
             ended: false,
+            silent: false,
             anomalies: Vec::new(),
         }
     }
@@ -97,6 +99,13 @@ impl FootLine {
     /// Time of a sample of the start, ns.
     pub(crate) fn sample_ns(&self, index: usize) -> i64 {
         self.aligner.samples().get(index).map_or(0, |sample| sample.t_ns)
+    }
+
+    /// Notes whether the foot is silent now; says whether it has just become so.
+    pub(crate) fn turns_silent(&mut self, silent: bool) -> bool {
+        let turned = silent && !self.silent;
+        self.silent = silent;
+        turned
     }
 
     /// Takes a sample as it was logged.

@@ -2,9 +2,11 @@
 //!
 //! The samples of each foot come down a `line` (health, standing start, stance); `start` turns the
 //! standing starts into the filter's first state; `filter` is the joint error filter with both
-//! strapdowns and all aids, one sample at a time; `history` runs it over what has come, and goes
-//! back when something applies to a past moment. `foot` is what is kept of one foot, `walked` how
-//! far it went, `tuning` every parameter.
+//! strapdowns, one sample at a time, aided by `stance_aids` (a foot that stands), `two_feet` (what
+//! they know of each other) and `visits` (markers), with `lost` for a foot of which nothing was
+//! heard and `position` for what is told; `history` runs it over what has come, and goes back when
+//! something applies to a past moment. `foot` is what is kept of one foot, `walked` how far it
+//! went, `tuning` every parameter.
 
 pub mod tuning;
 
@@ -13,4 +15,10 @@ pub(crate) mod foot;
 pub(crate) mod history;
 pub(crate) mod line;
 pub(crate) mod start;
-pub(crate) mod walked;
+
+mod lost;
+mod position;
+mod stance_aids;
+mod two_feet;
+mod visits;
+mod walked;

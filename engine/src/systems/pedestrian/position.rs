@@ -1,0 +1,73 @@
+//! Where the inspector is, how sure that is, and which way he faces: what the filter tells.
+
+use nalgebra::{Matrix3, Vector3};
+
+use super::filter::{Filter, Setting, seconds};
+use crate::event::{FootPoint, TrackPoint};
+use crate::ins::layout::ErrorState;
+use crate::rotation::heading;
+
+impl<const B: usize, const F: usize> Filter<B, F> {
+    pub(super) fn middle_p_n(&self) -> Vector3<f64> {
+        self.feet.iter().map(|foot| foot.nav.p_n).sum::<Vector3<f64>>() / F as f64
+    }
+
+    /// Covariance of the middle of the feet, m².
+    pub(super) fn middle_covariance(&self) -> Matrix3<f64> {
+        let mut sum = Matrix3::zeros();
+        for a in 0..F {
+            for b in 0..F {
+                sum += self.eskf.covariance.block(ErrorState::Position.of(a), ErrorState::Position.of(b));
+            }
+        }
+        sum / (F * F) as f64
+    }
+
+    pub(super) fn sigma_plan_m(&self) -> f64 {
+        let covariance = self.middle_covariance();
+        (covariance[(0, 0)] + covariance[(1, 1)]).max(0.0).sqrt()
+    }
+
+    pub(super) fn sigma_heading_rad(&self, sensor: usize) -> f64 {
+        let attitude = ErrorState::Attitude.of(sensor);
+        self.eskf.covariance.block(attitude, attitude)[(2, 2)].max(0.0).sqrt()
+    }
+
+    /// Length of the path so far, m.
+    pub(crate) fn distance_m(&self) -> f64 {
+        self.walked.distance_m(F)
+    }
+
+    /// Where the inspector is at `t_ns`, the time of the last step.
+    #[inline]
+    pub(crate) fn point(&self, setting: &Setting, t_ns: i64) -> TrackPoint {
+        let mut feet = [None; 2];
+        let mut middle = Vector3::zeros();
+        for (sensor, foot) in self.feet.iter().enumerate() {
+            // A foot whose last sample is older than the epoch has moved on at its velocity.
+            let late_s = seconds(t_ns - foot.t_ns);
+            let p_n = if late_s > 0.0 && late_s < 0.05 {
+                foot.nav.p_n + foot.nav.v_n * late_s
+            } else {
+                foot.nav.p_n
+            };
+            middle += p_n;
+            feet[setting.feet[sensor].index()] =
+                Some(FootPoint { position_n_m: p_n.into(), stance: foot.stance.stands });
+        }
+        middle /= F as f64;
+        let covariance = self.middle_covariance();
+        let sigma = |axis: usize| covariance[(axis, axis)].max(0.0).sqrt();
+        let [left, right] = feet;
+        TrackPoint {
+            t_ns,
+            position_n_m: middle.into(),
+            heading_rad: self.walked.heading_rad(heading(&self.feet[0].nav.c_nb)),
+            sigma_heading_rad: self.sigma_heading_rad(0),
+            sigma_n_m: [sigma(0), sigma(1), sigma(2)],
+            covariance_en_m2: covariance[(0, 1)],
+            left,
+            right,
+        }
+    }
+}

@@ -1,0 +1,238 @@
+//! What a standing foot gives the filter: zero velocity at every moment, and at the end of the stance
+//! its rates, its heading, its height, and whether the sensor still hangs right.
+
+use super::filter::{Filter, GATE_1, GATE_3, Setting, seconds};
+use super::foot::Step;
+use crate::event::{AidKind, AidOutcome, Anomaly, AnomalyKind, Event};
+use crate::measure::height::{height, pressure_height_m};
+use crate::measure::magnetic_heading::magnetic_heading;
+use crate::measure::magnetic_rate::magnetic_rate;
+use crate::measure::zero_angular_rate::zero_angular_rate;
+use crate::measure::zero_velocity::zero_velocity;
+
+/// The heading of the linearised filter means nothing beyond this sigma, rad.
+const HEADING_UNCERTAIN_RAD: f64 = 0.5;
+/// So many stances in a row in a field that cannot be the site's, and it is told.
+const ODD_FIELD_STANCES: u32 = 5;
+/// Somebody who stands for longer is taken in pieces of this length, so that a live track profits, s.
+const PIECE_OF_A_STAND_S: f64 = 5.0;
+
+impl<const B: usize, const F: usize> Filter<B, F> {
+    pub(super) fn stand(&mut self, setting: &Setting, step: &Step, dt_s: f64, told: &mut Vec<Event>) {
+        let sensor = step.sensor;
+        let tuning = &setting.tuning;
+        let foot = &mut self.feet[sensor];
+        if foot.lost {
+            self.find_level(step);
+        }
+        let foot = &mut self.feet[sensor];
+        let w_nb_b = step.w_ib_b - foot.nav.gyro_bias_b;
+        let stance = &mut foot.stance;
+        stance.samples += 1;
+        stance.rate_sum += step.w_ib_b;
+        stance.force_sum += step.f_b;
+        if let Some(pressure_hpa) = step.pressure_hpa {
+            stance.pressure.0 += pressure_hpa;
+            stance.pressure.1 += 1;
+        }
+        stance.magnetics.extend(&w_nb_b, dt_s, step.mag_b_ut.as_ref());
+        let held_s =
+            if stance.held_ns == i64::MIN { f64::INFINITY } else { seconds(step.t_ns - stance.held_ns) };
+        if setting.aids.zupt && held_s >= tuning.covariance_interval_s * 0.99 {
+            stance.held_ns = step.t_ns;
+            if foot.transition.dt_s() > 0.0 {
+                self.propagate(setting, sensor);
+            }
+            let v_n = self.feet[sensor].nav.v_n;
+            let observation = zero_velocity(sensor, &v_n, step.zupt_sigma_m_s);
+            let (nis, _) = self.update(&observation, f64::INFINITY);
+            let stance = &mut self.feet[sensor].stance;
+            stance.nis_sum += nis;
+            stance.updates += 1;
+        }
+        let stood_s = seconds(step.t_ns - self.feet[sensor].stance.heading_ns);
+        if stood_s >= PIECE_OF_A_STAND_S {
+            self.close_stance(setting, sensor, told);
+            let since_ns = self.feet[sensor].stance.since_ns;
+            self.feet[sensor].stance.begin(step.t_ns);
+            self.feet[sensor].stance.since_ns = since_ns;
+        }
+    }
+
+    /// What a whole stance has shown: heading, rates, and whether the sensor hangs right.
+    pub(super) fn close_stance(&mut self, setting: &Setting, sensor: usize, told: &mut Vec<Event>) {
+        if self.feet[sensor].transition.dt_s() > 0.0 {
+            self.propagate(setting, sensor);
+        }
+        let foot = &self.feet[sensor];
+        let t_ns = foot.t_ns;
+        let which = Some(setting.feet[sensor]);
+        let outcome = |aid, nis, degrees_of_freedom, updates, accepted| {
+            Event::Aid(AidOutcome { t_ns, foot: which, aid, nis, degrees_of_freedom, updates, accepted })
+        };
+        if foot.stance.updates > 0 {
+            let nis = foot.stance.nis_sum / f64::from(foot.stance.updates);
+            told.push(outcome(AidKind::Zupt, nis, 3, foot.stance.updates, true));
+        }
+        self.check_mounting(setting, sensor, told);
+        self.check_field(setting, sensor, told);
+        if setting.aids.maru
+            && let Some((nis, accepted)) = self.apply_rates(setting, sensor)
+        {
+            told.push(outcome(AidKind::Maru, nis, 3, 1, accepted));
+        }
+        if setting.aids.heading
+            && let Some((nis, accepted)) = self.apply_heading(setting, sensor)
+        {
+            told.push(outcome(AidKind::Heading, nis, 1, 1, accepted));
+        }
+        if setting.aids.altimeter
+            && let Some((nis, accepted)) = self.apply_height(setting, sensor)
+        {
+            told.push(outcome(AidKind::Altimeter, nis, 1, 1, accepted));
+        }
+        self.watch_heading(setting, sensor, told);
+    }
+
+    /// The height by the mean pressure of the stance; the first one takes the zero.
+    pub(super) fn apply_height(&mut self, setting: &Setting, sensor: usize) -> Option<(f64, bool)> {
+        let foot = &mut self.feet[sensor];
+        let (sum_hpa, readings) = foot.stance.pressure;
+        if readings < 3 {
+            return None;
+        }
+        let risen_m = pressure_height_m(sum_hpa / f64::from(readings));
+        let p_n = foot.nav.p_n;
+        let zero_m = *foot.altimeter_zero_m.get_or_insert(p_n.z - risen_m);
+        let observation = height(sensor, &p_n, zero_m + risen_m, setting.tuning.altimeter_sigma_m);
+        Some(self.update(&observation, GATE_1))
+    }
+
+    pub(super) fn apply_heading(&mut self, setting: &Setting, sensor: usize) -> Option<(f64, bool)> {
+        let tuning = &setting.tuning;
+        let foot = &self.feet[sensor];
+        if foot.stance.magnetics.readings() < 3 {
+            return None;
+        }
+        let mag_b_ut = foot.stance.magnetics.mean_b_ut()?;
+        let strength_ut = mag_b_ut.norm();
+        if !(tuning.weakest_field_ut..=tuning.strongest_field_ut).contains(&strength_ut) {
+            return Some((f64::INFINITY, false));
+        }
+        let observation = magnetic_heading(
+            sensor,
+            &foot.nav.c_nb,
+            &mag_b_ut,
+            setting.declination_rad,
+            tuning.magnetic_heading_sigma_rad,
+        );
+        Some(self.update(&observation, GATE_1))
+    }
+
+    /// Magnetic angular rate over the stance; and for somebody who stands for long, the mean rate.
+    pub(super) fn apply_rates(&mut self, setting: &Setting, sensor: usize) -> Option<(f64, bool)> {
+        let tuning = &setting.tuning;
+        let foot = &self.feet[sensor];
+        let stance = &foot.stance;
+        let stood_s = seconds(foot.t_ns - stance.heading_ns);
+        let ends = stance.magnetics.ends();
+        let rate_mean = stance.rate_sum / f64::from(stance.samples.max(1));
+        let gyro_bias_b = foot.nav.gyro_bias_b;
+        let mut outcome = None;
+        if let Some(ends) = ends {
+            let change_ut = (ends.end_b_ut.norm() - ends.start_b_ut.norm()).abs();
+            if change_ut < tuning.steady_field_ut {
+                let sigma_ut = tuning.magnetometer_noise_ut * (2.0 / ends.readings as f64).sqrt() + 0.1;
+                let observation = magnetic_rate(
+                    sensor,
+                    &ends.start_b_ut,
+                    &ends.end_b_ut,
+                    &ends.turn,
+                    ends.duration_s,
+                    sigma_ut,
+                );
+                outcome = Some(self.update(&observation, GATE_3));
+            } else {
+                outcome = Some((f64::INFINITY, false));
+            }
+        }
+        if stood_s >= tuning.standing_s {
+            let observation = zero_angular_rate(sensor, &rate_mean, &gyro_bias_b, tuning.sway_rad / stood_s);
+            let zero_rate = self.update(&observation, GATE_3);
+            outcome = outcome.or(Some(zero_rate));
+        }
+        outcome
+    }
+
+    /// A field that is never the site's own: a magnet nearby, or a magnetometer that needs calibrating.
+    fn check_field(&mut self, setting: &Setting, sensor: usize, told: &mut Vec<Event>) {
+        let tuning = &setting.tuning;
+        let foot = &mut self.feet[sensor];
+        let Some(mag_b_ut) = foot.stance.magnetics.mean_b_ut() else { return };
+        let strength_ut = mag_b_ut.norm();
+        if (tuning.weakest_field_ut..=tuning.strongest_field_ut).contains(&strength_ut) {
+            foot.odd_field_stances = 0;
+            return;
+        }
+        foot.odd_field_stances += 1;
+        if foot.odd_field_stances == ODD_FIELD_STANCES {
+            told.push(Event::Anomaly(Anomaly {
+                kind: AnomalyKind::MagneticField,
+                foot: Some(setting.feet[sensor]),
+                t_start_ns: foot.stance.since_ns,
+                t_end_ns: foot.t_ns,
+                samples: u64::from(foot.stance.samples),
+                detail: format!(
+                    "the field has been outside {:.0} to {:.0} µT for {ODD_FIELD_STANCES} stances, now {strength_ut:.0} µT: steel nearby, or a magnetometer that needs calibrating; the heading goes on by the gyro",
+                    tuning.weakest_field_ut, tuning.strongest_field_ut
+                ),
+            }));
+        }
+    }
+
+    /// After a stance gravity should stand upright; three times out of eight far from it means that
+    /// the axes are not what the log says, or that the sensor has slipped.
+    pub(super) fn check_mounting(&mut self, setting: &Setting, sensor: usize, told: &mut Vec<Event>) {
+        let foot = &mut self.feet[sensor];
+        if foot.stance.samples < 5 {
+            return;
+        }
+        let f_n = foot.nav.c_nb * (foot.stance.force_sum / f64::from(foot.stance.samples));
+        let tilt_rad = libm::atan2(f_n.xy().norm(), f_n.z);
+        let before = foot.tilted_stances.count_ones();
+        foot.tilted_stances = (foot.tilted_stances << 1) | u8::from(tilt_rad > 0.35);
+        if before < 3 && foot.tilted_stances.count_ones() >= 3 {
+            told.push(Event::Anomaly(Anomaly {
+                kind: AnomalyKind::WrongMounting,
+                foot: Some(setting.feet[sensor]),
+                t_start_ns: foot.stance.since_ns,
+                t_end_ns: foot.t_ns,
+                samples: u64::from(foot.stance.samples),
+                detail: format!(
+                    "in stance the specific force stands {:.0}° from upright: the axes of gyro and accelerometer do not belong together, or the sensor has slipped; check that the log's axes are right-handed and the sensor is tied down",
+                    tilt_rad.to_degrees()
+                ),
+            }));
+        }
+    }
+
+    pub(super) fn watch_heading(&mut self, setting: &Setting, sensor: usize, told: &mut Vec<Event>) {
+        let sigma = self.sigma_heading_rad(sensor);
+        let uncertain = sigma > HEADING_UNCERTAIN_RAD;
+        if uncertain && !self.heading_uncertain {
+            let t_ns = self.feet[sensor].t_ns;
+            told.push(Event::Anomaly(Anomaly {
+                kind: AnomalyKind::HeadingUncertain,
+                foot: Some(setting.feet[sensor]),
+                t_start_ns: t_ns,
+                t_end_ns: t_ns,
+                samples: 0,
+                detail: format!(
+                    "the heading is uncertain by {:.0}° (1σ): only a marker or the magnetometer can mend it",
+                    sigma.to_degrees()
+                ),
+            }));
+        }
+        self.heading_uncertain = uncertain;
+    }
+}
