@@ -29,6 +29,10 @@ pub struct Config {
     #[arg(long, env = "LODESTEP_UNPACKED_BYTES", value_name = "BYTES", default_value_t = 2 << 30)]
     pub unpacked_bytes: u64,
 
+    /// How many times its packed size a log may unpack to, beyond the first 16 MiB.
+    #[arg(long, env = "LODESTEP_UNPACKED_RATIO", value_name = "TIMES", default_value_t = 200)]
+    pub unpacked_ratio: u64,
+
     /// Largest body of any other request, in bytes.
     #[arg(long, env = "LODESTEP_BODY_BYTES", value_name = "BYTES", default_value_t = 4 << 20)]
     pub body_bytes: usize,
@@ -59,6 +63,7 @@ impl Config {
             site: None,
             upload_bytes: 256 << 20,
             unpacked_bytes: 512 << 20,
+            unpacked_ratio: 200,
             body_bytes: 4 << 20,
             track_rate_hz: 10.0,
             request_s: 60,

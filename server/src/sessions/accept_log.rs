@@ -16,9 +16,6 @@ use crate::store::logs::{self, Codec, Log, LogState};
 use crate::store::raw_chunks;
 use crate::utc;
 
-/// How far a packed log may grow: sensor noise packs to a half or a fifth, a bomb to a thousandth.
-const MAX_RATIO: u64 = 200;
-
 /// Finishes an upload whose bytes have this SHA-256. Finishing again is answered in the same way.
 pub(crate) async fn finish(app: &App, log_id: Uuid, sha256: Option<String>) -> Result<Log> {
     let _turn = app.upload_turns.take(log_id).await;
@@ -111,7 +108,10 @@ async fn read(app: &App, log: &Log) -> Result<ReadLog, ReadLogError> {
     if log.offset_bytes == 0 {
         return Err(UnpackError::Empty.into());
     }
-    let limits = UnpackLimits { max_unpacked_bytes: app.config.unpacked_bytes, max_ratio: MAX_RATIO };
+    let limits = UnpackLimits {
+        max_unpacked_bytes: app.config.unpacked_bytes,
+        max_ratio: app.config.unpacked_ratio,
+    };
     let foot = log.foot;
     // Reading is work for a core: a few at a time, the others wait here.
     let _permit = app.log_readers.acquire().await;

@@ -66,7 +66,7 @@ pub(crate) enum UnpackError {
     Damaged { packing: Packing, unpacked_bytes: u64, reason: String },
     #[error(
         "the log unpacks to more than {limit_bytes} bytes, which is the limit for one log. \
-         Split the session, or ask for a larger `max_unpacked_bytes` in the server's configuration"
+         Split the session, or raise --unpacked-bytes"
     )]
     TooLarge { limit_bytes: u64 },
     #[error(

@@ -2,10 +2,12 @@
 
 #![allow(clippy::unwrap_used, reason = "in a test a panic is the message")]
 
+mod doors;
 mod faults;
 mod inspectors;
 mod live;
 mod markers;
+mod processing;
 mod sessions;
 mod surroundings;
 mod upload;
