@@ -108,10 +108,8 @@ async fn read(app: &App, log: &Log) -> Result<ReadLog, ReadLogError> {
     if log.offset_bytes == 0 {
         return Err(UnpackError::Empty.into());
     }
-    let limits = UnpackLimits {
-        max_unpacked_bytes: app.config.unpacked_bytes,
-        max_ratio: app.config.unpacked_ratio,
-    };
+    let limits =
+        UnpackLimits { max_unpacked_bytes: app.config.unpacked_bytes, max_ratio: app.config.unpacked_ratio };
     let foot = log.foot;
     // Reading is work for a core: a few at a time, the others wait here.
     let _permit = app.log_readers.acquire().await;

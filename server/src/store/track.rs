@@ -3,8 +3,9 @@
 use futures_util::{Stream, TryStreamExt};
 use lodestep_engine::event::{FootPoint, TrackPoint};
 use serde::{Deserialize, Serialize};
-use sqlx::sqlite::SqliteRow;
-use sqlx::{AssertSqlSafe, FromRow, Row, SqliteConnection, SqliteExecutor};
+use sqlx::query::Query;
+use sqlx::sqlite::{SqliteArguments, SqliteRow};
+use sqlx::{AssertSqlSafe, FromRow, Row, Sqlite, SqliteConnection, SqliteExecutor};
 use uuid::Uuid;
 
 use super::{StoreError, columns};
@@ -165,9 +166,13 @@ pub async fn upsert(
         let sql = format!(
             "insert into track_points (session_id, run, {}) values {} on conflict (session_id, run, t_ns) do update set {kept}",
             POINT_COLUMNS.join(", "),
-            placeholders(rows.len(), "?1, ?2, "),
+            placeholders(rows.len(), 2 + POINT_COLUMNS.len()),
         );
-        write(db, session_id, run, rows, sql).await?;
+        let (session_id, run) = (session_id.to_string(), run.name());
+        let query = rows.iter().fold(statement(sql, rows.len()), |query, point| {
+            bind_point(query.bind(session_id.clone()).bind(run), point)
+        });
+        query.execute(&mut *db).await?;
     }
     Ok(())
 }
@@ -186,10 +191,11 @@ pub async fn revise(
         let sql = format!(
             "with revised ({columns}) as (values {})
              update track_points set {kept} from revised
-             where track_points.session_id = ?1 and track_points.run = ?2 and track_points.t_ns = revised.t_ns",
-            placeholders(rows.len(), ""),
+             where track_points.session_id = ? and track_points.run = ? and track_points.t_ns = revised.t_ns",
+            placeholders(rows.len(), POINT_COLUMNS.len()),
         );
-        write(db, session_id, run, rows, sql).await?;
+        let query = rows.iter().fold(statement(sql, rows.len()), bind_point);
+        query.bind(session_id.to_string()).bind(run.name()).execute(&mut *db).await?;
     }
     Ok(())
 }
@@ -204,59 +210,43 @@ pub async fn clear(db: impl SqliteExecutor<'_>, session_id: Uuid, run: Run) -> R
     Ok(())
 }
 
-/// `(?3, …), (?21, …), …`: one group a point, after what comes first in each.
-fn placeholders(rows: usize, first: &str) -> String {
-    let mut sql = String::with_capacity(rows * 120);
-    for row in 0..rows {
-        sql.push_str(if row == 0 { "(" } else { ", (" });
-        sql.push_str(first);
-        for column in 0..POINT_COLUMNS.len() {
-            if column > 0 {
-                sql.push_str(", ");
-            }
-            sql.push('?');
-            sql.push_str(&(3 + row * POINT_COLUMNS.len() + column).to_string());
-        }
-        sql.push(')');
-    }
-    sql
+/// `(?, ?, …), (?, ?, …), …`: one group a point. Without numbers, for what a number names is looked up
+/// in a list at each binding, which for thousands of them takes longer than all else.
+fn placeholders(rows: usize, columns: usize) -> String {
+    let group = format!("({})", vec!["?"; columns].join(", "));
+    vec![group; rows].join(", ")
 }
 
-async fn write(
-    db: &mut SqliteConnection,
-    session_id: Uuid,
-    run: Run,
-    points: &[TrackPoint],
-    sql: String,
-) -> Result<(), StoreError> {
+type Statement = Query<'static, Sqlite, SqliteArguments>;
+
+fn statement(sql: String, rows: usize) -> Statement {
     // Only full statements come again in the same shape; the others would fill the statement cache.
-    let persistent = points.len() == POINTS_PER_STATEMENT || points.len() <= 8;
-    // Safe: made of this file's column names and of numbers.
-    let mut query =
-        sqlx::query(AssertSqlSafe(sql)).persistent(persistent).bind(session_id.to_string()).bind(run.name());
-    for point in points {
-        let [e, n, u] = point.position_n_m;
-        let [sigma_e, sigma_n, sigma_u] = point.sigma_n_m;
-        query = query
-            .bind(point.t_ns)
-            .bind(e)
-            .bind(n)
-            .bind(u)
-            .bind(point.heading_rad)
-            .bind(point.sigma_heading_rad)
-            .bind(sigma_e)
-            .bind(sigma_n)
-            .bind(sigma_u)
-            .bind(point.covariance_en_m2);
-        for foot in [point.left, point.right] {
-            for axis in 0..3 {
-                query = query.bind(foot.map(|foot| foot.position_n_m[axis]));
-            }
-        }
-        for foot in [point.left, point.right] {
-            query = query.bind(foot.map(|foot| foot.stance));
+    let persistent = rows == POINTS_PER_STATEMENT || rows <= 8;
+    // Safe: made of this file's column names and of question marks.
+    sqlx::query(AssertSqlSafe(sql)).persistent(persistent)
+}
+
+fn bind_point(query: Statement, point: &TrackPoint) -> Statement {
+    let [e, n, u] = point.position_n_m;
+    let [sigma_e, sigma_n, sigma_u] = point.sigma_n_m;
+    let mut query = query
+        .bind(point.t_ns)
+        .bind(e)
+        .bind(n)
+        .bind(u)
+        .bind(point.heading_rad)
+        .bind(point.sigma_heading_rad)
+        .bind(sigma_e)
+        .bind(sigma_n)
+        .bind(sigma_u)
+        .bind(point.covariance_en_m2);
+    for foot in [point.left, point.right] {
+        for axis in 0..3 {
+            query = query.bind(foot.map(|foot| foot.position_n_m[axis]));
         }
     }
-    query.execute(db).await?;
-    Ok(())
+    for foot in [point.left, point.right] {
+        query = query.bind(foot.map(|foot| foot.stance));
+    }
+    query
 }

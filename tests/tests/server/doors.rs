@@ -51,7 +51,7 @@ impl Input {
 
 /// By the command line's own `process`.
 async fn by_command_line(server: &TestServer, input: &Input, folder: &Path) -> Output {
-    let site = server.get("/site").await.body;
+    let site = server.look("/site").await.body;
     let file = |name: &str, bytes: &[u8]| -> PathBuf {
         let path = folder.join(name);
         std::fs::write(&path, bytes).unwrap();
@@ -144,7 +144,7 @@ async fn by_stream(server: &TestServer, input: &Input) -> Output {
     }
     device.finish().await;
     loop {
-        let session = server.get(&format!("/sessions/{session_id}")).await.body;
+        let session = server.look(&format!("/sessions/{session_id}")).await.body;
         match session["state"].as_str() {
             Some("finished") => return output(server, &session_id).await,
             Some("failed") => panic!("{session}"),
@@ -154,7 +154,7 @@ async fn by_stream(server: &TestServer, input: &Input) -> Output {
 }
 
 async fn output(server: &TestServer, session_id: &str) -> Output {
-    let session = server.get(&format!("/sessions/{session_id}")).await.body;
+    let session = server.look(&format!("/sessions/{session_id}")).await.body;
     let csv = server.client.get(server.api(&format!("/sessions/{session_id}/track.csv")));
     Output {
         sha256: session["track_sha256"].as_str().unwrap().to_owned(),

@@ -50,38 +50,38 @@ async fn a_session_is_processed_with_and_without_its_markers() {
 
     let job = server.process(&session_id).await;
     assert_eq!((job["state"].as_str(), job["progress"].as_f64()), (Some("finished"), Some(1.0)), "{job}");
-    let session = server.get(&format!("/sessions/{session_id}")).await.body;
+    let session = server.look(&format!("/sessions/{session_id}")).await.body;
     assert_eq!(session["state"], "finished");
     assert_eq!(session["samples"], 2 * walk().left.len());
     let distance_m = session["distance_m"].as_f64().unwrap();
     assert!((distance_m - walk().distance_m).abs() < 2.0, "{distance_m} m of {} m", walk().distance_m);
 
-    let visits = server.get(&format!("/sessions/{session_id}/visits")).await.body;
+    let visits = server.look(&format!("/sessions/{session_id}/visits")).await.body;
     assert_eq!(visits[0]["accepted"], true, "{visits}");
     let before = visits[0]["before_minus_marker_m"][0].as_f64().unwrap();
     assert!((before + 0.5).abs() < 0.1, "{visits}");
 
     let path = format!("/sessions/{session_id}/track");
-    let main = server.get(&path).await.body;
-    let without = server.get(&format!("{path}?run=without_markers")).await.body;
+    let main = server.look(&path).await.body;
+    let without = server.look(&format!("{path}?run=without_markers")).await.body;
     assert_eq!((main["run"].as_str(), without["run"].as_str()), (Some("main"), Some("without_markers")));
     let rows = main["rows"].as_array().unwrap();
     let seconds = walk().left.last().unwrap().t_ns as f64 / 1e9;
     assert!((rows.len() as f64 - 10.0 * seconds).abs() < 10.0 * 12.0, "{} rows of {seconds} s", rows.len());
     assert_eq!(rows.len(), without["rows"].as_array().unwrap().len());
     assert_ne!(main["rows"], without["rows"], "the visit moved nothing");
-    let thinned = server.get(&format!("{path}?rate_hz=2")).await.body;
+    let thinned = server.look(&format!("{path}?rate_hz=2")).await.body;
     let fifth = rows.len().div_ceil(5);
     assert!(thinned["rows"].as_array().unwrap().len().abs_diff(fifth) <= 1);
-    let full = server.get(&format!("{path}?rate_hz=full")).await.body;
+    let full = server.look(&format!("{path}?rate_hz=full")).await.body;
     assert_eq!(full["rows"].as_array().unwrap().len() as u64, session["epochs"].as_u64().unwrap());
     assert!(rows.iter().all(|row| full["rows"].as_array().unwrap().contains(row)));
-    assert_eq!(server.get(&format!("{path}?rate_hz=0")).await.code(), "wrong_rate");
+    assert_eq!(server.look(&format!("{path}?rate_hz=0")).await.code(), "wrong_rate");
 
     // Again: the same bits, the same visit, nothing doubled.
     server.process(&session_id).await;
-    assert_eq!(server.get(&path).await.body, main);
-    let again = server.get(&format!("/sessions/{session_id}")).await.body;
+    assert_eq!(server.look(&path).await.body, main);
+    let again = server.look(&format!("/sessions/{session_id}")).await.body;
     assert_eq!(again["track_sha256"], session["track_sha256"]);
     assert_eq!(again["anomalies"], session["anomalies"]);
 }
@@ -106,10 +106,10 @@ async fn a_track_is_taken_away_as_a_file() {
         assert!(text.contains(words), "{extension}: {}", &text[..200]);
     }
     let (_, csv) = text(&server, &format!("/sessions/{session_id}/track.csv?rate_hz=1")).await;
-    let json = server.get(&format!("/sessions/{session_id}/track?rate_hz=1")).await.body;
+    let json = server.look(&format!("/sessions/{session_id}/track?rate_hz=1")).await.body;
     assert_eq!(csv.lines().count(), 1 + json["rows"].as_array().unwrap().len());
     let nobody = "0199f1c8-0000-7000-8000-000000000000";
-    assert_eq!(server.get(&format!("/sessions/{nobody}/track.csv")).await.code(), "session_not_found");
+    assert_eq!(server.look(&format!("/sessions/{nobody}/track.csv")).await.code(), "session_not_found");
 }
 
 #[tokio::test]
@@ -119,14 +119,14 @@ async fn a_job_that_a_restart_interrupts_is_done_after_it() {
     let asked = ask(server.client.post(server.api(&format!("/sessions/{session_id}/process")))).await;
     let server = server.restart().await;
     loop {
-        let job = server.get(&format!("/jobs/{}", asked.id())).await.body;
+        let job = server.look(&format!("/jobs/{}", asked.id())).await.body;
         assert_ne!(job["state"], "failed", "{job}");
         if job["state"] == "finished" {
             break;
         }
         tokio::time::sleep(std::time::Duration::from_millis(5)).await;
     }
-    assert_eq!(server.get(&format!("/sessions/{session_id}")).await.body["state"], "finished");
+    assert_eq!(server.look(&format!("/sessions/{session_id}")).await.body["state"], "finished");
 }
 
 #[tokio::test]
@@ -140,16 +140,16 @@ async fn a_failure_says_why_and_leaves_the_former_track() {
     let session_id = handed_in(&server).await;
     server.process(&session_id).await;
     let path = format!("/sessions/{session_id}/track");
-    let former = server.get(&path).await.body;
+    let former = server.look(&path).await.body;
     // A later log stands for its foot: this one is too short for anything.
     for (foot, samples) in [("left", &walk().left), ("right", &walk().right)] {
         assert_eq!(server.hand_in(&session_id, foot, log(&samples[..20])).await.body["state"], "accepted");
     }
     let job = server.process(&session_id).await;
     assert_eq!(job["state"], "failed", "{job}");
-    let session = server.get(&format!("/sessions/{session_id}")).await.body;
+    let session = server.look(&format!("/sessions/{session_id}")).await.body;
     assert_eq!((session["state"].as_str(), &session["error"]), (Some("failed"), &job["error"]));
-    assert_eq!(server.get(&path).await.body, former);
+    assert_eq!(server.look(&path).await.body, former);
 }
 
 #[tokio::test]
@@ -158,7 +158,7 @@ async fn a_session_without_one_foots_log_is_computed_and_says_so() {
     let session_id = server.session(json!({})).await;
     server.hand_in(&session_id, "right", log(&walk().right)).await;
     assert_eq!(server.process(&session_id).await["state"], "finished");
-    let anomalies = server.get(&format!("/sessions/{session_id}/anomalies")).await.body;
+    let anomalies = server.look(&format!("/sessions/{session_id}/anomalies")).await.body;
     let missing: Vec<&Value> =
         anomalies.as_array().unwrap().iter().filter(|found| found["anomaly"] == "foot_missing").collect();
     assert_eq!(missing.len(), 1, "{anomalies}");
@@ -190,6 +190,6 @@ async fn visits_are_checked_as_a_whole_and_added_once() {
     let picture = tell_visits(&server, &session_id, "image/png", String::new()).await;
     assert_eq!(picture.status, 415);
     // Of the refused lists nothing was stored.
-    let visits = server.get(&format!("/sessions/{session_id}/visits")).await.body;
+    let visits = server.look(&format!("/sessions/{session_id}/visits")).await.body;
     assert_eq!(visits.as_array().unwrap().len(), 2);
 }
