@@ -14,6 +14,14 @@ import * as store from "./ui/remembered.js";
 /**
  * @typedef {{name: string, latitude_deg: number, longitude_deg: number, height_m: number, gravity_m_s2: number, declination_deg: number}} Site
  */
+/**
+ * Moves of people are shown this often: fifty of them send five times a second each, not at the same
+ * moments, and walking pace needs no more.
+ */
+const MOVES_EVERY_MS = 200;
+/** @type {Set<AnyTopic>} */
+const MOVES = new Set(["position", "trail"]);
+
 /** @typedef {{name: string, e_m: number, n_m: number}} Place */
 /** @typedef {ReturnType<typeof makeApp>} App */
 
@@ -27,6 +35,8 @@ export function makeApp(site, plan) {
   /** @type {Set<AnyTopic>} */
   let pending = new Set();
   let frame = 0;
+  let timer = 0;
+  let shownAt = 0;
 
   const stage = makeStage(one("#map"), plan.ring_radius_m);
   const app = {
@@ -71,7 +81,11 @@ export function makeApp(site, plan) {
     /** @param {AnyTopic[]} topics */
     changed(...topics) {
       for (const topic of topics) pending.add(topic);
-      if (topics.length > 0 && frame === 0) frame = requestAnimationFrame(run);
+      if (topics.length === 0 || frame !== 0) return;
+      const wait_ms = shownAt + MOVES_EVERY_MS - performance.now();
+      if (wait_ms > 0 && topics.every((topic) => MOVES.has(topic))) {
+        if (timer === 0) timer = window.setTimeout(ask, wait_ms);
+      } else ask();
     },
     onFrame: (/** @type {(changed: Set<AnyTopic>) => void} */ run) => watchers.push(run),
     /** @param {string | null} inspectorId */
@@ -98,8 +112,15 @@ export function makeApp(site, plan) {
     return colour;
   }
 
+  function ask() {
+    clearTimeout(timer);
+    timer = 0;
+    frame = requestAnimationFrame(run);
+  }
+
   function run() {
     frame = 0;
+    shownAt = performance.now();
     const changed = pending;
     pending = new Set();
     for (const watcher of watchers) watcher(changed);

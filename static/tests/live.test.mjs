@@ -2,7 +2,7 @@ import assert from "node:assert/strict";
 import { test } from "node:test";
 import { people, presenceOf, LOST_AFTER_S, SILENT_AFTER_S } from "../js/state/attention.js";
 import { apply, emptyState } from "../js/state/live.js";
-import { extend, lastPart, revise } from "../js/state/trail.js";
+import { extend, revise } from "../js/state/trail.js";
 
 const NOW = Date.parse("2026-07-01T08:00:00Z");
 const position = (over = {}) => ({
@@ -115,11 +115,11 @@ test("a late point finds its place, a repeated time replaces", () => {
   assert.deepEqual(trail, [[1, 0, 0], [3, 1, 1], [5, 2, 2]]);
 });
 
-test("the last five minutes of a trail are counted from its end", () => {
-  /** @type {any[]} */
-  const trail = [[0, 0, 0], [400e9, 1, 1], [600e9, 2, 2]];
-  assert.deepEqual(lastPart(trail, 300), [[400e9, 1, 1], [600e9, 2, 2]]);
-  assert.equal(lastPart(trail, Infinity).length, 3);
+test("a revision says how far back the drawn past has to be drawn again", () => {
+  const state = started();
+  const session = state.sessions.get("s1");
+  apply(state, changes(11, { kind: "revision", session_id: "s1", points: [[2e9, 5, 5]] }, { kind: "revision", session_id: "s1", points: [[3e9, 5, 5]] }), NOW);
+  assert.equal(session?.revised_from_ns, 2e9);
 });
 
 test("people go stale without any message: walking, silent, lost", () => {

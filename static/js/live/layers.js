@@ -6,7 +6,7 @@ import { drawFaults, faultAt } from "../map/faults.js";
 import { PeopleLayer } from "../map/people.js";
 import { drawPlan } from "../map/plan.js";
 import { drawRuns } from "../map/runs.js";
-import { drawTrails } from "../map/trails.js";
+import { Trails } from "../map/trails.js";
 import { eastNorth } from "../map/stage.js";
 
 /** How many actuators near the selected person stand out. */
@@ -19,7 +19,9 @@ export class LiveLayers {
     const { stage, plan } = app;
     this.plan = stage.canvas("plan", drawPlan(plan));
     this.actuators = stage.canvas("actuators", drawActuators(() => app.places, () => ({ named: this.near, goal: app.ui.goal })));
-    this.trails = stage.canvas("trails", drawTrails(() => ({ walked: this.walked(), seconds: app.ui.trail_s })));
+    this.walks = new Trails(() => ({ walked: this.walked(), seconds: app.ui.trail_s }));
+    this.past = stage.canvas("trails", this.walks.drawPast);
+    this.trails = stage.canvas("trails", this.walks.drawRecent);
     this.runs = stage.canvas("trails", drawRuns(() => app.runs));
     this.faults = stage.canvas("faults", drawFaults(() => ({ faults: this.openFaults(), selected: app.ui.fault })));
     this.ellipses = stage.canvas("ellipses", drawEllipses(() => this.ellipsesShown()));
@@ -48,11 +50,9 @@ export class LiveLayers {
   walked() {
     const { app } = this;
     return this.present()
-      .map(({ inspector, session }) => ({
-        trail: session?.trail ?? [],
-        colour: app.colour(inspector.id),
-        selected: inspector.id === app.ui.selected,
-      }))
+      .flatMap(({ inspector, session }) =>
+        session ? [{ session, colour: app.colour(inspector.id), selected: inspector.id === app.ui.selected }] : [],
+      )
       .sort((a, b) => Number(a.selected) - Number(b.selected));
   }
 
@@ -76,7 +76,7 @@ export class LiveLayers {
 
   /** After a change of theme or of words: everything. */
   repaint() {
-    for (const canvas of [this.plan, this.actuators, this.trails, this.runs, this.faults, this.ellipses]) canvas.invalidate();
+    for (const canvas of [this.plan, this.actuators, this.past, this.trails, this.runs, this.faults, this.ellipses]) canvas.invalidate();
   }
 
   /**
@@ -93,6 +93,7 @@ export class LiveLayers {
       this.runs.setShown(screen === "session");
       this.faults.setShown(live);
     }
+    this.past.setShown(live && app.ui.trails);
     this.trails.setShown(live && app.ui.trails);
     this.ellipses.setShown(live && app.ui.ellipses);
     if (screen === "session") this.runs.invalidate();
@@ -103,7 +104,10 @@ export class LiveLayers {
       }
       return;
     }
-    if (has("all", "position", "trail", "choice", "session")) this.trails.invalidate();
+    if (has("all", "position", "trail", "choice", "session")) {
+      this.trails.invalidate();
+      if (has("all", "choice", "session") || this.walks.pastIsStale()) this.past.invalidate();
+    }
     if (has("all", "position", "choice", "session", "tick")) {
       this.ellipses.invalidate();
       this.people.update(app.people(), app.colour, app.ui.selected);

@@ -7,14 +7,14 @@ import { presencePath } from "../ui/signs.js";
 
 const ROW = `
   <svg class="glyph" viewBox="0 0 18 18" aria-hidden="true"></svg>
-  <span class="grow"><span class="name"></span><span class="sub"></span></span>
+  <span class="grow"><span class="who"><span class="name"></span><span class="faults-n" hidden></span></span><span class="sub"></span></span>
   <span class="num"><span class="sigma"></span><small class="bars"><i></i><i></i><i></i><i></i></small></span>
   <span class="num"><span class="since-m"></span><small class="since-s"></small></span>`;
 
 /** Bars for a sigma: four below 1.5 m, none where the nearest actuator is a guess. */
 const BARS_M = [5, 3.5, 2.5, 1.5];
 
-/** @typedef {{item: HTMLElement, row: HTMLElement, parts: Record<"glyph" | "name" | "sub" | "sigma" | "bars" | "sinceM" | "sinceS", Element>}} Row */
+/** @typedef {{item: HTMLElement, row: HTMLElement, parts: Record<"glyph" | "name" | "faults" | "sub" | "sigma" | "bars" | "sinceM" | "sinceS", Element>}} Row */
 
 export class PeopleList {
   /**
@@ -69,7 +69,7 @@ export class PeopleList {
     item.append(row);
     const find = (/** @type {string} */ selector) => /** @type {Element} */ (row.querySelector(selector));
     const parts = {
-      glyph: find(".glyph"), name: find(".name"), sub: find(".sub"), sigma: find(".sigma"),
+      glyph: find(".glyph"), name: find(".name"), faults: find(".faults-n"), sub: find(".sub"), sigma: find(".sigma"),
       bars: find(".bars"), sinceM: find(".since-m"), sinceS: find(".since-s"),
     };
     const made = { item, row, parts };
@@ -94,6 +94,10 @@ export class PeopleList {
     }
     setText(parts.name, person.inspector.name);
     setText(parts.sub, subLine(person));
+    setText(parts.faults, `◆ ${person.faults}`);
+    setAttribute(parts.faults, "hidden", person.faults > 0 ? null : "");
+    setAttribute(parts.faults, "aria-label", t("live.faults_n", { n: person.faults }));
+    setAttribute(parts.faults, "title", t("live.faults_n", { n: person.faults }));
     setText(parts.sigma, off ? "" : length(person.sigma_m));
     setAttribute(parts.sigma, "class", person.poor ? "sigma flag" : "sigma");
     const bars = person.sigma_m === null ? 0 : BARS_M.filter((limit) => (person.sigma_m ?? 0) < limit).length;
@@ -112,6 +116,5 @@ function subLine(person) {
   else if (person.presence === "walking" && !person.poor && !person.overdue) words.push(`${number(person.session?.position?.speed_m_s, 1)} m/s`);
   if (person.poor) words.push(t("live.poor"));
   else if (person.overdue) words.push(t("live.overdue"));
-  if (person.faults > 0) words.push(t("live.faults_n", { n: person.faults }));
   return words.join(" · ");
 }

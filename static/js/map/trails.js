@@ -1,32 +1,76 @@
-// Where people have walked. The last minute is drawn strong, what came before it faint.
+// Where people have walked, on two canvases: the past, faint and drawn seldom, and the last minute, strong
+// and drawn with every move. Hours of trails of many people so cost no more than their last steps.
 
-import { firstAt, lastPart } from "../state/trail.js";
+import { firstAt } from "../state/trail.js";
 
-/**
- * @typedef {{trail: import("../state/trail.js").TrailPoint[], colour: number, selected: boolean}} Walked
- */
+/** @typedef {{session: import("../state/live.js").LiveSession, colour: number, selected: boolean}} Walked */
 
-/**
- * @param {() => {walked: Walked[], seconds: number}} content
- * @returns {import("./canvas.js").Draw}
- */
-export function drawTrails(content) {
-  return (g, paper) => {
-    const { walked, seconds } = content();
-    g.lineCap = g.lineJoin = "round";
-    for (const { trail, colour, selected } of walked) {
-      const part = lastPart(trail, seconds);
-      if (part.length < 2) continue;
-      const recent = firstAt(part, part[part.length - 1][0] - 60e9);
-      g.strokeStyle = paper.ink.people[colour];
-      g.lineWidth = selected ? 3 : 2;
-      g.globalAlpha = selected ? 0.6 : 0.38;
-      line(g, paper, part, 0, recent + 1);
-      g.globalAlpha = selected ? 1 : 0.85;
-      line(g, paper, part, recent, part.length);
-      g.globalAlpha = 1;
+/** The recent part begins this long before the end when the past is drawn … */
+const RECENT_NS = 60e9;
+/** … and the past is drawn again when it has grown to this. */
+const RECENT_MOST_NS = 90e9;
+
+export class Trails {
+  /** @param {() => {walked: Walked[], seconds: number}} content */
+  constructor(content) {
+    this.content = content;
+    /** Where each session's past ends, ns. @type {Map<string, number>} */
+    this.splits = new Map();
+  }
+
+  /** Whether the past has to be drawn again: the recent part has grown long, or a revision reaches behind it. */
+  pastIsStale() {
+    return this.content().walked.some(({ session }) => {
+      const split = this.splits.get(session.id);
+      if (session.trail.length === 0) return false;
+      return split === undefined || end(session) - split > RECENT_MOST_NS || session.revised_from_ns < split;
+    });
+  }
+
+  /** @type {import("./canvas.js").Draw} */
+  drawPast = (g, paper) => {
+    const { walked, seconds } = this.content();
+    this.splits.clear();
+    for (const { session, colour, selected } of walked) {
+      if (session.trail.length === 0) continue;
+      const split = end(session) - RECENT_NS;
+      this.splits.set(session.id, split);
+      session.revised_from_ns = Infinity;
+      pen(g, paper.ink.people[colour], selected ? 3 : 2, selected ? 0.6 : 0.38);
+      // The first recent point closes the gap between the two canvases.
+      line(g, paper, session.trail, firstAt(session.trail, end(session) - seconds * 1e9), firstAt(session.trail, split) + 1);
     }
+    g.globalAlpha = 1;
   };
+
+  /** @type {import("./canvas.js").Draw} */
+  drawRecent = (g, paper) => {
+    for (const { session, colour, selected } of this.content().walked) {
+      if (session.trail.length === 0) continue;
+      const split = this.splits.get(session.id) ?? end(session) - RECENT_NS;
+      pen(g, paper.ink.people[colour], selected ? 3 : 2, selected ? 1 : 0.85);
+      line(g, paper, session.trail, firstAt(session.trail, split), session.trail.length);
+    }
+    g.globalAlpha = 1;
+  };
+}
+
+/** @param {import("../state/live.js").LiveSession} session */
+function end(session) {
+  return session.trail[session.trail.length - 1][0];
+}
+
+/**
+ * @param {CanvasRenderingContext2D} g
+ * @param {string} colour
+ * @param {number} width
+ * @param {number} alpha
+ */
+function pen(g, colour, width, alpha) {
+  g.lineCap = g.lineJoin = "round";
+  g.strokeStyle = colour;
+  g.lineWidth = width;
+  g.globalAlpha = alpha;
 }
 
 /**
@@ -41,8 +85,8 @@ function line(g, { x, y }, trail, from, to) {
   let [lastX, lastY] = [NaN, NaN];
   for (let i = from; i < to && i < trail.length; i++) {
     const [px, py] = [x(trail[i][1]), y(trail[i][2])];
-    // Points closer than a pixel to the last one drawn would not be seen.
-    if (Math.abs(px - lastX) < 1 && Math.abs(py - lastY) < 1 && i !== to - 1) continue;
+    // Points closer than a pixel and a half to the last one drawn would not be seen.
+    if (Math.abs(px - lastX) < 1.5 && Math.abs(py - lastY) < 1.5 && i !== to - 1) continue;
     if (i === from) g.moveTo(px, py);
     else g.lineTo(px, py);
     [lastX, lastY] = [px, py];

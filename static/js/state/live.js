@@ -23,8 +23,8 @@ import { extend, revise } from "./trail.js";
  * }} Fault a candidate without a marker stands for none of those named
  * @typedef {{
  *   id: string, inspector_id: string, title?: string | null, state: string, started_at: string | null, ended_at?: string | null,
- *   feet?: string[], position: Position | null, trail: TrailPoint[], visits: Visit[], anomalies: Anomaly[],
- * }} LiveSession
+ *   feet?: string[], position: Position | null, trail: TrailPoint[], revised_from_ns: number, visits: Visit[], anomalies: Anomaly[],
+ * }} LiveSession `revised_from_ns` is the earliest time that was revised since the map last drew the past
  * @typedef {{id: string, session_id: string, state: string, stage: string, progress: number, error?: unknown}} Job
  * @typedef {{
  *   boot: string | null, seq: number, server_offset_ms: number, heard_at_ms: number,
@@ -104,6 +104,7 @@ function liveSession(row) {
     ...row,
     position: row.position ?? null,
     trail: row.trail ?? [],
+    revised_from_ns: Infinity,
     visits: row.visits instanceof Array ? row.visits : [],
     anomalies: row.anomalies instanceof Array ? row.anomalies : [],
   };
@@ -125,7 +126,10 @@ function applyChange(state, change, changed) {
       break;
     }
     case "revision":
-      if (session) revise(session.trail, change.points);
+      if (session && change.points.length > 0) {
+        revise(session.trail, change.points);
+        session.revised_from_ns = Math.min(session.revised_from_ns, change.points[0][0]);
+      }
       changed.add("trail");
       break;
     case "session": {

@@ -48,13 +48,3 @@ export function revise(trail, points) {
   while (to < trail.length && trail[to][0] <= last) to++;
   trail.splice(from, to - from, ...points);
 }
-
-/**
- * The last part of a trail.
- * @param {TrailPoint[]} trail
- * @param {number} seconds how much of it; Infinity for all
- */
-export function lastPart(trail, seconds) {
-  if (trail.length === 0 || !Number.isFinite(seconds)) return trail;
-  return trail.slice(firstAt(trail, trail[trail.length - 1][0] - seconds * 1e9));
-}
