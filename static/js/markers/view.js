@@ -23,7 +23,7 @@ export function markersView(app, side) {
       </div>
       <div class="answer" aria-live="polite"></div>
       <p class="muted count"></p>
-      <div class="scroll"><table data-testid="markers"><thead><tr><th data-t="markers.name"></th><th class="num" data-t="axis.east"></th><th class="num" data-t="axis.north"></th><th class="num" data-t="axis.up"></th><th></th></tr></thead><tbody></tbody></table></div>
+      <div class="scroll"><table data-testid="markers"><thead><tr><th data-t="markers.name"></th><th class="num" data-t="axis.east"></th><th class="num" data-t="axis.north"></th><th class="num" data-t="axis.up"></th><th><span class="unseen" data-t="markers.show"></span></th></tr></thead><tbody></tbody></table></div>
     </div></div>`);
   translate(side);
   /** @type {{name: string, e_m: number, n_m: number, u_m: number | null}[]} */

@@ -1,0 +1,63 @@
+// Can everybody use it? axe-core looks at every screen, in both languages and both themes.
+
+import assert from "node:assert/strict";
+import { readFile } from "node:fs/promises";
+import { after, before, describe, test } from "node:test";
+import { fileURLToPath } from "node:url";
+import { startMock } from "../mock-server.mjs";
+import { findChrome, HOW_TO_GET_CHROME, openPage } from "./chrome.mjs";
+
+const skip = (await findChrome()) ? false : HOW_TO_GET_CHROME;
+const AXE = fileURLToPath(import.meta.resolve("axe-core/axe.min.js"));
+
+describe("every screen can be read and used", { skip }, () => {
+  /** @type {Awaited<ReturnType<typeof startMock>>} */
+  let mock;
+  /** @type {string} */
+  let axe;
+
+  before(async () => {
+    mock = await startMock();
+    axe = await readFile(AXE, "utf8");
+  });
+  after(() => mock?.stop());
+
+  for (const [theme, locale] of /** @type {const} */ ([["light", "en"], ["dark", "zh-CN"]])) {
+    test(`${theme}, ${locale}`, async () => {
+      const tab = await openPage(mock.url, { colorScheme: theme, locale });
+      try {
+        const { page } = tab;
+        /** @type {string[]} */
+        const wrongs = [];
+        const look = async (/** @type {string} */ where) => {
+          const found = await page.evaluate(
+            async (/** @type {any} */ options) => {
+              const { violations } = await /** @type {any} */ (window).axe.run(document, options);
+              return violations.map((/** @type {any} */ v) => `${v.id} (${v.impact}): ${v.nodes.slice(0, 3).map((/** @type {any} */ n) => `${n.target} ${n.any[0]?.message ?? ""}`).join(" | ")}`);
+            },
+            { runOnly: ["wcag2a", "wcag2aa", "wcag21a", "wcag21aa", "best-practice"] },
+          );
+          wrongs.push(...found.map((/** @type {string} */ words) => `${where}: ${words}`));
+        };
+        const screens = ["#/live", "#/sessions", "#/sessions/s9", "#/upload", "#/faults", "#/markers"];
+        const signs = [".person-row", "[data-testid=session-card]", "[data-drawn=yes]", "[data-testid=drop]", "[data-testid=fault-card]", "[data-testid=markers] td"];
+        for (const [i, screen] of screens.entries()) {
+          await page.goto(`${mock.url}/${screen}`);
+          await page.locator(signs[i]).first().waitFor();
+          await page.evaluate(axe);
+          await look(screen);
+        }
+        await page.goto(`${mock.url}/#/live`);
+        await page.locator(".person-row").first().click();
+        await page.getByTestId("drawer").waitFor();
+        await look("the details of a person");
+        await page.getByTestId("report-fault").click();
+        await page.getByTestId("dialog-fault").waitFor();
+        await look("the fault form");
+        assert.deepEqual(wrongs, []);
+      } finally {
+        await tab.close();
+      }
+    });
+  }
+});
