@@ -13,7 +13,7 @@ export function acceptWebSocket(request, socket, onText) {
     .digest("base64");
   socket.write(`HTTP/1.1 101 Switching Protocols\r\nUpgrade: websocket\r\nConnection: Upgrade\r\nSec-WebSocket-Accept: ${key}\r\n\r\n`);
   let pending = Buffer.alloc(0);
-  socket.on("data", (chunk) => {
+  socket.on("data", (/** @type {Buffer} */ chunk) => {
     pending = Buffer.concat([pending, chunk]);
     for (;;) {
       const frame = readFrame(pending);
