@@ -20,12 +20,10 @@ pub(super) async fn seed(app: &App) -> Result<Vec<Uuid>> {
     for role in ROLES {
         ids.push(find_or_add(app, role.name).await?.id);
     }
-    let inspectors = inspectors::list(app.store.read()).await?;
-    app.hub.publish(Change::Inspectors { inspectors });
     Ok(ids)
 }
 
-/// The inspector of this name.
+/// The inspector of this name; one that is new is told to the dashboards.
 pub(super) async fn find_or_add(app: &App, name: &str) -> Result<Inspector> {
     if let Some(known) = inspectors::by_name(app.store.read(), name).await? {
         return Ok(known);
@@ -33,6 +31,8 @@ pub(super) async fn find_or_add(app: &App, name: &str) -> Result<Inspector> {
     let inspector = Inspector { id: Uuid::now_v7(), name: name.to_owned(), created_at: utc::now() };
     let row = inspector.clone();
     app.store.writer().run(move |db| Box::pin(async move { inspectors::insert(db, &row).await })).await?;
+    let inspectors = inspectors::list(app.store.read()).await?;
+    app.hub.publish(Change::Inspectors { inspectors });
     Ok(inspector)
 }
 

@@ -4,6 +4,7 @@ use std::io::{self, Write};
 use std::time::Duration;
 
 use axum::body::{Body, Bytes};
+use futures_util::StreamExt;
 use tokio::runtime::Handle;
 use tokio::sync::mpsc;
 
@@ -29,6 +30,8 @@ pub(crate) fn body_writer(runtime: Handle) -> (BodyWriter, Body) {
     let stream = futures_util::stream::unfold(received, async |mut received| {
         received.recv().await.map(|piece| (piece, received))
     });
+    // The layer that packs answers for browsers asks once more after the end.
+    let stream = stream.fuse();
     let waiting = Vec::with_capacity(PIECE_BYTES);
     (BodyWriter { pieces, runtime, waiting }, Body::from_stream(stream))
 }
@@ -61,5 +64,19 @@ impl Write for BodyWriter {
 
     fn flush(&mut self) -> io::Result<()> {
         if self.waiting.is_empty() { Ok(()) } else { self.send() }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[tokio::test]
+    async fn a_body_that_has_ended_may_be_asked_again() {
+        let (writer, body) = body_writer(Handle::current());
+        writer.end(Ok(()));
+        let mut pieces = body.into_data_stream();
+        assert!(pieces.next().await.is_none());
+        assert!(pieces.next().await.is_none());
     }
 }

@@ -59,7 +59,7 @@ export function makeDrawer(app, el) {
       <header data-id="${person.inspector.id}"><span class="state"></span><h2></h2><button type="button" class="quiet icon" data-close-drawer data-t-label="close">✕</button></header>
       <section class="actions"><button type="button" data-follow data-t="map.follow"></button><button type="button" data-report data-testid="report-fault" data-t="fault.report"></button></section>
       <section><h3 data-t="drawer.position"></h3><div class="enu"></div><dl class="facts"></dl></section>
-      <section><h3 data-t="drawer.near"></h3>${Array.from({ length: CANDIDATES }, () => html`<div class="candidate"><button type="button" data-place=""></button><progress max="1" value="0" aria-hidden="true"></progress><span class="num p"></span><span class="num d"></span></div>`)}<p class="muted near-none" data-t="drawer.near_none" hidden></p></section>
+      <section><h3 data-t="drawer.near"></h3>${Array.from({ length: CANDIDATES }, () => html`<div class="candidate"><button type="button" data-place=""></button><progress max="1" value="0" aria-hidden="true"></progress><span class="num p"></span><span class="num d"></span></div>`)}<p class="muted near-rest"></p></section>
       <section><h3 data-t="drawer.visits"></h3><div class="visits"></div></section>
       <section><h3 data-t="drawer.anomalies"></h3><div class="anomalies"></div></section>`);
     translate(el);
@@ -95,7 +95,8 @@ export function makeDrawer(app, el) {
       setText(one(".p", line), percent(candidate.probability));
       setText(one(".d", line), length(candidate.distance_m));
     });
-    one(".near-none", el).hidden = near.length > 0;
+    const named = near.reduce((sum, candidate) => sum + candidate.probability, 0);
+    setText(one(".near-rest", el), near.length > 0 ? t("drawer.near_rest", { share: percent(Math.max(0, 1 - named)) }) : t("drawer.near_none"));
 
     const visits = (session?.visits ?? []).slice(-3).reverse();
     render(one(".visits", el), html`${visits.length === 0 && html`<p class="muted">${t("drawer.none")}</p>`}${visits.map(visitLine)}`);

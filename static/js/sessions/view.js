@@ -117,7 +117,11 @@ export function sessionView(app, side, id) {
       app.stage.show([...line(main), ...(without ? line(without) : [])]);
       one(".session", side).dataset.drawn = "yes";
     } catch (error) {
-      if (!gone) render(one(".head", side), problemBox(error));
+      if (gone) return;
+      // What is known of the walk stays, also when its track cannot be had.
+      const place = one(known ? ".runs-choice" : ".head", side);
+      place.hidden = false;
+      render(place, problemBox(error));
     }
   }
 
@@ -150,11 +154,6 @@ export function sessionView(app, side, id) {
       ${without && html`<label><input type="checkbox" name="without" checked>${t("session.run.without_markers")}</label>`}
       ${runs.corrections.length > 0 && html`<label><input type="checkbox" name="arrows" checked>${t("session.run.arrows")}</label>`}
     </div></fieldset>`);
-    box.addEventListener("change", (event) => {
-      const input = /** @type {HTMLInputElement} */ (event.target);
-      show[/** @type {keyof typeof show} */ (input.name)] = input.checked;
-      redraw();
-    });
   }
 
   function showVisits() {
@@ -194,6 +193,11 @@ export function sessionView(app, side, id) {
     if (place) app.stage.goTo([place.e_m, place.n_m], 2.5);
     app.layers.runs.invalidate();
   };
+  one(".runs-choice", side).addEventListener("change", (event) => {
+    const input = /** @type {HTMLInputElement} */ (event.target);
+    show[/** @type {keyof typeof show} */ (input.name)] = input.checked;
+    redraw();
+  });
   const onSlide = () => {
     cursor_s = Number(slider.value);
     moveCursor();
