@@ -12,8 +12,10 @@ import { drawChart } from "./chart.js";
 import { stateTag } from "./list.js";
 import { corrections, indexAt, line, nearestIndex, readTrack } from "./track.js";
 
-/** Points a second that are fetched: at walking pace a point every 0.7 m. */
-const RATE_HZ = 2;
+/** Points a second that are fetched: a point every 0.7 m at walking pace, closer where the walk is short. */
+const LEAST_RATE_HZ = 2;
+const MOST_RATE_HZ = 10;
+const ENOUGH_POINTS = 5000;
 /** @type {Record<string, string>} */
 const OUTCOME_TONES = { accepted: "good", rejected: "bad", waiting: "" };
 const EXPORTS = ["csv", "geojson", "gpx", "kml"];
@@ -85,9 +87,14 @@ export function sessionView(app, side, id) {
     const key = (/** @type {string} */ cls, /** @type {string} */ words) =>
       html`<span><svg class="long" viewBox="0 0 28 13" aria-hidden="true"><path class="run-line ${cls}" d="M1 6.5 H27"/></svg>${t(words)}</span>`;
     render(one("#legend"), html`
-      ${runs.main && key("main-run", "session.run.main")}
+      ${runs.main && key("main-run", mainName())}
       ${runs.without && key("without-run", "session.run.without_markers")}
       ${runs.arrows && runs.corrections.length > 0 && key("arrow-run", "session.run.arrows")}`);
+  }
+
+  /** A walk without a second run has just a track. */
+  function mainName() {
+    return without ? "session.run.main" : "session.run.only";
   }
 
   async function load() {
@@ -101,7 +108,8 @@ export function sessionView(app, side, id) {
       showAnomalies(found);
       showFiles(row);
       if (row.state !== "finished" && !(row.epochs > 0)) return;
-      const [a, b] = await Promise.allSettled([api.track(id, "main", RATE_HZ), api.track(id, "without_markers", RATE_HZ)]);
+      const rate_hz = Math.min(MOST_RATE_HZ, Math.max(LEAST_RATE_HZ, Math.floor(ENOUGH_POINTS / Math.max(1, row.duration_s))));
+      const [a, b] = await Promise.allSettled([api.track(id, "main", rate_hz), api.track(id, "without_markers", rate_hz)]);
       if (gone) return;
       if (a.status === "rejected") throw a.reason;
       main = readTrack(a.value);
@@ -150,7 +158,7 @@ export function sessionView(app, side, id) {
     const box = one(".runs-choice", side);
     box.hidden = false;
     render(box, html`<fieldset><legend>${t("session.shown")}</legend><div class="choices">
-      <label><input type="checkbox" name="main" checked>${t("session.run.main")}</label>
+      <label><input type="checkbox" name="main" checked>${t(mainName())}</label>
       ${without && html`<label><input type="checkbox" name="without" checked>${t("session.run.without_markers")}</label>`}
       ${runs.corrections.length > 0 && html`<label><input type="checkbox" name="arrows" checked>${t("session.run.arrows")}</label>`}
     </div></fieldset>`);

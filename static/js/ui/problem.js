@@ -8,7 +8,7 @@ import { t, tOr } from "../i18n.js";
 export function problemBox(error) {
   if (error instanceof Problem) {
     return html`<div class="problem" role="alert" data-testid="problem">
-      <b>${tOr(`problem.${error.code}`, error.title || t("problem.refused"))}</b>
+      <b>${t("problem.refused")}</b>
       <p>${error.message}</p>
       ${error.where && html`<p class="muted">${t("problem.where")}: ${whereWords(error.where)}</p>`}
       ${error.code && html`<p class="mono muted">${error.status} ${error.code}</p>`}
