@@ -8,7 +8,7 @@ const MOST_BYTES = 300_000;
 const url = process.env.LODESTEP_URL ?? "http://127.0.0.1:8080";
 const path = fileURLToPath(new URL("../../docs/screenshot.png", import.meta.url));
 
-const tab = await openPage(url, { viewport: { width: 1280, height: 800 }, colorScheme: "light" });
+const tab = await openPage(url, { viewport: { width: 1280, height: 740 }, colorScheme: "light" });
 try {
   const { page } = tab;
   await page.goto(`${url}/#/live`);

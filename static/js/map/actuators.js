@@ -5,6 +5,9 @@ const SPACING_M = 6;
 /** Names are drawn when neighbours are at least this far apart on the screen. */
 const LABEL_SPACING_PX = 24;
 
+/** Those that stand out are few: they are named earlier. */
+const SPECIAL_SPACING_PX = 14;
+
 /**
  * @param {() => {name: string, e_m: number, n_m: number}[]} places
  * @param {() => {named: Set<string>, goal: string | null}} marked actuators to stand out: near the selected
@@ -35,6 +38,7 @@ export function drawActuators(places, marked) {
     for (const node of nodes) {
       const special = named.has(node.name) || node.name === goal;
       if (!(labels || special) || !sees(node.e_m, node.n_m)) continue;
+      const isNamed = labels || node.name === goal || SPACING_M * scale >= SPECIAL_SPACING_PX;
       const [px, py] = [x(node.e_m), y(node.n_m)];
       if (special) {
         g.strokeStyle = node.name === goal ? ink.accent : ink.muted;
@@ -44,6 +48,7 @@ export function drawActuators(places, marked) {
         g.stroke();
         if (node.name === goal) cross(g, px, py, radius + 3.5);
       }
+      if (!isNamed) continue;
       g.font = `${special ? "600 11px" : `${size}px`} ${ink.font}`;
       g.lineWidth = 3;
       g.strokeStyle = ink.halo;

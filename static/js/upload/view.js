@@ -118,7 +118,7 @@ export function uploadView(app, side) {
   function showUnfinished() {
     const left = unfinishedUpload();
     render(one(".unfinished", side), left
-      ? html`<div class="block" role="status" data-testid="unfinished"><h2>${t("upload.unfinished")}</h2><p>${unfinishedWords(left)}</p>
+      ? html`<div class="block" role="status" data-testid="unfinished"><h2>${t(Object.keys(left.logs).length > 0 ? "upload.unfinished" : "upload.waits_for_logs")}</h2><p>${unfinishedWords(left)}</p>
           <p></p><button type="button" class="discard">${t("upload.discard")}</button></div>`
       : html``);
     one(".session-facts", side).hidden = left !== null;
@@ -144,6 +144,11 @@ export function uploadView(app, side) {
       visits = null;
     } catch (error) {
       render(one(".answer", side), problemBox(error));
+      // What did not get through shows no full bar beside the refusal.
+      for (const box of side.querySelectorAll(".foot:not([data-stage=accepted], [data-stage=unchanged])")) {
+        one("progress", box).hidden = true;
+        setText(one(".state", box), "");
+      }
     }
     one(".working", side).hidden = true;
     busy = false;
