@@ -2,6 +2,7 @@
 
 use std::io::Write;
 use std::sync::OnceLock;
+use std::time::{Duration, SystemTime};
 
 use bytes::Bytes;
 use lodestep_engine::geo::Site;
@@ -155,6 +156,31 @@ async fn an_upload_that_is_given_up_leaves_nothing() {
         assert_eq!(files_in(&server.folder().join("uploads")), [""; 0]);
         assert_eq!(server.look(&format!("/logs/{log_id}")).await.code(), "log_not_found");
     }
+}
+
+#[tokio::test]
+async fn what_nobody_goes_on_with_for_a_week_is_gone_at_the_next_start() {
+    let server = TestServer::start().await;
+    let session_id = server.session(json!({})).await;
+    let folder = server.folder().join("uploads");
+    let mut begun = Vec::new();
+    for foot in ["left", "right"] {
+        let log_id = server.begin_log(&session_id, json!({ "foot": foot })).await.id().to_owned();
+        server.append(&log_id, 0, b"t_s,gyr".to_vec()).await;
+        begun.push(log_id);
+    }
+    let eight_days_ago = SystemTime::now() - Duration::from_secs(8 * 24 * 3600);
+    let file = std::fs::File::options().append(true).open(folder.join(format!("{}.upload", begun[0])));
+    file.unwrap().set_modified(eight_days_ago).unwrap();
+    // Left by a server that was killed: samples set aside, and bytes whose log is gone.
+    let gone = "0199f1c8-0000-7000-8000-000000000000";
+    std::fs::write(folder.join(format!("{}.samples", begun[1])), "half").unwrap();
+    std::fs::write(folder.join(format!("{gone}.upload")), "t_s").unwrap();
+
+    let server = server.restart().await;
+    assert_eq!(server.look(&format!("/logs/{}", begun[0])).await.code(), "log_not_found");
+    assert_eq!(server.look(&format!("/logs/{}", begun[1])).await.offset, Some(7));
+    assert_eq!(files_in(&folder), [format!("{}.upload", begun[1])]);
 }
 
 /// Hands a bad log in, checks that nothing of it is left and that the server goes on.
