@@ -83,9 +83,10 @@
 //! | paper 1, §3.1 | a heading update at every sample of a stance | once a stance: what bends the field there is the same for all its samples |
 //! | paper 1, §3.2 | MARU from sample to sample | from end to end of a stance: 0.25 µT of noise hides what 0.01 s of bias does ([`measure::magnetic_rate`]) |
 //! | paper 1, §3.3 | the smallest distance of the feet is zero, along the line between them | `separation_m`, measured across the swing with its sign: two feet that changed sides are pulled back, not pushed on ([`measure::foot_separation`]) |
+//! | – | – | a stride lies evenly about the standing foot, along the way and upwards, which a distance across the way cannot say ([`measure::foot_separation`]) |
 //! | paper 1, §3.4 | a marker corrects the sensor's position | it corrects the middle of the feet, with a gate that lets the second of two agreeing visits through |
 //! | paper 1, §2.1 | Earth's rotation is left out | likewise: 15 °/h is far below the bias of these sensors |
-//! | paper 2, II-A | height = 443300·(…) | 44330 m |
+//! | paper 2, II-A | height = 443300·(…) | 44330 m ([`measure::height`]) |
 //! | paper 2, (1)–(2) | a closed form for P₃₃ whose units do not balance | not used |
 //! | paper 3, tables 4–6 | "RMS" beside "Ave" | RMS there is scatter about the mean |
 //! | paper 4 | north-east-down | everything here is east-north-up |
