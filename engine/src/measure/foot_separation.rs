@@ -61,3 +61,60 @@ pub fn stride_symmetry(
         .with(ErrorState::Position.of(swinging), rows)
         .with(ErrorState::Position.of(standing), -rows)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::ins::eskf::Eskf;
+    use crate::measure::differences::{assert_linearised, generic_truth, zero_truth};
+    use nalgebra::Matrix3;
+
+    #[test]
+    fn the_jacobian_is_the_derivative_of_the_distance_across_the_swing() {
+        for truth in [generic_truth(), zero_truth()] {
+            for along_n in
+                [Vector3::new(0.9, 1.2, 0.4), Vector3::new(-3.0, 0.1, 0.0), Vector3::new(0.0, -2.0, 1.0)]
+            {
+                let left_n = Vector3::new(-along_n.y, along_n.x, 0.0).normalize();
+                let separation_m = left_n.dot(&(truth[0].p_n - truth[1].p_n));
+                assert_linearised(&truth, 1e-8, |feet| {
+                    foot_separation(&feet[0].p_n, &feet[1].p_n, &along_n, separation_m, 0.05)
+                });
+            }
+        }
+    }
+
+    #[test]
+    fn the_symmetry_s_jacobian_is_the_derivative_by_errors_made_before_the_stride() {
+        for (swinging, standing) in [(0, 1), (1, 0)] {
+            for mut truth in [generic_truth(), zero_truth()] {
+                let stride_n = Vector3::new(0.8, -1.0, 0.17);
+                // Half-way along and half-way up; to the side it says nothing.
+                let aside_n = Vector3::new(1.0, 0.8, 0.0) * 0.1;
+                truth[standing].p_n = truth[swinging].p_n - stride_n * 0.5 + aside_n;
+                assert_linearised(&truth, 1e-8, |feet| {
+                    let to_p_n = feet[swinging].p_n;
+                    let from_p_n = to_p_n - stride_n;
+                    stride_symmetry(swinging, standing, &from_p_n, &to_p_n, &feet[standing].p_n, 0.2, 0.1)
+                });
+            }
+        }
+    }
+
+    #[test]
+    fn feet_that_an_error_made_change_sides_are_brought_back() {
+        // Walking north with the left foot 0.3 m to the right of the right one.
+        let (mut left, mut right) = (Vector3::new(0.15, 5.0, 0.0), Vector3::new(-0.15, 5.1, 0.0));
+        let mut filter = Eskf::<10>::new();
+        for sensor in [0, 1] {
+            filter.covariance.set_diagonal(ErrorState::Position.of(sensor), Matrix3::identity());
+        }
+        let observation = foot_separation(&left, &right, &Vector3::new(0.0, 1.4, 0.2), 0.13, 0.01);
+        let correction = filter.update(&observation, f64::INFINITY).correction.unwrap();
+        left -= correction[ErrorState::Position.of(0)];
+        right -= correction[ErrorState::Position.of(1)];
+        assert!((right.x - left.x - 0.13).abs() < 1e-3, "left at {}, right at {}", left.x, right.x);
+        assert!((left.x + right.x).abs() < 1e-9, "both share the correction");
+        assert_eq!((left.y, right.y), (5.0, 5.1), "along the swing nothing is said");
+    }
+}

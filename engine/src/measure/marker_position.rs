@@ -23,3 +23,50 @@ pub fn marker_position(
     }
     observation
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::ins::eskf::Eskf;
+    use crate::ins::nav_state::NavState;
+    use crate::measure::differences::{assert_linearised, generic_truth, zero_truth};
+
+    const SIGMA_M: Vector3<f64> = Vector3::new(1.0, 1.0, 2.0);
+
+    fn positions(feet: &[NavState; 2], sensors: &[usize]) -> Vec<(usize, Vector3<f64>)> {
+        sensors.iter().map(|sensor| (*sensor, feet[*sensor].p_n)).collect()
+    }
+
+    #[test]
+    fn the_jacobian_is_the_derivative_of_the_middle_of_the_feet_that_take_part() {
+        for truth in [generic_truth(), zero_truth()] {
+            for sensors in [&[0, 1][..], &[0], &[1]] {
+                let marker = sensors.iter().map(|sensor| truth[*sensor].p_n).sum::<Vector3<f64>>()
+                    / sensors.len() as f64;
+                assert_linearised(&truth, 1e-8, |feet| {
+                    marker_position(&positions(feet, sensors), &marker, &SIGMA_M)
+                });
+            }
+        }
+    }
+
+    #[test]
+    fn a_sure_marker_brings_the_middle_there_and_leaves_the_feet_apart() {
+        let mut feet = generic_truth();
+        let apart = feet[0].p_n - feet[1].p_n;
+        let marker = Vector3::new(15.0, -28.0, 6.0);
+        // Both feet have gone astray together.
+        let mut filter = Eskf::<10>::new();
+        for (a, b) in [(0, 0), (0, 1), (1, 1)] {
+            *filter.covariance.upper_mut(ErrorState::Position.of(a), ErrorState::Position.of(b)) =
+                Matrix3::identity() * 100.0;
+        }
+        let observation = marker_position(&positions(&feet, &[0, 1]), &marker, &Vector3::repeat(1e-3));
+        let correction = filter.update(&observation, f64::INFINITY).correction.unwrap();
+        for (sensor, foot) in feet.iter_mut().enumerate() {
+            foot.correct(sensor, &correction);
+        }
+        assert!(((feet[0].p_n + feet[1].p_n) * 0.5 - marker).norm() < 1e-6);
+        assert!((feet[0].p_n - feet[1].p_n - apart).norm() < 1e-9);
+    }
+}

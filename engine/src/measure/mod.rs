@@ -1,6 +1,8 @@
 //! One measurement model a file: nominal state in; innovation, Jacobian and noise out. Each is
 //! checked against differences of the nonlinear model.
 
+#[cfg(test)]
+mod differences;
 pub mod foot_separation;
 pub mod height;
 pub mod magnetic_heading;

@@ -21,3 +21,22 @@ pub fn zero_angular_rate(
     Observation::new(w_ib_b_mean - gyro_bias_b, Matrix3::identity() * (sigma_rad_s * sigma_rad_s))
         .with(ErrorState::GyroBias.of(sensor), Matrix3::identity())
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::measure::differences::{assert_linearised, generic_truth, zero_truth};
+
+    #[test]
+    fn the_jacobian_is_the_derivative_of_what_a_still_gyro_reads() {
+        for truth in [generic_truth(), zero_truth()] {
+            for sensor in [0, 1] {
+                // A still gyro reads its true bias.
+                let reading = truth[sensor].gyro_bias_b;
+                assert_linearised(&truth, 1e-9, |feet| {
+                    zero_angular_rate(sensor, &reading, &feet[sensor].gyro_bias_b, 1e-3)
+                });
+            }
+        }
+    }
+}
