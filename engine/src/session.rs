@@ -129,19 +129,23 @@ enum Walk {
     TwoFeet(Box<History<10, 2>>),
 }
 
-/// An epoch is a run of samples in which no foot appears twice.
+/// An epoch is a run of samples in which no foot appears twice; but a new one begins only when time
+/// has passed, so that no two have the same time, and feet that fell out of step by a lost sample
+/// are in step again with the next pair of equal times.
 #[derive(Clone, Copy, Debug, Default)]
 struct EpochGrouping {
     members: [bool; 2],
+    last_ns: i64,
 }
 
 impl EpochGrouping {
-    fn opens(&mut self, sensor: usize) -> bool {
-        let opens = self.members == [false; 2] || self.members[sensor];
+    fn opens(&mut self, sensor: usize, t_ns: i64) -> bool {
+        let opens = self.members == [false; 2] || (self.members[sensor] && t_ns > self.last_ns);
         if opens {
             self.members = [false; 2];
         }
         self.members[sensor] = true;
+        self.last_ns = t_ns;
         opens
     }
 }
@@ -238,7 +242,7 @@ impl Session {
             self.merged_ns = step.t_ns;
             self.notice_silence(step.t_ns, events);
             step.sensor = sensor;
-            step.opens_epoch = self.epoch.opens(sensor);
+            step.opens_epoch = self.epoch.opens(sensor, step.t_ns);
             match &mut self.walk {
                 Walk::Waiting => {}
                 Walk::OneFoot(history) => history.push(step, events),
@@ -297,23 +301,20 @@ impl Session {
             }
         }
         let (t_ns, sensor) = earliest?;
-        let certain = self.lines.iter().all(|line| {
-            line.next_ns().is_some()
-                || line.has_ended()
-                || self
-                    .config
-                    .max_lead_ns
-                    .is_some_and(|lead_ns| line.newest_ns().is_none_or(|own_ns| t_ns - own_ns > lead_ns))
-        });
+        let lead_ns = self.lines[sensor].newest_ns().map_or(0, |newest_ns| newest_ns - t_ns);
+        let waited = self.config.max_lead_ns.is_some_and(|longest_ns| lead_ns > longest_ns);
+        let certain = waited || self.lines.iter().all(|line| line.next_ns().is_some() || line.has_ended());
         certain.then_some(sensor)
     }
 
-    /// The session goes on at `t_ns` although a foot has been silent for longer than it may lead.
+    /// The session goes on at `t_ns` although a foot has been silent for longer than the other may lead.
     fn notice_silence(&mut self, t_ns: i64, events: &mut Vec<Event>) {
         let Some(lead_ns) = self.config.max_lead_ns else { return };
+        let newest_ns = self.lines.iter().filter_map(FootLine::newest_ns).max().unwrap_or(t_ns);
         for line in &mut self.lines {
             let since_ns = line.newest_ns().unwrap_or(t_ns);
-            if line.turns_silent(!line.has_ended() && line.next_ns().is_none() && t_ns - since_ns > lead_ns) {
+            let silent = newest_ns - since_ns > lead_ns;
+            if line.turns_silent(!line.has_ended() && line.next_ns().is_none() && silent) {
                 events.push(foot_missing(line.foot(), since_ns, "is silent"));
             }
         }
