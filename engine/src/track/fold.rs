@@ -13,7 +13,8 @@ pub struct Track {
     pub points: Vec<TrackPoint>,
     /// The visits in the order in which they were used.
     pub visits: Vec<VisitOutcome>,
-    /// The sensor trouble in the order in which it was found.
+    /// The sensor trouble in the order of time: when it was found depends on which foot's samples
+    /// came first.
     pub anomalies: Vec<Anomaly>,
     /// The alignments of the feet.
     pub alignments: Vec<Alignment>,
@@ -43,7 +44,12 @@ impl Track {
             Event::Point(point) => self.points.push(point),
             Event::Revision { points } => self.revise(&points),
             Event::Visit(visit) => self.visits.push(visit),
-            Event::Anomaly(anomaly) => self.anomalies.push(anomaly),
+            Event::Anomaly(anomaly) => {
+                let order =
+                    |anomaly: &Anomaly| (anomaly.t_start_ns, anomaly.foot, anomaly.kind, anomaly.t_end_ns);
+                let at = self.anomalies.partition_point(|other| order(other) <= order(&anomaly));
+                self.anomalies.insert(at, anomaly);
+            }
             Event::Aid(outcome) => self.aids.entry(outcome.aid).or_default().take(&outcome),
         }
     }
