@@ -58,9 +58,9 @@ pub fn wrap(angle_rad: f64) -> f64 {
 /// gives the x axis of the body the azimuth `heading_rad`.
 ///
 /// Works for every mounting; where x itself stands upright, the azimuth is that of −z or +z,
-/// whichever the mounting leaves horizontal.
+/// whichever the mounting leaves horizontal. A dead accelerometer's zero is taken to stand along z.
 pub fn level(f_b: &Vector3<f64>, heading_rad: f64) -> Matrix3<f64> {
-    let up_b = f_b.normalize();
+    let up_b = f_b.try_normalize(0.0).unwrap_or_else(Vector3::z);
     let x_b = Vector3::x();
     let mut forward_b = x_b - up_b * up_b.dot(&x_b);
     if forward_b.norm() < 1e-3 {
@@ -102,6 +102,7 @@ mod tests {
             Vector3::new(5.0, -2.0, 8.0),
             Vector3::new(9.8, 0.0, 0.0),
             Vector3::new(-9.8, 0.0, 0.0),
+            Vector3::zeros(),
         ] {
             let c_nb = level(&f_b, 0.7);
             assert!((c_nb * f_b - Vector3::z() * f_b.norm()).norm() < 1e-12);

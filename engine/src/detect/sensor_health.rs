@@ -19,6 +19,10 @@ const SMALLEST_FORCE_RANGE_M_S2: f64 = 19.0;
 const IMPOSSIBLE_RATE_RAD_S: f64 = 90.0;
 /// No foot is pushed harder than this: the reading is broken, m/s².
 const IMPOSSIBLE_FORCE_M_S2: f64 = 2000.0;
+/// No magnetometer shows more, µT.
+const IMPOSSIBLE_FIELD_UT: f64 = 1e5;
+/// From above the highest mountain to below the deepest mine.
+const POSSIBLE_PRESSURE_HPA: std::ops::RangeInclusive<f64> = 250.0..=1300.0;
 
 const KINDS: usize = 7;
 
@@ -48,12 +52,12 @@ impl SensorHealth {
         }
     }
 
-    /// The sample as it may be used: without a magnetometer or pressure value that is no number;
-    /// `None` when it must not be used at all. Anomalies that have come to their end are appended.
+    /// The sample as it may be used: without a magnetometer or pressure value that is no number or
+    /// beyond all reason; `None` when it must not be used at all. Anomalies that have come to their end are appended.
     pub fn admit(&mut self, sample: &ImuSample, told: &mut Vec<Anomaly>) -> Option<ImuSample> {
         let t_ns = sample.t_ns;
         if let Some(last_ns) = self.last_t_ns {
-            let step_ns = t_ns - last_ns;
+            let step_ns = t_ns.saturating_sub(last_ns);
             if step_ns <= 0 {
                 let kind = if step_ns == 0 { AnomalyKind::RepeatedTime } else { AnomalyKind::BackwardTime };
                 let detail = if step_ns == 0 {
@@ -92,15 +96,20 @@ impl SensorHealth {
         self.watch_axes(t_ns, &channels, told);
         self.last_t_ns = Some(t_ns);
         let mut admitted = *sample;
-        admitted.mag_b_ut = sample.mag_b_ut.filter(|mag| mag.iter().all(|x| x.is_finite()));
-        admitted.pressure_hpa = sample.pressure_hpa.filter(|p| p.is_finite());
-        if admitted.mag_b_ut != sample.mag_b_ut && sample.mag_b_ut.is_some() {
-            self.note(
-                AnomalyKind::NotFinite,
-                t_ns,
-                "a magnetic value is not a finite number; it counts as missing".to_owned(),
-                told,
+        if sample.mag_b_ut.is_some_and(|mag| mag.iter().any(|x| !(x.abs() < IMPOSSIBLE_FIELD_UT))) {
+            admitted.mag_b_ut = None;
+            let detail =
+                "a magnetic value is not a finite number, or beyond all reason; it counts as missing";
+            self.note(AnomalyKind::NotFinite, t_ns, detail.to_owned(), told);
+        }
+        if sample.pressure_hpa.is_some_and(|hpa| !POSSIBLE_PRESSURE_HPA.contains(&hpa)) {
+            admitted.pressure_hpa = None;
+            let detail = format!(
+                "a pressure is not between {} and {} hPa; it counts as missing",
+                POSSIBLE_PRESSURE_HPA.start(),
+                POSSIBLE_PRESSURE_HPA.end()
             );
+            self.note(AnomalyKind::NotFinite, t_ns, detail, told);
         }
         Some(admitted)
     }
@@ -320,9 +329,24 @@ mod tests {
     }
 
     #[test]
-    fn a_magnetic_value_that_is_no_number_counts_as_missing() {
-        let mut health = SensorHealth::new(Foot::Right);
-        let sample = ImuSample { mag_b_ut: Some([f64::NAN, 1.0, 2.0]), ..quiet(0) };
-        assert_eq!(health.admit(&sample, &mut Vec::new()).unwrap().mag_b_ut, None);
+    fn a_magnetic_value_that_cannot_be_counts_as_missing() {
+        for value in [f64::NAN, f64::INFINITY, -1e300] {
+            let (mut health, mut told) = (SensorHealth::new(Foot::Right), Vec::new());
+            let sample = ImuSample { mag_b_ut: Some([value, 1.0, 2.0]), ..quiet(0) };
+            assert_eq!(health.admit(&sample, &mut told).unwrap().mag_b_ut, None);
+            health.finish(&mut told);
+            assert_eq!(told[0].kind, AnomalyKind::NotFinite);
+        }
+    }
+
+    #[test]
+    fn a_pressure_that_cannot_be_counts_as_missing() {
+        for (hpa, admitted) in
+            [(f64::NAN, None), (-5.0, None), (0.0, None), (1e9, None), (890.2, Some(890.2))]
+        {
+            let mut health = SensorHealth::new(Foot::Right);
+            let sample = ImuSample { pressure_hpa: Some(hpa), ..quiet(0) };
+            assert_eq!(health.admit(&sample, &mut Vec::new()).unwrap().pressure_hpa, admitted);
+        }
     }
 }
