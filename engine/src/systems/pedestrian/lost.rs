@@ -2,7 +2,7 @@
 
 use nalgebra::{Matrix3, Vector3};
 
-use super::filter::{Filter, Setting};
+use super::filter::{Filter, Setting, seconds};
 use super::foot::Step;
 use crate::ins::error_model::Transition;
 use crate::ins::layout::ErrorState;
@@ -10,6 +10,13 @@ use crate::rotation::{heading, level};
 
 /// How fast a foot may have moved on the mean while nothing was known of it, m/s.
 const UNKNOWN_SPEED_M_S: f64 = 1.5;
+/// Nobody has gone farther than this meanwhile, m: a time stamp of another year must not make the
+/// covariance so large that the first marker cancels it to nothing.
+const FARTHEST_M: f64 = 5_000.0;
+/// How far apart two feet are on the way, sigma in plan, m.
+const WITHIN_A_STEP_M: f64 = 0.6;
+/// And upwards, m.
+const WITHIN_A_STAIR_M: f64 = 0.25;
 
 impl<const B: usize, const F: usize> Filter<B, F> {
     /// Nothing is known of this foot for `dt_s`: it may be anywhere near, at any attitude.
@@ -24,8 +31,8 @@ impl<const B: usize, const F: usize> Filter<B, F> {
         foot.stance.stands = false;
         foot.swing = Default::default();
         let covariance = &mut self.eskf.covariance;
-        let way_m = UNKNOWN_SPEED_M_S * dt_s;
-        let height_m = 0.2 * dt_s;
+        let way_m = (UNKNOWN_SPEED_M_S * dt_s).min(FARTHEST_M);
+        let height_m = (0.2 * dt_s).min(FARTHEST_M);
         covariance.isolate(
             ErrorState::Velocity.of(sensor),
             Matrix3::identity() * (UNKNOWN_SPEED_M_S * UNKNOWN_SPEED_M_S),
@@ -37,10 +44,40 @@ impl<const B: usize, const F: usize> Filter<B, F> {
             ErrorState::Attitude.of(sensor),
             Matrix3::from_diagonal(&Vector3::new(0.01, 0.01, heading_variance + turn * turn)),
         );
-        let position = covariance.upper_mut(ErrorState::Position.of(sensor), ErrorState::Position.of(sensor));
+        if way_m > WITHIN_A_STEP_M && self.other_keeps_up(sensor, dt_s) {
+            self.place_beside_the_other(sensor);
+            return;
+        }
+        let position =
+            self.eskf.covariance.upper_mut(ErrorState::Position.of(sensor), ErrorState::Position.of(sensor));
         position[(0, 0)] += way_m * way_m;
         position[(1, 1)] += way_m * way_m;
         position[(2, 2)] += height_m * height_m;
+    }
+
+    /// Whether the other foot has been followed all the while that this one was not.
+    fn other_keeps_up(&self, sensor: usize, dt_s: f64) -> bool {
+        F == 2 && dt_s - seconds(self.feet[1 - sensor].t_ns - self.feet[sensor].t_ns) < 0.1
+    }
+
+    /// A foot that comes back is within a step of the other, wherever it was lost.
+    fn place_beside_the_other(&mut self, sensor: usize) {
+        let other = 1 - sensor;
+        self.feet[sensor].nav.p_n = self.feet[other].nav.p_n;
+        let (own, its) = (ErrorState::Position.of(sensor), ErrorState::Position.of(other));
+        let covariance = &mut self.eskf.covariance;
+        let its_squared = covariance.block(its, its);
+        for j in (0..B).filter(|j| *j != own) {
+            let with_j = if j == its { its_squared } else { covariance.block(its, j) };
+            if own < j {
+                *covariance.upper_mut(own, j) = with_j;
+            } else {
+                *covariance.upper_mut(j, own) = with_j.transpose();
+            }
+        }
+        let (along, up) = (WITHIN_A_STEP_M * WITHIN_A_STEP_M, WITHIN_A_STAIR_M * WITHIN_A_STAIR_M);
+        *covariance.upper_mut(own, own) =
+            its_squared + Matrix3::from_diagonal(&Vector3::new(along, along, up));
     }
 
     /// Levels a foot that was lost by its specific force in the first sample of a stance.

@@ -7,20 +7,33 @@ use crate::event::{FootPoint, TrackPoint};
 use crate::ins::layout::ErrorState;
 use crate::rotation::heading;
 
+/// A foot whose last sample is so much older than the other's is left out, ns: the inspector has
+/// gone on without it.
+const LEFT_BEHIND_NS: i64 = 500_000_000;
+
 impl<const B: usize, const F: usize> Filter<B, F> {
+    /// The sensors of the feet that keep up.
+    pub(super) fn present(&self) -> impl Iterator<Item = usize> + Clone {
+        let newest_ns = self.feet.iter().map(|foot| foot.t_ns).max().unwrap_or(0);
+        let keeps_up = self.feet.each_ref().map(|foot| newest_ns - foot.t_ns <= LEFT_BEHIND_NS);
+        (0..F).filter(move |sensor| keeps_up[*sensor])
+    }
+
     pub(super) fn middle_p_n(&self) -> Vector3<f64> {
-        self.feet.iter().map(|foot| foot.nav.p_n).sum::<Vector3<f64>>() / F as f64
+        let sum: Vector3<f64> = self.present().map(|sensor| self.feet[sensor].nav.p_n).sum();
+        sum / self.present().count() as f64
     }
 
     /// Covariance of the middle of the feet, m².
     pub(super) fn middle_covariance(&self) -> Matrix3<f64> {
-        let mut sum = Matrix3::zeros();
-        for a in 0..F {
-            for b in 0..F {
+        let (mut sum, mut pairs) = (Matrix3::zeros(), 0);
+        for a in self.present() {
+            for b in self.present() {
                 sum += self.eskf.covariance.block(ErrorState::Position.of(a), ErrorState::Position.of(b));
+                pairs += 1;
             }
         }
-        sum / (F * F) as f64
+        sum / f64::from(pairs)
     }
 
     pub(super) fn sigma_plan_m(&self) -> f64 {
@@ -43,7 +56,8 @@ impl<const B: usize, const F: usize> Filter<B, F> {
     pub(crate) fn point(&self, setting: &Setting, t_ns: i64) -> TrackPoint {
         let mut feet = [None; 2];
         let mut middle = Vector3::zeros();
-        for (sensor, foot) in self.feet.iter().enumerate() {
+        for sensor in self.present() {
+            let foot = &self.feet[sensor];
             // A foot whose last sample is older than the epoch has moved on at its velocity.
             let late_s = seconds(t_ns - foot.t_ns);
             let p_n = if late_s > 0.0 && late_s < 0.05 {
@@ -55,7 +69,7 @@ impl<const B: usize, const F: usize> Filter<B, F> {
             feet[setting.feet[sensor].index()] =
                 Some(FootPoint { position_n_m: p_n.into(), stance: foot.stance.stands });
         }
-        middle /= F as f64;
+        middle /= self.present().count() as f64;
         let covariance = self.middle_covariance();
         let sigma = |axis: usize| covariance[(axis, axis)].max(0.0).sqrt();
         let [left, right] = feet;

@@ -25,7 +25,7 @@ impl<const B: usize, const F: usize> Filter<B, F> {
         let sigma_up = if up_m.is_some() { sigma.max((middle.z - marker_n_m.z).abs() / 4.0) } else { 1e4 };
         let sigma_m = Vector3::new(sigma, sigma, sigma_up);
         let positions: Vec<(usize, Vector3<f64>)> =
-            self.feet.iter().enumerate().map(|(sensor, foot)| (sensor, foot.nav.p_n)).collect();
+            self.present().map(|sensor| (sensor, self.feet[sensor].nav.p_n)).collect();
         let before = middle - marker_n_m;
         let mut outcome = VisitOutcome {
             marker: visit.marker.clone(),
