@@ -1,6 +1,6 @@
 //! What is kept of one foot.
 
-use nalgebra::Vector3;
+use nalgebra::{Matrix3, Vector3};
 
 use crate::detect::stance_magnetics::StanceMagnetics;
 use crate::detect::swing::Swing;
@@ -43,6 +43,8 @@ pub(crate) struct Foot {
     pub(crate) lost: bool,
     /// Stances in which gravity stood far from up, one bit each, the newest lowest.
     pub(crate) tilted_stances: u8,
+    /// Swings that did not come to rest at their end, likewise.
+    pub(crate) fast_landings: u8,
     /// How many stances in a row saw a field that cannot be the site's.
     pub(crate) odd_field_stances: u32,
     /// Height in the filter less pressure height when the altimeter's zero was taken, m.
@@ -63,6 +65,10 @@ pub(crate) struct Stance {
     pub(crate) updates: u32,
     pub(crate) rate_sum: Vector3<f64>,
     pub(crate) force_sum: Vector3<f64>,
+    /// Attitude in the first sample, as the swing has left it.
+    pub(crate) first_c_nb: Matrix3<f64>,
+    /// Speed in the first sample, m/s.
+    pub(crate) first_speed_m_s: f64,
     pub(crate) samples: u32,
     /// Sum of the pressures, hPa, and how many there are.
     pub(crate) pressure: (f64, u32),
@@ -81,6 +87,7 @@ impl Foot {
             swing: Swing::default(),
             lost: false,
             tilted_stances: 0,
+            fast_landings: 0,
             odd_field_stances: 0,
             altimeter_zero_m: None,
         }
