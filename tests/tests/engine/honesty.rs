@@ -1,0 +1,109 @@
+//! Does the filter know how wrong it is? Errors over their own sigmas, over all of twenty seeds.
+//!
+//! The normalised error squared over its degrees of freedom is 1 on the mean where the filter is
+//! honest, 9 where it is surer by a factor of 3 than it may be. `cargo test -p lodestep-tests --test
+//! engine honesty -- --nocapture` prints the figures.
+
+#![allow(clippy::print_stdout, reason = "the figures are what an engineer runs these for")]
+
+use lodestep_engine::rotation::wrap;
+use lodestep_engine::session::Aids;
+use lodestep_engine::sim::{SensorModel, WalkKind};
+use nalgebra::{Matrix2, Vector2};
+
+use crate::scenario::Scenario;
+
+const SEEDS: std::ops::RangeInclusive<u64> = 1..=20;
+
+/// Mean normalised errors squared, each over its degrees of freedom, at the end of walks.
+#[derive(Debug)]
+struct Honesty {
+    plan: f64,
+    height: f64,
+    heading: f64,
+}
+
+fn honesty(what: &str, walk: impl Fn(u64) -> Scenario) -> Honesty {
+    let (mut plan, mut height, mut heading) = (0.0, 0.0, 0.0);
+    let (mut plan_m, mut sigma_plan_m) = (0.0, 0.0);
+    let mut count = 0.0;
+    for seed in SEEDS {
+        let scenario = walk(seed);
+        let told = scenario.run();
+        let point = told.last();
+        let truth = scenario.true_places().last().expect("the walk has an end").position_m;
+        let off = Vector2::new(point.position_n_m[0] - truth[0], point.position_n_m[1] - truth[1]);
+        let [sigma_e, sigma_n, sigma_u] = point.sigma_n_m;
+        let covariance = Matrix2::new(
+            sigma_e * sigma_e,
+            point.covariance_en_m2,
+            point.covariance_en_m2,
+            sigma_n * sigma_n,
+        );
+        let information = covariance.try_inverse().expect("a covariance");
+        plan += (off.transpose() * information * off)[0] / 2.0;
+        height += ((point.position_n_m[2] - truth[2]) / sigma_u).powi(2);
+        // The line goes north.
+        heading += (wrap(point.heading_rad) / point.sigma_heading_rad).powi(2);
+        plan_m += off.norm_squared();
+        sigma_plan_m += covariance.trace();
+        count += 1.0;
+    }
+    let honesty = Honesty { plan: plan / count, height: height / count, heading: heading / count };
+    println!(
+        "{what}: plan {:.2}, height {:.2}, heading {:.2}; rms in plan {:.2} m where the filter says {:.2} m",
+        honesty.plan,
+        honesty.height,
+        honesty.heading,
+        (plan_m / count).sqrt(),
+        (sigma_plan_m / count).sqrt(),
+    );
+    honesty
+}
+
+impl Honesty {
+    /// Not too sure by a factor of 3, which misleads; nor too unsure by one of 6, which wastes what
+    /// the sensors say. Height is given a random walk for the stairs, which a level line has not.
+    #[track_caller]
+    fn assert_honest(&self) {
+        for (value, what) in [(self.plan, "plan"), (self.height, "height"), (self.heading, "heading")] {
+            assert!((1.0 / 36.0..9.0).contains(&value), "{what}: {value}, where 1 is honest");
+        }
+    }
+}
+
+fn line(seed: u64, model: &SensorModel) -> Scenario {
+    Scenario::simulated(WalkKind::Line { metres: 40.0 }, seed, model)
+}
+
+#[test]
+fn the_cmp10a_with_all_aids() {
+    honesty("CMP10A, 40 m, all aids", |seed| line(seed, &SensorModel::cmp10a())).assert_honest();
+}
+
+#[test]
+fn the_cmp10a_with_zero_velocity_alone() {
+    honesty("CMP10A, 40 m, zero velocity alone, heading known", |seed| {
+        let mut scenario = line(seed, &SensorModel::cmp10a()).with_true_heading();
+        scenario.config.aids = Aids {
+            zupt: true,
+            heading: false,
+            maru: false,
+            separation: false,
+            markers: false,
+            altimeter: false,
+        };
+        scenario
+    })
+    .assert_honest();
+}
+
+#[test]
+fn one_foot_of_the_cmp10a() {
+    honesty("CMP10A, 40 m, left foot alone, heading known", |seed| {
+        line(seed, &SensorModel::cmp10a())
+            .with_true_heading()
+            .with_one_foot(lodestep_engine::sample::Foot::Left)
+    })
+    .assert_honest();
+}

@@ -1,0 +1,13 @@
+//! The engine as a whole: walks with a known truth, told to sessions in every way they may come,
+//! with sensors that break; recorded walks; and whether the filter knows how wrong it is.
+
+mod bad_data;
+mod dense_reference;
+mod honesty;
+mod memory;
+mod order_of_arrival;
+mod recorded_walks;
+mod scenario;
+mod simulated_walks;
+mod told;
+mod visits;

@@ -1,0 +1,80 @@
+//! Recorded walks as a change indicator, all with the defaults: if a change of the engine moves
+//! these figures, it shows. New figures are fine when the commit says why they moved.
+
+#![allow(clippy::print_stdout, reason = "the figures are what an engineer runs these for")]
+
+use std::io::Read as _;
+use std::path::PathBuf;
+
+use flate2::read::GzDecoder;
+use lodestep_engine::evaluate::{feet_apart, loop_closure, motion_capture};
+use lodestep_engine::parse::ImuCsv;
+use lodestep_engine::parse::truth_csv;
+use lodestep_engine::sample::{Foot, ImuSample};
+use lodestep_engine::session::SessionConfig;
+
+use crate::scenario::Scenario;
+use crate::told::Told;
+
+fn unpacked(name: &str) -> Vec<u8> {
+    let path = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("data").join(name);
+    let file = std::fs::File::open(&path).unwrap_or_else(|error| panic!("{}: {error}", path.display()));
+    let mut bytes = Vec::new();
+    GzDecoder::new(file).read_to_end(&mut bytes).expect("gzip");
+    bytes
+}
+
+fn log(name: &str) -> Vec<ImuSample> {
+    let (mut parser, mut samples) = (ImuCsv::new(), Vec::new());
+    parser.push(&unpacked(name), &mut samples).expect("a canonical log");
+    parser.finish(&mut samples).expect("a canonical log");
+    samples
+}
+
+fn run(feet: &[(Foot, &str)]) -> Told {
+    let config =
+        SessionConfig { feet: feet.iter().map(|(foot, _)| *foot).collect(), ..SessionConfig::default() };
+    let mut logs = [Vec::new(), Vec::new()];
+    for (foot, name) in feet {
+        logs[foot.index()] = log(name);
+    }
+    Scenario { config, logs, visits: Vec::new(), truth: Vec::new() }.run()
+}
+
+#[test]
+fn openshoe_loops_end_where_they_began() {
+    for (name, plan_percent, height_m) in
+        [("openshoe-gx2/loop_02.csv.gz", 0.4, 0.7), ("openshoe-gx2/loop_31.csv.gz", 0.5, 0.7)]
+    {
+        let told = run(&[(Foot::Right, name)]);
+        let closure = loop_closure(&told.track.points, told.summary.distance_m).expect("a walk");
+        println!("{name}: {closure:?}");
+        assert!((75.0..90.0).contains(&closure.path_m), "{name}: {closure:?}");
+        assert!(closure.end_error_percent < plan_percent, "{name}: {closure:?}");
+        assert!(closure.height_error_m.abs() < height_m, "{name}: {closure:?}");
+    }
+}
+
+#[test]
+fn a_foot_under_motion_capture_is_found_where_it_was() {
+    let told = run(&[(Foot::Right, "pyshoe-vicon/2017-11-22-11-25-20.csv.gz")]);
+    let truth = truth_csv::read(&unpacked("pyshoe-vicon/2017-11-22-11-25-20.truth.csv.gz"));
+    let truth = truth.expect("a truth file");
+    let errors = motion_capture(&told.track.points, &truth).expect("track and truth share their time");
+    println!("pyshoe-vicon: {errors:?}");
+    assert!(errors.armse_m < 0.08, "{errors:?}");
+    assert!(errors.mirrored, "the laboratory's frame is left-handed against that of the track");
+}
+
+#[test]
+fn both_feet_go_up_the_stairs_together() {
+    let told = run(&[
+        (Foot::Left, "gaitmap-feet/stair_up.left.csv.gz"),
+        (Foot::Right, "gaitmap-feet/stair_up.right.csv.gz"),
+    ]);
+    let apart = feet_apart(&told.track.points).expect("two feet");
+    let climbed_m = told.last().position_n_m[2];
+    println!("gaitmap-feet: {apart:?}, {climbed_m} m up, {:?}", told.summary);
+    assert!(apart.at_end_m < 0.6 && apart.largest_m < 1.6, "{apart:?}");
+    assert!((4.5..5.3).contains(&climbed_m), "{climbed_m} m up");
+}
