@@ -100,8 +100,9 @@ pub(super) fn assert_linearised<const M: usize>(
     }
 
     // Errors as a walk has them, a few degrees of attitude among them.
-    let e =
-        DVector::from_fn(N, |k, _| ((k * 37 + 11) as f64).sin() * [0.03, 0.003, 0.5, 0.2, 0.05][k / 3 % 5]);
+    let e = DVector::from_fn(N, |k, _| {
+        libm::sin((k * 37 + 11) as f64) * [0.03, 0.003, 0.5, 0.2, 0.05][k / 3 % 5]
+    });
     let (found, predicted) = (innovation(&e), &h * &e);
     let largest_change = h.abs().max() * e.amax();
     for row in 0..M {
