@@ -81,14 +81,28 @@ impl Swing {
             return Following::Nearest;
         }
         if squared > self.smallest_squared_m2 + PASSED_SQUARED_M2 {
-            self.under_way = false;
-            let travelled_m = (p_n - self.start_p_n).xy().norm();
-            let fast = self.velocity_then_n.xy().norm() > SLOWEST_PASSING_M_S;
-            if fast && travelled_m > SHORTEST_SWING_M {
-                return Following::Passed;
-            }
+            return self.conclude(p_n);
         }
         Following::Nothing
+    }
+
+    /// The foot has come down at `p_n`, the other is at `other_p_n`: on stairs and in short steps it
+    /// is not far beyond the other, and still has passed it.
+    pub fn end(&mut self, p_n: &Vector3<f64>, other_p_n: &Vector3<f64>) -> Following {
+        let squared = (p_n - other_p_n).xy().norm_squared();
+        let beyond = squared > self.smallest_squared_m2 + PASSED_SQUARED_M2 / 4.0;
+        if !self.under_way || self.used || !beyond {
+            return Following::Nothing;
+        }
+        self.conclude(p_n)
+    }
+
+    /// Whether the swing, now at `p_n`, was one whose direction means something.
+    fn conclude(&mut self, p_n: &Vector3<f64>) -> Following {
+        self.under_way = false;
+        let travelled_m = (p_n - self.start_p_n).xy().norm();
+        let fast = self.velocity_then_n.xy().norm() > SLOWEST_PASSING_M_S;
+        if fast && travelled_m > SHORTEST_SWING_M { Following::Passed } else { Following::Nothing }
     }
 
     /// Whether there has been a swing at all.
@@ -141,6 +155,18 @@ mod tests {
     fn a_stride_past_the_standing_foot_is_found_at_its_nearest_point() {
         let (passed, east) = swing_past(Vector3::new(0.65, -0.12, 0.0));
         assert!(passed && (east - 0.65).abs() < 0.04, "{passed} {east}");
+    }
+
+    #[test]
+    fn a_short_step_has_passed_when_the_foot_comes_down() {
+        let other = Vector3::new(0.35, -0.12, 0.0);
+        let mut swing = Swing::default();
+        swing.begin(&Vector3::zeros(), 0);
+        for k in 0..=20 {
+            let p = Vector3::new(0.6 * f64::from(k) / 20.0, 0.0, 0.0);
+            assert_ne!(swing.follow(&p, &Vector3::new(2.0, 0.0, 0.0), &other), Following::Passed);
+        }
+        assert_eq!(swing.end(&Vector3::new(0.6, 0.0, 0.0), &other), Following::Passed);
     }
 
     #[test]

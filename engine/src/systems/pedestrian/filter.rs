@@ -8,6 +8,7 @@ use nalgebra::{Matrix3, SMatrix, Vector3};
 use super::foot::{Foot, Step};
 use super::tuning::Tuning;
 use super::walked::Walked;
+use crate::detect::swing::Following;
 use crate::event::Event;
 use crate::ins::eskf::Eskf;
 use crate::ins::layout::{BLOCKS_A_SENSOR, ErrorState};
@@ -111,10 +112,7 @@ impl<const B: usize, const F: usize> Filter<B, F> {
             self.propagate(setting, sensor);
         }
         match (self.feet[sensor].stance.stands, step.stance) {
-            (false, true) => {
-                self.touch_down(setting, step, told);
-                Demand::None
-            }
+            (false, true) => self.touch_down(setting, step, told),
             (true, true) => {
                 self.stand(setting, step, dt_s, told);
                 Demand::None
@@ -140,13 +138,18 @@ impl<const B: usize, const F: usize> Filter<B, F> {
         }
     }
 
-    fn touch_down(&mut self, setting: &Setting, step: &Step, told: &mut Vec<Event>) {
+    fn touch_down(&mut self, setting: &Setting, step: &Step, told: &mut Vec<Event>) -> Demand {
         let sensor = step.sensor;
+        let mut passed = Following::Nothing;
         if F == 2 && setting.aids.separation {
+            let other_p_n = self.feet[1 - sensor].nav.p_n;
+            let foot = &mut self.feet[sensor];
+            passed = foot.swing.end(&foot.nav.p_n, &other_p_n);
             self.apply_symmetry(setting, sensor);
         }
         self.feet[sensor].stance.begin(step.t_ns);
         self.stand(setting, step, 0.0, told);
+        if passed == Following::Passed { Demand::GoBack { sensor } } else { Demand::None }
     }
 
     fn lift_off(&mut self, setting: &Setting, sensor: usize, told: &mut Vec<Event>) {
