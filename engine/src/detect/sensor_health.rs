@@ -96,7 +96,8 @@ impl SensorHealth {
         self.watch_axes(t_ns, &channels, told);
         self.last_t_ns = Some(t_ns);
         let mut admitted = *sample;
-        if sample.mag_b_ut.is_some_and(|mag| mag.iter().any(|x| !(x.abs() < IMPOSSIBLE_FIELD_UT))) {
+        if sample.mag_b_ut.is_some_and(|mag| mag.iter().any(|x| x.is_nan() || x.abs() >= IMPOSSIBLE_FIELD_UT))
+        {
             admitted.mag_b_ut = None;
             let detail =
                 "a magnetic value is not a finite number, or beyond all reason; it counts as missing";
