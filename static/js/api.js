@@ -81,6 +81,8 @@ export const session = (id) => get(`/sessions/${seg(id)}`);
 /** @param {Record<string, unknown>} body */
 export const createSession = (body) => post("/sessions", body);
 /** @param {string} id */
+export const deleteSession = (id) => request(`/sessions/${seg(id)}`, { method: "DELETE" });
+/** @param {string} id */
 export const visits = (id) => get(`/sessions/${seg(id)}/visits`).then(rows);
 /** @param {string} id */
 export const anomalies = (id) => get(`/sessions/${seg(id)}/anomalies`).then(rows);

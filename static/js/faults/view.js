@@ -50,6 +50,8 @@ export function faultsView(app, side) {
       }
     } else if (id) {
       app.ui.fault = id === app.ui.fault ? null : id;
+      // The map stays at the fault, wherever the inspector goes meanwhile.
+      app.ui.follow = false;
       const fault = app.live.faults.get(id);
       if (fault?.position_m) app.stage.goTo([fault.position_m[0], fault.position_m[1]], 1.5);
       app.changed("choice");

@@ -60,6 +60,13 @@ export function makeStage(el, ring_radius_m) {
       // At once: a zoom that is still under way would put the map back where it was going.
       map.setView(at(place), Math.max(map.getZoom(), closest ?? map.getZoom()), { animate: false });
     },
+    /** @returns {() => void} puts the map back to what it shows now */
+    remember() {
+      const [middle, zoom] = [map.getCenter(), map.getZoom()];
+      return () => {
+        map.setView(middle, zoom, { animate: false });
+      };
+    },
     /**
      * Keeps a place near the middle without moving the map for every step.
      * @param {import("../geometry.js").EastNorth} place

@@ -53,6 +53,8 @@ export function sessionView(app, side, id) {
   /** @type {import("../map/runs.js").Runs} */
   const runs = { main: null, without: null, corrections: [], cursor: null, arrows: true, selected: null };
   app.runs = runs;
+  // A walk is looked at closely; the other screens want the map as they left it.
+  const showAsBefore = app.stage.remember();
   const slider = /** @type {HTMLInputElement} */ (one("input[type=range]", side));
 
   function redraw() {
@@ -172,8 +174,9 @@ export function sessionView(app, side, id) {
           const off = v.before_minus_marker_m;
           const outcome = visitOutcome(v);
           return html`<tr><td>${elapsed(visitTime(v))}</td><td><button type="button" data-visit="${v.marker}">${v.marker}</button></td>
-            <td><span class="tag ${OUTCOME_TONES[outcome]}">${t(`visit.${outcome}`)}</span>${v.reason && html` <small class="muted">${v.reason}</small>`}</td>
-            <td class="num">${length(offBefore(v))}</td><td class="num">${number(off?.[0], 1)}</td><td class="num">${number(off?.[1], 1)}</td><td class="num">${number(v.nis, 1)}</td></tr>`;
+            <td><span class="tag ${OUTCOME_TONES[outcome]}">${t(`visit.${outcome}`)}</span></td>
+            <td class="num">${length(offBefore(v))}</td><td class="num">${number(off?.[0], 1)}</td><td class="num">${number(off?.[1], 1)}</td><td class="num">${number(v.nis, 1)}</td></tr>
+            ${v.reason && html`<tr class="reason"><td></td><td colspan="6"><small class="muted">${v.reason}</small></td></tr>`}`;
         })}</tbody></table></div>`}`);
   }
 
@@ -239,6 +242,7 @@ export function sessionView(app, side, id) {
       gone = true;
       side.removeEventListener("click", onClick);
       app.stage.map.off("click", onMapClick);
+      showAsBefore();
     },
   };
 }

@@ -156,6 +156,21 @@ export function uploadView(app, side) {
     go.disabled = !files.left && !files.right;
   }
 
+  /** Gives an upload up. A session that got no log goes with it; one that holds a foot's samples stays. */
+  async function discard() {
+    const left = unfinishedUpload();
+    rememberUpload(null);
+    showUnfinished();
+    if (!left) return;
+    try {
+      const { logs } = await api.session(left.session_id);
+      if (!logs.some((/** @type {{state: string}} */ log) => log.state === "accepted")) await api.deleteSession(left.session_id);
+    } catch (error) {
+      // Somebody else has deleted it: what was wanted.
+      if (!(error instanceof api.Problem && error.status === 404)) render(one(".answer", side), problemBox(error));
+    }
+  }
+
   /** @param {FormData} data */
   async function describe(data) {
     const start = readStart(data, (name) => app.grid.named(name)?.name);
@@ -231,8 +246,7 @@ export function uploadView(app, side) {
   });
   one(".unfinished", side).addEventListener("click", (event) => {
     if (!(/** @type {HTMLElement} */ (event.target).closest(".discard"))) return;
-    rememberUpload(null);
-    showUnfinished();
+    discard();
   });
   // A file that misses the box must not replace the page.
   const guard = (/** @type {Event} */ event) => event.preventDefault();
