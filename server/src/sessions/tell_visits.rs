@@ -112,8 +112,8 @@ async fn check(app: &App, told: &[Told]) -> Result<()> {
             return Err(Error::invalid_at(
                 "unknown_marker",
                 format!(
-                    "visit {}: expected the name of a marker, found {:?}: correct the name or add the marker. No visit was stored",
-                    visit.line, visit.marker
+                    "expected the name of a marker, found {:?}: correct the name or add the marker. No visit was stored",
+                    visit.marker
                 ),
                 place("marker"),
             ));
@@ -122,8 +122,7 @@ async fn check(app: &App, told: &[Told]) -> Result<()> {
             return Err(Error::invalid_at(
                 "bad_time",
                 format!(
-                    "visit {}: expected t_end_s at or after t_start_s, found {} after {} s: exchange or correct them. No visit was stored",
-                    visit.line,
+                    "expected t_end_s at or after t_start_s, found {} after {} s: exchange or correct them. No visit was stored",
                     visit.t_end_ns as f64 / 1e9,
                     visit.t_start_ns as f64 / 1e9
                 ),
