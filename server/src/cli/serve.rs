@@ -1,5 +1,7 @@
 //! `lodestep serve`: the server until it is told to stop.
 
+use std::io::IsTerminal;
+
 use anyhow::{Context, Result};
 use clap::Args;
 
@@ -20,6 +22,8 @@ pub(super) fn serve(args: ServeArgs) -> Result<()> {
             tracing_subscriber::EnvFilter::try_from_env("LODESTEP_LOG").unwrap_or_else(|_| "info".into()),
         )
         .with_writer(std::io::stderr)
+        // Colours are for a person at a terminal; in a file they are noise.
+        .with_ansi(std::io::stderr().is_terminal())
         .init();
     let runtime = tokio::runtime::Builder::new_multi_thread()
         .enable_all()
