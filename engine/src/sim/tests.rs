@@ -353,7 +353,17 @@ fn streaming_and_the_whole_walk_are_the_same() {
 fn walks_are_found_by_name() {
     assert_eq!("spiral".parse(), Ok(WalkKind::Spiral));
     assert_eq!("line:12.5".parse(), Ok(WalkKind::Line { metres: 12.5 }));
-    for wrong in ["", "spirale", "line", "line:", "line:-3", "standing:inf", "rectangle:2"] {
+    for wrong in [
+        "",
+        "spirale",
+        "line",
+        "line:",
+        "line:-3",
+        "line:1e12",
+        "standing:inf",
+        "standing:1e9",
+        "rectangle:2",
+    ] {
         let error = wrong.parse::<WalkKind>().unwrap_err();
         assert!(error.contains("choose rectangle"), "{error}");
     }

@@ -36,12 +36,16 @@ pub enum WalkKind {
     },
 }
 
+/// The course is laid out before it is walked, so a walk has an end that memory can hold: a day's.
+const LONGEST_LINE_M: f64 = 100_000.0;
+const LONGEST_STAND_S: f64 = 86_400.0;
+
 impl FromStr for WalkKind {
     type Err = String;
 
     /// `rectangle`, `spiral`, `stairs`, `running`, `line:100` (metres) or `standing:60` (seconds).
     fn from_str(text: &str) -> Result<WalkKind, String> {
-        let number = |text: &str| text.parse::<f64>().ok().filter(|v| v.is_finite() && *v > 0.0);
+        let number = |text: &str, most: f64| text.parse::<f64>().ok().filter(|v| *v > 0.0 && *v <= most);
         match text.split_once(':') {
             None => match text {
                 "rectangle" => Some(WalkKind::Rectangle),
@@ -50,14 +54,16 @@ impl FromStr for WalkKind {
                 "running" => Some(WalkKind::Running),
                 _ => None,
             },
-            Some(("line", metres)) => number(metres).map(|metres| WalkKind::Line { metres }),
-            Some(("standing", seconds)) => number(seconds).map(|seconds| WalkKind::Standing { seconds }),
+            Some(("line", metres)) => number(metres, LONGEST_LINE_M).map(|metres| WalkKind::Line { metres }),
+            Some(("standing", seconds)) => {
+                number(seconds, LONGEST_STAND_S).map(|seconds| WalkKind::Standing { seconds })
+            }
             Some(_) => None,
         }
         .ok_or_else(|| {
             format!(
-                "there is no walk «{text}»: choose rectangle, spiral, stairs, running, line:METRES or \
-                 standing:SECONDS"
+                "there is no walk «{text}»: choose rectangle, spiral, stairs, running, line:METRES (at most \
+                 {LONGEST_LINE_M}) or standing:SECONDS (at most {LONGEST_STAND_S})"
             )
         })
     }

@@ -57,11 +57,11 @@ pub(super) struct ProcessArgs {
 
     /// Heading of the first sensor's x axis at the start, degrees clockwise from true north
     /// [default: by the magnetometer, or else that axis points east]
-    #[arg(long, value_name = "H", value_parser = parse_finite, allow_hyphen_values = true)]
+    #[arg(long, value_name = "H", value_parser = parse_angle_deg, allow_hyphen_values = true)]
     initial_heading_deg: Option<f64>,
 
     /// Magnetic declination, degrees, east positive [default: the site's, or 0]
-    #[arg(long, value_name = "D", value_parser = parse_finite, allow_hyphen_values = true)]
+    #[arg(long, value_name = "D", value_parser = parse_angle_deg, allow_hyphen_values = true)]
     declination_deg: Option<f64>,
 
     /// Local gravity, m/s² [default: the site's, or 9.80665]
@@ -233,11 +233,10 @@ fn parse_position(text: &str) -> Result<[f64; 3], String> {
     }
 }
 
-fn parse_finite(text: &str) -> Result<f64, String> {
-    text.parse()
-        .ok()
-        .filter(|value: &f64| value.is_finite())
-        .ok_or_else(|| format!("expected a number of degrees such as -2.45, found {text:?}"))
+fn parse_angle_deg(text: &str) -> Result<f64, String> {
+    text.parse().ok().filter(|value: &f64| value.abs() <= 360.0).ok_or_else(|| {
+        format!("expected a number of degrees from -360 to 360, such as -2.45, found {text:?}")
+    })
 }
 
 fn parse_gravity(text: &str) -> Result<f64, String> {

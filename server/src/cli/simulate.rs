@@ -127,7 +127,8 @@ pub(super) fn simulate(args: &SimulateArgs) -> Result<()> {
     write_text(&args.out.join("visits.csv"), &visits_csv::write(&visits))?;
     write_text(&args.out.join("site.toml"), &site_toml(&site))?;
     let folder = args.out.display();
-    let [e, n, u] = start;
+    // A zero without a sign.
+    let [e, n, u] = start.map(|value| rounded(value, 1e4) + 0.0);
     // For people only: nothing depends on whether it can be shown.
     let _ = writeln!(
         std::io::stderr(),
