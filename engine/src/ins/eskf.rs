@@ -23,6 +23,10 @@ pub struct Update<const B: usize> {
     pub correction: Option<[Vector3<f64>; B]>,
 }
 
+/// Where what is known has this many times a measurement's variance, taking the one off the other
+/// would leave more rounding than covariance.
+const SHARPEST: f64 = 1e7;
+
 impl<const B: usize> Eskf<B> {
     /// A filter that is sure of everything.
     pub fn new() -> Self {
@@ -54,6 +58,9 @@ impl<const B: usize> Eskf<B> {
         if !(nis >= 0.0 && nis <= gate) {
             return Update { nis, correction: None };
         }
+        if (0..M).any(|k| innovation_covariance[(k, k)] > SHARPEST * observation.noise[(k, k)]) {
+            return Update { nis, correction: self.update_in_two_steps(observation) };
+        }
         let mut gain = cross_covariance;
         let mut correction = [Vector3::zeros(); B];
         for i in 0..B {
@@ -62,6 +69,26 @@ impl<const B: usize> Eskf<B> {
         }
         self.covariance.subtract_product(&gain, &cross_covariance);
         Update { nis, correction: Some(correction) }
+    }
+
+    /// Weighs a measurement with a multiple of its noise first, and then what is left of it.
+    #[cold]
+    fn update_in_two_steps<const M: usize>(
+        &mut self,
+        observation: &Observation<M>,
+    ) -> Option<[Vector3<f64>; B]> {
+        let mut blunt = observation.clone();
+        blunt.noise *= SHARPEST * 1e-3;
+        let mut correction = self.update(&blunt, f64::INFINITY).correction?;
+        let mut rest = observation.clone();
+        for (block, jacobian) in observation.jacobians() {
+            rest.innovation -= jacobian * correction[*block];
+        }
+        let of_the_rest = self.update(&rest, f64::INFINITY).correction?;
+        for (sum, part) in correction.iter_mut().zip(&of_the_rest) {
+            *sum += part;
+        }
+        Some(correction)
     }
 }
 
@@ -168,6 +195,29 @@ mod tests {
         let update = filter.update(&observation, 9.0);
         assert!(update.nis > 9.0 && update.correction.is_none());
         assert_eq!(before, filter.covariance.dense());
+    }
+
+    #[test]
+    fn after_a_measurement_that_is_sharp_beyond_measure_the_covariance_is_still_one() {
+        let mut filter = correlated();
+        let scale = 1e9;
+        for i in 0..10 {
+            for j in i..10 {
+                *filter.covariance.upper_mut(i, j) *= scale;
+            }
+        }
+        let noise = 1e-3;
+        let innovation = Vector3::new(3e4, -2e4, 5e4);
+        let observation =
+            Observation::<3>::new(innovation, Matrix3::identity() * noise).with(3, Matrix3::identity());
+        let update = filter.update(&observation, f64::INFINITY);
+        // All that is left of the block's error is the measurement's.
+        assert!((update.correction.unwrap()[3] - innovation).norm() < 1e-6);
+        for axis in 0..3 {
+            let left = filter.covariance.block(3, 3)[(axis, axis)];
+            assert!((left / noise - 1.0).abs() < 0.01, "{left}");
+        }
+        assert!(filter.covariance.dense().cholesky().is_some());
     }
 
     #[test]
