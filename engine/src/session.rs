@@ -173,11 +173,16 @@ impl Session {
     }
 
     /// Takes one sample of one foot; the samples of a foot come in the order of its log. Appends
-    /// what became known to `events`. Samples of a foot that the session does not have are left out.
+    /// what became known to `events`. Samples of a foot that the session does not have, or that has
+    /// ended, are left out.
     pub fn push(&mut self, foot: Foot, sample: &ImuSample, events: &mut Vec<Event>) {
         let known = events.len();
         self.summary.samples += 1;
         let Some(line) = self.lines.iter_mut().find(|line| line.foot() == foot) else { return };
+        if line.has_ended() {
+            self.summary.late_samples += 1;
+            return;
+        }
         line.push(sample, events);
         self.go_on(events);
         self.sum_up(&events[known..]);
