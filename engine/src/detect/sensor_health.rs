@@ -7,6 +7,11 @@ use crate::sample::{Foot, ImuSample};
 const TOGETHER_NS: i64 = 2_000_000_000;
 /// Trouble that goes on is told again after this long, ns.
 const TELL_AGAIN_NS: i64 = 60_000_000_000;
+/// A time stamp so far ahead is believed when the next one says the same, ns: one that is wrong would
+/// make all that follow look as if time went back.
+const DOUBTFUL_JUMP_NS: i64 = 10_000_000_000;
+/// A hundred years either way.
+const LONGEST_TIME_NS: std::ops::RangeInclusive<i64> = -3_155_760_000_000_000_000..=3_155_760_000_000_000_000;
 /// An axis that repeats itself to the bit for so long does not measure, ns.
 const STUCK_NS: i64 = 1_000_000_000;
 /// … and for at least so many samples.
@@ -31,6 +36,8 @@ const KINDS: usize = 7;
 pub struct SensorHealth {
     foot: Foot,
     last_t_ns: Option<i64>,
+    /// The time of the sample before, if it was left out because it was so far ahead.
+    jumped_to_ns: Option<i64>,
     last: [f64; 6],
     same_for: [u32; 6],
     same_since_ns: [i64; 6],
@@ -44,6 +51,7 @@ impl SensorHealth {
         SensorHealth {
             foot,
             last_t_ns: None,
+            jumped_to_ns: None,
             last: [f64::NAN; 6],
             same_for: [0; 6],
             same_since_ns: [0; 6],
@@ -53,11 +61,17 @@ impl SensorHealth {
     }
 
     /// The sample as it may be used: without a magnetometer or pressure value that is no number or
-    /// beyond all reason; `None` when it must not be used at all. Anomalies that have come to their end are appended.
+    /// beyond all reason; `None` when it must not be used at all. Anomalies that have come to their
+    /// end are appended.
     pub fn admit(&mut self, sample: &ImuSample, told: &mut Vec<Anomaly>) -> Option<ImuSample> {
         let t_ns = sample.t_ns;
+        if !LONGEST_TIME_NS.contains(&t_ns) {
+            let detail = "a time stamp is a hundred years from the session's start; the sample is left out";
+            self.note(AnomalyKind::BackwardTime, self.last_t_ns.unwrap_or(0), detail.to_owned(), told);
+            return None;
+        }
         if let Some(last_ns) = self.last_t_ns {
-            let step_ns = t_ns.saturating_sub(last_ns);
+            let step_ns = t_ns - last_ns;
             if step_ns <= 0 {
                 let kind = if step_ns == 0 { AnomalyKind::RepeatedTime } else { AnomalyKind::BackwardTime };
                 let detail = if step_ns == 0 {
@@ -71,7 +85,17 @@ impl SensorHealth {
                 self.note(kind, last_ns, detail, told);
                 return None;
             }
-            self.watch_interval(last_ns, step_ns, told);
+            if step_ns > DOUBTFUL_JUMP_NS && !self.jump_is_confirmed(t_ns) {
+                self.jumped_to_ns = Some(t_ns);
+                return None;
+            }
+            if let Some(ahead_ns) = self.jumped_to_ns.take().filter(|jumped_to_ns| *jumped_to_ns > t_ns) {
+                let detail = format!(
+                    "a time stamp is {:.1} s ahead of those around it; the sample is left out",
+                    seconds(ahead_ns - last_ns)
+                );
+                self.note(AnomalyKind::BackwardTime, last_ns, detail, told);
+            }
         }
         self.close_old(t_ns, told);
         let channels = channels(sample);
@@ -93,8 +117,10 @@ impl SensorHealth {
             self.note(AnomalyKind::Saturation, t_ns, detail, told);
             return None;
         }
+        if let Some(last_ns) = self.last_t_ns.replace(t_ns) {
+            self.watch_interval(last_ns, t_ns - last_ns, told);
+        }
         self.watch_axes(t_ns, &channels, told);
-        self.last_t_ns = Some(t_ns);
         let mut admitted = *sample;
         if sample.mag_b_ut.is_some_and(|mag| mag.iter().any(|x| x.is_nan() || x.abs() >= IMPOSSIBLE_FIELD_UT))
         {
@@ -118,6 +144,11 @@ impl SensorHealth {
     /// No more samples come: tells what is still open.
     pub fn finish(&mut self, told: &mut Vec<Anomaly>) {
         told.extend(self.open.iter_mut().filter_map(Option::take));
+    }
+
+    /// Whether the sample before has jumped to about this time, too.
+    fn jump_is_confirmed(&self, t_ns: i64) -> bool {
+        self.jumped_to_ns.is_some_and(|jumped_to_ns| (1..=DOUBTFUL_JUMP_NS).contains(&(t_ns - jumped_to_ns)))
     }
 
     fn watch_interval(&mut self, last_ns: i64, step_ns: i64, told: &mut Vec<Anomaly>) {
@@ -175,7 +206,8 @@ impl SensorHealth {
     fn note(&mut self, kind: AnomalyKind, t_ns: i64, detail: String, told: &mut Vec<Anomaly>) {
         let slot = slot(kind);
         if let Some(open) = &mut self.open[slot] {
-            open.t_end_ns = t_ns;
+            // A sample that was left out does not count against the times that follow it.
+            open.t_end_ns = open.t_end_ns.max(t_ns);
             open.samples += 1;
             if t_ns - open.t_start_ns > TELL_AGAIN_NS {
                 told.extend(self.open[slot].take());
@@ -327,6 +359,37 @@ mod tests {
                 "{told:?}"
             );
         }
+    }
+
+    #[test]
+    fn a_stamp_far_ahead_costs_one_sample_and_a_long_pause_no_more() {
+        let (told, admitted) = found(|k, s| {
+            if k == 300 {
+                s.t_ns += 3_600_000_000_000;
+            }
+        });
+        assert_eq!(admitted, 599);
+        assert_eq!(told.iter().map(|a| a.kind).collect::<Vec<_>>(), [AnomalyKind::BackwardTime]);
+        assert!(told[0].detail.contains("3600.0 s ahead"), "{}", told[0].detail);
+        let (told, admitted) = found(|k, s| {
+            if k >= 300 {
+                s.t_ns += 3_600_000_000_000;
+            }
+        });
+        assert_eq!(admitted, 599);
+        assert_eq!(told.iter().map(|a| a.kind).collect::<Vec<_>>(), [AnomalyKind::Gap]);
+    }
+
+    #[test]
+    fn a_second_of_readings_that_are_no_numbers_is_one_gap() {
+        let (told, admitted) = found(|k, s| {
+            if (300..400).contains(&k) {
+                s.f_b_m_s2[2] = f64::NAN;
+            }
+        });
+        assert_eq!(admitted, 500);
+        let kinds: Vec<_> = told.iter().map(|a| (a.kind, a.samples)).collect();
+        assert_eq!(kinds, [(AnomalyKind::Gap, 100), (AnomalyKind::NotFinite, 100)]);
     }
 
     #[test]

@@ -143,6 +143,22 @@ fn time_stamps_that_repeat_or_go_back_are_named_and_left_out() {
 }
 
 #[test]
+fn one_stamp_of_another_day_costs_one_sample() {
+    for ahead_s in [60, 86_400, 9_000_000_000] {
+        let scenario = short_walk().with_true_heading().with_samples(Foot::Right, |k, sample| {
+            if k == 2500 {
+                sample.t_ns += ahead_s * SECOND_NS;
+            }
+        });
+        let told = scenario.run();
+        let found = told.anomalies(AnomalyKind::BackwardTime, Foot::Right);
+        assert!(found.len() == 1 && found[0].samples == 1, "{:?}", told.track.anomalies);
+        assert!((found[0].t_start_ns - AT_NS).abs() < SECOND_NS, "{found:?}");
+        assert_end_within(&scenario, &told, 2.0);
+    }
+}
+
+#[test]
 fn a_clock_that_is_set_back_for_good_is_named() {
     // The device set its clock back by a minute: its samples cannot be placed any more.
     let scenario = short_walk().with_true_heading().with_samples(Foot::Right, |_, sample| {
