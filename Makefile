@@ -25,7 +25,7 @@ help: ## Lists what make can do
 run: build ## Builds everything and serves the demo
 	@echo
 	@echo "The demo is at http://$(LISTEN)/ in a moment; Ctrl-C stops it. (Another port: make run LISTEN=127.0.0.1:9000)"
-	@exec $(RELEASE) serve --demo --data $(DATA) --listen $(LISTEN)
+	@LODESTEP_LOG=$${LODESTEP_LOG:-warn,lodestep_server=info} exec $(RELEASE) serve --demo --data $(DATA) --listen $(LISTEN)
 
 .PHONY: build
 build: ## Builds the release binary, the pages inside
@@ -35,6 +35,7 @@ build: ## Builds the release binary, the pages inside
 
 .PHONY: vendor
 vendor: $(VENDORED) ## Brings the browser libraries from npm, by the lock file
+	@:
 
 $(INSTALLED): static/package-lock.json static/package.json
 	@scripts/machine node
