@@ -1,10 +1,12 @@
 //! Puts the parts together and runs them until told to stop.
 
+use std::fs::{File, TryLockError};
 use std::future::Future;
 use std::net::SocketAddr;
+use std::path::Path;
 use std::sync::Arc;
 
-use anyhow::{Context, Result, ensure};
+use anyhow::{Context, Result, bail, ensure};
 use tokio::net::TcpListener;
 use tokio::sync::Semaphore;
 use tokio_util::sync::CancellationToken;
@@ -38,6 +40,8 @@ pub async fn serve(
 ) -> Result<()> {
     let address = listener.local_addr().context("the listener has no address")?;
     loopback_only(address)?;
+    // Held until the end: two servers on one folder would be two writers.
+    let _held = hold_data_folder(&config.data)?;
     let app = open(config).await?;
     stale_uploads::clear(&app).await.context("could not clear the folder of uploads")?;
     tokio::spawn(figures::fold(app.metrics.clone(), app.stopping.clone()));
@@ -83,6 +87,23 @@ pub async fn serve(
     app.store.close().await;
     tracing::info!("stopped");
     served
+}
+
+/// Makes the data folder this server's own for as long as the file is held.
+fn hold_data_folder(data: &Path) -> Result<File> {
+    let path = data.join("lodestep.lock");
+    let opened = std::fs::create_dir_all(data).and_then(|()| File::create(&path));
+    let file = opened.with_context(|| format!("could not make the data folder {}", data.display()))?;
+    match file.try_lock() {
+        Ok(()) => Ok(file),
+        Err(TryLockError::WouldBlock) => bail!(
+            "the data folder {} is in use by another server: stop that one, or give this one a folder of its own with --data",
+            data.display()
+        ),
+        Err(TryLockError::Error(error)) => {
+            Err(error).with_context(|| format!("could not lock {}", path.display()))
+        }
+    }
 }
 
 /// The state of a server with this configuration: its site read, its store open.

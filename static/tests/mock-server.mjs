@@ -60,6 +60,10 @@ export async function startMock({ port = 0, stepMs = 500 } = {}) {
         return json(row, 201);
       }
       case "GET sessions/:id": return walks.has(id) ? json(walks.get(id)) : site.sessions.has(id) ? json({ ...site.sessions.get(id), logs: [] }) : problem(404, "no_such_session", `expected a session's id, found ${id}`);
+      case "DELETE sessions/:id":
+        if (!walks.delete(id)) return problem(404, "no_such_session", `expected a session's id, found ${id}`);
+        response.writeHead(204).end();
+        return;
       case "GET sessions/:id/visits": return json(walks.has(id) && walks.get(id).state === "finished" ? finished.visits : []);
       case "GET sessions/:id/anomalies": return json(id === "s9" ? [{ anomaly: "gap", foot: "left", t_start_ns: 431.2e9, t_end_ns: 431.9e9, samples: 70, detail: "expected a sample every 10 ms, found none for 700 ms" }] : []);
       case "GET sessions/:id/track": return json(finished[url.searchParams.get("run") ?? "main"]);

@@ -31,9 +31,14 @@ pub(super) async fn walk_for_ever(app: App, url: String, role: Role, inspector_i
     if let Err(error) = end_left_over(&app, &url, inspector_id).await {
         tracing::warn!(%error, "{}: a walk of the last run could not be ended: {error}", role.name);
     }
-    let mut number = 0;
+    let (mut number, mut history_s) = match past_walks(&app, role, inspector_id).await {
+        Ok(past) => past,
+        Err(error) => {
+            tracing::error!(%error, "{}: the walks before could not be read: {error}", role.name);
+            return;
+        }
+    };
     while !app.stopping.is_cancelled() {
-        let history_s = if number == 0 { role.history_s } else { 0.0 };
         let walk = Walk { role, number, history_s, inspector_id };
         let pause = tokio::select! {
             walked = walk.walk(&app, &url) => match walked {
@@ -50,7 +55,19 @@ pub(super) async fn walk_for_ever(app: App, url: String, role: Role, inspector_i
             () = app.stopping.cancelled() => return,
         }
         number += 1;
+        history_s = 0.0;
     }
+}
+
+/// How many walks this inspector has made, and how long ago the next one may have begun without
+/// overlapping the last, s: a demo that is started again goes on, it does not repeat itself.
+async fn past_walks(app: &App, role: Role, inspector_id: Uuid) -> Result<(u64, f64)> {
+    let filter = Filter { inspector_id: Some(inspector_id), state: None };
+    let walks = sessions::list(app.store.read(), filter).await?;
+    let now = utc::now();
+    let last_end = walks.iter().map(|walk| walk.ended_at.unwrap_or(now)).max();
+    let free_s = last_end.map_or(role.history_s, |end| (now - end).as_seconds_f64() - REST.as_secs_f64());
+    Ok((walks.len() as u64, free_s.clamp(0.0, role.history_s)))
 }
 
 /// Finishes walks that were live when the server stopped: their device is gone for good.
@@ -64,7 +81,7 @@ async fn end_left_over(app: &App, url: &str, inspector_id: Uuid) -> Result<()> {
 
 struct Walk {
     role: Role,
-    /// Walks of this inspector before it, in this run of the server.
+    /// Walks of this inspector before it.
     number: u64,
     history_s: f64,
     inspector_id: Uuid,

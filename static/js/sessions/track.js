@@ -80,9 +80,10 @@ export function corrections(visits, marker) {
     const place = marker(visit.marker);
     const before = visit.before_minus_marker_m;
     if (!place || !before) return [];
-    // Without the state after the update, the marker itself stands for it.
-    const after = visit.after_minus_marker_m ?? [0, 0, 0];
     const accepted = visit.accepted === true;
+    // A visit that was turned down moved nothing: its line goes to the marker and says how far off it
+    // was. Without the state after the update, the marker itself stands for that, too.
+    const after = (accepted && visit.after_minus_marker_m) || [0, 0, 0];
     /** @type {import("../geometry.js").EastNorth} */
     const from = [place.e_m + before[0], place.n_m + before[1]];
     /** @type {import("../geometry.js").EastNorth} */

@@ -317,9 +317,14 @@ async fn the_feed_tells_first_the_picture_and_then_every_change_without_a_hole()
     }
     device.acknowledged(Foot::Right, 59).await;
 
-    let (mut feed, snapshot) = TestFeed::open(&server).await;
+    // What is on disk reaches the feed a moment later: ask until the session is in the picture.
+    let (mut feed, snapshot) = loop {
+        let (feed, snapshot) = TestFeed::open(&server).await;
+        if snapshot["sessions"][0]["id"] == session_id.as_str() {
+            break (feed, snapshot);
+        }
+    };
     let shown = &snapshot["sessions"][0];
-    assert_eq!(shown["id"], session_id.as_str());
     assert_eq!(shown["state"], "live");
     assert_eq!(snapshot["inspectors"][0]["name"], "Inspector 0");
     for (foot, number, samples) in all {

@@ -154,3 +154,17 @@ async fn the_page_is_served_and_asked_for_again_only_when_it_changed() {
         );
     }
 }
+
+#[tokio::test]
+async fn a_second_server_on_the_same_data_folder_is_refused_and_the_first_goes_on() {
+    let server = TestServer::start().await;
+    let (status, _) = server.get("/site").await;
+    assert_eq!(status, 200, "the first has its folder by now");
+    let listener = TcpListener::bind("127.0.0.1:0").await.unwrap();
+    let second = serve::serve(Config::for_testing(server.folder()), listener, async {}).await;
+    let sentence = second.unwrap_err().to_string();
+    assert!(sentence.contains("in use by another server"), "{sentence}");
+    assert_eq!(server.get("/site").await.0, 200);
+    let again = server.restart().await;
+    assert_eq!(again.get("/site").await.0, 200, "a folder that was let go can be served again");
+}
