@@ -11,7 +11,7 @@ export function makeKeyboard(app, { help, goTo }) {
     const typing = target.closest("input, textarea, select") !== null;
     if (document.querySelector("dialog[open]")) return;
     if (event.key === "Escape") {
-      if (typing) target.blur();
+      if (typing) leave(target);
       else if (app.ui.goal) app.ui.goal = null;
       else app.select(null);
       app.layers.repaint();
@@ -24,6 +24,20 @@ export function makeKeyboard(app, { help, goTo }) {
     event.preventDefault();
     run();
   });
+
+  /**
+   * Some browsers empty a search field by themselves on Escape, without a word to those who listen: here it is
+   * always emptied, and told.
+   *
+   * @param {HTMLElement} field
+   */
+  function leave(field) {
+    if (field instanceof HTMLInputElement && field.type === "search" && field.value !== "") {
+      field.value = "";
+      field.dispatchEvent(new Event("input", { bubbles: true }));
+    }
+    field.blur();
+  }
 
   const click = (/** @type {string} */ id) => /** @type {HTMLElement | null} */ (document.querySelector(id))?.click();
 

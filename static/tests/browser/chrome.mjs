@@ -1,6 +1,7 @@
 // Starts an installed Chromium or Chrome for a test, and watches what the page does: errors, reports of the
 // content security policy, and requests to any other host, which are blocked.
 
+import assert from "node:assert/strict";
 import { access } from "node:fs/promises";
 import { chromium } from "playwright-core";
 
@@ -55,4 +56,24 @@ export async function openPage(url, options = {}) {
     });
   });
   return { page, context, wrongs, close: () => browser.close() };
+}
+
+/**
+ * Waits until what is read from the page is what is expected: a page shows a change in its next frame, which on a busy
+ * machine is any time after the key or the message that asked for it.
+ *
+ * @template T
+ * @param {() => Promise<T>} read
+ * @param {T} expected
+ */
+export async function becomes(read, expected, longest_ms = 30_000) {
+  const end = Date.now() + longest_ms;
+  for (;;) {
+    const found = await read();
+    if (found === expected || Date.now() > end) {
+      assert.equal(found, expected);
+      return;
+    }
+    await new Promise((resolve) => setTimeout(resolve, 50));
+  }
 }

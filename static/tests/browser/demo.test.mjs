@@ -17,7 +17,7 @@ test("an inspector moves on the demo's page, which asks no other host for anythi
     await page.locator("html[data-ready=yes]").waitFor();
     const walking = page.locator("[data-testid=inspector-row][data-east-m]");
     await walking.first().waitFor({ timeout: 60_000 });
-    assert.ok((await page.getByTestId("map-person").count()) > 0, "nobody is on the map");
+    await page.getByTestId("map-person").first().waitFor({ state: "attached" });
     const places = () => page.evaluate(() => [...document.querySelectorAll("[data-inspector][data-east-m]")].map((row) => [row.getAttribute("data-inspector"), Number(row.getAttribute("data-east-m")), Number(row.getAttribute("data-north-m"))]));
     const before = await places();
     await page.waitForFunction(
