@@ -4,44 +4,9 @@
 //! after every change: with rounding left alone there, the joint filter of two feet loses its
 //! positive definiteness within minutes.
 
-use nalgebra::{Matrix3, SMatrix};
+use nalgebra::{Matrix3, SMatrix, Vector3};
 
-/// What the error of one vector is multiplied by before it is added to that of another.
-pub(crate) trait Factor {
-    /// The factor times a block.
-    fn times(&self, block: &Matrix3<f64>) -> Matrix3<f64>;
-}
-
-impl Factor for Matrix3<f64> {
-    #[inline(always)]
-    fn times(&self, block: &Matrix3<f64>) -> Matrix3<f64> {
-        self * block
-    }
-}
-
-impl Factor for f64 {
-    #[inline(always)]
-    fn times(&self, block: &Matrix3<f64>) -> Matrix3<f64> {
-        block * *self
-    }
-}
-
-/// The factor `[v×]`: a cross product costs two thirds of a matrix product.
-pub(crate) struct Cross(pub(crate) nalgebra::Vector3<f64>);
-
-impl Factor for Cross {
-    #[inline(always)]
-    fn times(&self, block: &Matrix3<f64>) -> Matrix3<f64> {
-        let v = &self.0;
-        let mut product = Matrix3::zeros();
-        for c in 0..3 {
-            product[(0, c)] = v.y * block[(2, c)] - v.z * block[(1, c)];
-            product[(1, c)] = v.z * block[(0, c)] - v.x * block[(2, c)];
-            product[(2, c)] = v.x * block[(1, c)] - v.y * block[(0, c)];
-        }
-        product
-    }
-}
+use super::operations::{ErrorOperations, Factor};
 
 /// The covariance of `B` three-vectors: a symmetric 3B × 3B matrix.
 #[derive(Clone, Debug)]
@@ -64,7 +29,7 @@ impl<const B: usize> BlockCovariance<B> {
 
     /// The stored block (i, j), i ≤ j, to change in place.
     #[inline]
-    pub(crate) fn upper_mut(&mut self, i: usize, j: usize) -> &mut Matrix3<f64> {
+    pub(super) fn upper_mut(&mut self, i: usize, j: usize) -> &mut Matrix3<f64> {
         debug_assert!(i <= j, "only the upper blocks are stored");
         &mut self.upper[i][j]
     }
@@ -74,17 +39,20 @@ impl<const B: usize> BlockCovariance<B> {
         self.upper[i][i] = block;
     }
 
-    /// Adds to the covariance of vector i with itself: process noise.
-    #[inline]
-    pub fn add_diagonal(&mut self, i: usize, variance: f64) {
-        let block = &mut self.upper[i][i];
-        block[(0, 0)] += variance;
-        block[(1, 1)] += variance;
-        block[(2, 2)] += variance;
+    /// Adds `variance`, by axis, to every covariance among `blocks`: a noise that they have in common.
+    pub(super) fn add_common_noise(&mut self, blocks: &[usize], variance: &Vector3<f64>) {
+        for (k, a) in blocks.iter().enumerate() {
+            for b in &blocks[k..] {
+                let (row, column) = (*a.min(b), *a.max(b));
+                for axis in 0..3 {
+                    self.upper[row][column][(axis, axis)] += variance[axis];
+                }
+            }
+        }
     }
 
     /// Forgets what vector i has to do with all others and gives it the covariance `block`.
-    pub fn isolate(&mut self, i: usize, block: Matrix3<f64>) {
+    pub(super) fn isolate(&mut self, i: usize, block: Matrix3<f64>) {
         for j in 0..B {
             let (row, column) = if i <= j { (i, j) } else { (j, i) };
             self.upper[row][column] = Matrix3::zeros();
@@ -92,10 +60,108 @@ impl<const B: usize> BlockCovariance<B> {
         self.upper[i][i] = block;
     }
 
-    /// Adds `factor` times the error of vector `b` to that of vector `a`: P ← E P E' with
-    /// E = I + factor in the place (a, b). A transition is a short run of these, done in place.
+    /// Gives vector `to` the error of vector `from`.
+    pub(super) fn copy(&mut self, from: usize, to: usize) {
+        let squared = self.upper[from][from];
+        for j in (0..B).filter(|j| *j != to) {
+            let with_j = self.block(from, j);
+            let (row, column) = (j.min(to), j.max(to));
+            self.upper[row][column] = if to < j { with_j } else { with_j.transpose() };
+        }
+        self.upper[to][to] = squared;
+    }
+
+    /// Makes the diagonal block i symmetric to the bit.
     #[inline]
-    pub(crate) fn add_multiple(&mut self, a: usize, b: usize, factor: &impl Factor) {
+    fn symmetrise(&mut self, i: usize) {
+        let block = &mut self.upper[i][i];
+        for (row, column) in [(0, 1), (0, 2), (1, 2)] {
+            let mean = 0.5 * (block[(row, column)] + block[(column, row)]);
+            block[(row, column)] = mean;
+            block[(column, row)] = mean;
+        }
+    }
+
+    /// Takes `gain · cross_covariance'` off, block by block: the covariance after an update, where
+    /// `cross_covariance` is P·H' and `gain` is P·H'·S⁻¹.
+    #[expect(clippy::needless_range_loop, reason = "i and j name the block of which both arrays have a part")]
+    #[inline]
+    pub(super) fn subtract_product<const M: usize>(
+        &mut self,
+        gain: &[SMatrix<f64, 3, M>; B],
+        cross_covariance: &[SMatrix<f64, 3, M>; B],
+    ) {
+        for i in 0..B {
+            for j in i..B {
+                let (k, c) = (&gain[i], &cross_covariance[j]);
+                let block = &mut self.upper[i][j];
+                for column in 0..3 {
+                    for row in 0..3 {
+                        let mut sum = 0.0;
+                        for m in 0..M {
+                            sum += k[(row, m)] * c[(column, m)];
+                        }
+                        block[(row, column)] -= sum;
+                    }
+                }
+            }
+            self.symmetrise(i);
+        }
+    }
+
+    /// The matrix times a vector of `M` columns, block by block.
+    #[inline]
+    pub(super) fn times<const M: usize>(&self, v: &[SMatrix<f64, 3, M>; B]) -> [SMatrix<f64, 3, M>; B] {
+        let mut product = [SMatrix::zeros(); B];
+        for i in 0..B {
+            product[i] += self.upper[i][i] * v[i];
+            for j in i + 1..B {
+                product[i] += self.upper[i][j] * v[j];
+                product[j] += self.upper[i][j].tr_mul(&v[i]);
+            }
+        }
+        product
+    }
+
+    /// Takes `t · d'` and its transpose off, where `t` has one block, at `at`, that is not zero.
+    #[inline]
+    pub(super) fn subtract_both_products<const M: usize>(
+        &mut self,
+        at: usize,
+        t: &SMatrix<f64, 3, M>,
+        d: &[SMatrix<f64, 3, M>; B],
+    ) {
+        for (j, d_j) in d.iter().enumerate() {
+            if j < at {
+                self.upper[j][at] -= d_j * t.transpose();
+            } else {
+                self.upper[at][j] -= t * d_j.transpose();
+            }
+        }
+        self.upper[at][at] -= d[at] * t.transpose();
+        self.symmetrise(at);
+    }
+
+    /// The whole matrix, N = 3B on a side: for tests and reports.
+    pub fn dense(&self) -> nalgebra::DMatrix<f64> {
+        nalgebra::DMatrix::from_fn(3 * B, 3 * B, |r, c| self.block(r / 3, c / 3)[(r % 3, c % 3)])
+    }
+
+    /// Whether every number in it is finite.
+    pub(super) fn is_finite(&self) -> bool {
+        (0..B).all(|i| (i..B).all(|j| self.upper[i][j].iter().all(|x| x.is_finite())))
+    }
+
+    /// Whether every number in it is finite and no variance is negative.
+    pub fn is_sound(&self) -> bool {
+        self.is_finite() && (0..B).all(|i| (0..3).all(|k| self.upper[i][i][(k, k)] >= 0.0))
+    }
+}
+
+impl<const B: usize> ErrorOperations for BlockCovariance<B> {
+    // P ← E P E' with E = I + factor in the place (a, b), done in place.
+    #[inline]
+    fn add_multiple(&mut self, a: usize, b: usize, factor: &impl Factor) {
         debug_assert!(a != b, "a multiple of itself is a scaling");
         let b_squared = self.upper[b][b];
         for j in 0..B {
@@ -120,9 +186,8 @@ impl<const B: usize> BlockCovariance<B> {
         self.symmetrise(a);
     }
 
-    /// Scales the error of vector i.
     #[inline]
-    pub(crate) fn scale(&mut self, i: usize, by: f64) {
+    fn scale(&mut self, i: usize, by: f64) {
         for j in 0..i {
             self.upper[j][i] *= by;
         }
@@ -132,54 +197,11 @@ impl<const B: usize> BlockCovariance<B> {
         }
     }
 
-    /// Makes the diagonal block i symmetric to the bit.
     #[inline]
-    pub(crate) fn symmetrise(&mut self, i: usize) {
+    fn add_noise(&mut self, i: usize, variance: &Vector3<f64>) {
         let block = &mut self.upper[i][i];
-        for (row, column) in [(0, 1), (0, 2), (1, 2)] {
-            let mean = 0.5 * (block[(row, column)] + block[(column, row)]);
-            block[(row, column)] = mean;
-            block[(column, row)] = mean;
-        }
-    }
-
-    /// Takes `gain · cross_covariance'` off, block by block: the covariance after an update, where
-    /// `cross_covariance` is P·H' and `gain` is P·H'·S⁻¹.
-    #[expect(clippy::needless_range_loop, reason = "i and j name the block of which both arrays have a part")]
-    #[inline]
-    pub(crate) fn subtract_product<const M: usize>(
-        &mut self,
-        gain: &[SMatrix<f64, 3, M>; B],
-        cross_covariance: &[SMatrix<f64, 3, M>; B],
-    ) {
-        for i in 0..B {
-            for j in i..B {
-                let (k, c) = (&gain[i], &cross_covariance[j]);
-                let block = &mut self.upper[i][j];
-                for column in 0..3 {
-                    for row in 0..3 {
-                        let mut sum = 0.0;
-                        for m in 0..M {
-                            sum += k[(row, m)] * c[(column, m)];
-                        }
-                        block[(row, column)] -= sum;
-                    }
-                }
-            }
-            self.symmetrise(i);
-        }
-    }
-
-    /// The whole matrix, N = 3B on a side: for tests and reports.
-    pub fn dense(&self) -> nalgebra::DMatrix<f64> {
-        nalgebra::DMatrix::from_fn(3 * B, 3 * B, |r, c| self.block(r / 3, c / 3)[(r % 3, c % 3)])
-    }
-
-    /// Whether every number in it is finite and no variance is negative.
-    pub fn is_sound(&self) -> bool {
-        (0..B).all(|i| {
-            (0..3).all(|k| self.upper[i][i][(k, k)] >= 0.0)
-                && (i..B).all(|j| self.upper[i][j].iter().all(|x| x.is_finite()))
-        })
+        block[(0, 0)] += variance.x;
+        block[(1, 1)] += variance.y;
+        block[(2, 2)] += variance.z;
     }
 }

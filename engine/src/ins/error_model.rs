@@ -2,10 +2,10 @@
 
 use nalgebra::{Matrix3, Vector3};
 
-use super::block_covariance::{BlockCovariance, Cross};
 use super::imu_noise::ImuNoise;
 use super::layout::ErrorState;
 use super::mechanization::Step;
+use super::operations::{Cross, ErrorOperations};
 
 /// The transition over one or several steps of the strapdown, gathered sample by sample so that the
 /// covariance need not be propagated at every one of them.
@@ -42,15 +42,12 @@ impl Transition {
     }
 
     /// P ← Φ P Φ' + Q for the errors of sensor number `sensor`, its cross-covariance with
-    /// everything else included; the others' own blocks stay as they are. The transition is none
-    /// afterwards.
+    /// everything else included; the others' own blocks stay as they are.
+    ///
+    /// `covariance` is the filter's, or a list that takes the operations down: whoever smooths goes
+    /// back over them, and knows nothing of what they mean.
     #[inline]
-    pub fn apply<const B: usize>(
-        &mut self,
-        covariance: &mut BlockCovariance<B>,
-        sensor: usize,
-        noise: &ImuNoise,
-    ) {
+    pub fn apply(&self, covariance: &mut impl ErrorOperations, sensor: usize, noise: &ImuNoise) {
         use ErrorState::{AccelerometerBias, Attitude, GyroBias, Position, Velocity};
         let [attitude, gyro_bias, position, velocity, accelerometer_bias] =
             [Attitude, GyroBias, Position, Velocity, AccelerometerBias].map(|state| state.of(sensor));
@@ -68,17 +65,17 @@ impl Transition {
             (Velocity, noise.velocity_random_walk_m_s_sqrt_s),
             (AccelerometerBias, noise.accelerometer_bias_random_walk_m_s2_sqrt_s),
         ] {
-            covariance.add_diagonal(state.of(sensor), density * density * dt_s);
+            covariance.add_noise(state.of(sensor), &Vector3::repeat(density * density * dt_s));
         }
         let height = noise.height_random_walk_m_sqrt_s;
-        covariance.upper_mut(position, position)[(2, 2)] += height * height * dt_s;
-        *self = Transition::none();
+        covariance.add_noise(position, &Vector3::new(0.0, 0.0, height * height * dt_s));
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::ins::block_covariance::BlockCovariance;
     use crate::ins::mechanization::advance;
     use crate::ins::nav_state::NavState;
     use crate::rotation::{cayley, skew};

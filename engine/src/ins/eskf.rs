@@ -1,16 +1,22 @@
 //! The error-state Kalman filter: it can propagate, update, hand over a correction. It knows no
 //! sensor and no nominal state.
 
-use nalgebra::{SMatrix, SVector, Vector3};
+use nalgebra::{Matrix3, SMatrix, SVector, Vector3};
 
 use super::block_covariance::BlockCovariance;
+use super::error_model::Transition;
+use super::imu_noise::ImuNoise;
 use super::observation::Observation;
+use super::tape::Tape;
 
 /// The error filter of `B` three-vectors (10 for two feet, 5 for one).
 #[derive(Clone, Debug)]
 pub struct Eskf<const B: usize> {
-    /// Covariance of the error state.
+    /// Covariance of the error state. Read it; what changes it after the start goes through the filter,
+    /// which takes it down for a smoother.
     pub covariance: BlockCovariance<B>,
+    /// What has happened since somebody last took it, if anybody wants to know.
+    pub(crate) tape: Tape,
 }
 
 /// What became of an update. A rejected measurement is an outcome, not an error.
@@ -30,7 +36,34 @@ const SHARPEST: f64 = 1e7;
 impl<const B: usize> Eskf<B> {
     /// A filter that is sure of everything.
     pub fn new() -> Self {
-        Eskf { covariance: BlockCovariance::zeros() }
+        Eskf { covariance: BlockCovariance::zeros(), tape: Tape::default() }
+    }
+
+    /// The errors of sensor number `sensor` go through `transition`, which is none afterwards.
+    #[inline]
+    pub fn propagate(&mut self, transition: &mut Transition, sensor: usize, noise: &ImuNoise) {
+        transition.apply(&mut self.covariance, sensor, noise);
+        self.tape.transition(transition, sensor);
+        *transition = Transition::none();
+    }
+
+    /// Forgets what vector `i` has to do with all others and gives it the covariance `block`.
+    pub fn isolate(&mut self, i: usize, block: Matrix3<f64>) {
+        self.tape.isolate(&self.covariance, i);
+        self.covariance.isolate(i, block);
+    }
+
+    /// The error of vector `to` becomes that of vector `from` and a noise of this variance, by axis.
+    pub fn copy(&mut self, from: usize, to: usize, variance: &Vector3<f64>) {
+        self.tape.copy(&self.covariance, from, to);
+        self.covariance.copy(from, to);
+        self.add_noise(&[to], variance);
+    }
+
+    /// Gives `blocks` one noise in common, of this variance by axis.
+    pub fn add_noise(&mut self, blocks: &[usize], variance: &Vector3<f64>) {
+        self.covariance.add_common_noise(blocks, variance);
+        self.tape.common_noise(blocks, variance);
     }
 
     /// Weighs `observation`; uses it when its normalised innovation squared is at most `gate`.
@@ -68,6 +101,7 @@ impl<const B: usize> Eskf<B> {
             correction[i] = cross_covariance[i] * weighted;
         }
         self.covariance.subtract_product(&gain, &cross_covariance);
+        self.tape.update(observation, &gain, &information, &weighted);
         Update { nis, correction: Some(correction) }
     }
 

@@ -1,5 +1,6 @@
 //! The one strapdown and error-state core that every system shares.
 
+pub(crate) mod adjoint;
 pub mod alignment;
 pub mod block_covariance;
 pub mod error_model;
@@ -9,3 +10,5 @@ pub mod layout;
 pub mod mechanization;
 pub mod nav_state;
 pub mod observation;
+pub mod operations;
+pub(crate) mod tape;

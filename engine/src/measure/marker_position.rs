@@ -57,10 +57,7 @@ mod tests {
         let marker = Vector3::new(15.0, -28.0, 6.0);
         // Both feet have gone astray together.
         let mut filter = Eskf::<10>::new();
-        for (a, b) in [(0, 0), (0, 1), (1, 1)] {
-            *filter.covariance.upper_mut(ErrorState::Position.of(a), ErrorState::Position.of(b)) =
-                Matrix3::identity() * 100.0;
-        }
+        filter.add_noise(&[0, 1].map(|sensor| ErrorState::Position.of(sensor)), &Vector3::repeat(100.0));
         let observation = marker_position(&positions(&feet, &[0, 1]), &marker, &Vector3::repeat(1e-3));
         let correction = filter.update(&observation, f64::INFINITY).correction.unwrap();
         for (sensor, foot) in feet.iter_mut().enumerate() {

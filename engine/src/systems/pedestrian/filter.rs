@@ -3,7 +3,7 @@
 //! What it is aided by stands in files of its own: `stance_aids`, `two_feet`, `visits`; what it tells,
 //! in `position`.
 
-use nalgebra::{Matrix3, SMatrix, Vector3};
+use nalgebra::{Matrix3, Vector3};
 
 use super::foot::{Foot, Step};
 use super::tuning::Tuning;
@@ -126,7 +126,7 @@ impl<const B: usize, const F: usize> Filter<B, F> {
     }
 
     pub(super) fn propagate(&mut self, setting: &Setting, sensor: usize) {
-        self.feet[sensor].transition.apply(&mut self.eskf.covariance, sensor, &setting.tuning.imu_noise);
+        self.eskf.propagate(&mut self.feet[sensor].transition, sensor, &setting.tuning.imu_noise);
     }
 
     /// Brings the covariance of every foot up to its last sample.
@@ -189,13 +189,10 @@ impl<const B: usize, const F: usize> Filter<B, F> {
     /// Makes the first positions of both feet known to each other by `sigma_m` on each axis, while
     /// the session's own start is known by `start_sigma_m`.
     pub(crate) fn set_first_positions(&mut self, start_sigma_m: f64, sigma_m: f64) {
-        let common = SMatrix::<f64, 3, 3>::identity() * (start_sigma_m * start_sigma_m);
-        for a in 0..F {
-            for b in a..F {
-                let own = if a == b { Matrix3::identity() * (sigma_m * sigma_m) } else { Matrix3::zeros() };
-                *self.eskf.covariance.upper_mut(ErrorState::Position.of(a), ErrorState::Position.of(b)) =
-                    common + own;
-            }
+        let positions: [usize; F] = std::array::from_fn(|sensor| ErrorState::Position.of(sensor));
+        self.eskf.add_noise(&positions, &Vector3::repeat(start_sigma_m * start_sigma_m));
+        for position in positions {
+            self.eskf.add_noise(&[position], &Vector3::repeat(sigma_m * sigma_m));
         }
     }
 }

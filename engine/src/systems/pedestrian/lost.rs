@@ -30,29 +30,25 @@ impl<const B: usize, const F: usize> Filter<B, F> {
         foot.lost = true;
         foot.stance.stands = false;
         foot.swing = Default::default();
-        let covariance = &mut self.eskf.covariance;
         let way_m = (UNKNOWN_SPEED_M_S * dt_s).min(FARTHEST_M);
         let height_m = (0.2 * dt_s).min(FARTHEST_M);
-        covariance.isolate(
+        self.eskf.isolate(
             ErrorState::Velocity.of(sensor),
             Matrix3::identity() * (UNKNOWN_SPEED_M_S * UNKNOWN_SPEED_M_S),
         );
         let turn = (0.3 * dt_s).min(1.0);
-        let heading_variance =
-            covariance.block(ErrorState::Attitude.of(sensor), ErrorState::Attitude.of(sensor))[(2, 2)];
-        covariance.isolate(
-            ErrorState::Attitude.of(sensor),
+        let attitude = ErrorState::Attitude.of(sensor);
+        let heading_variance = self.eskf.covariance.block(attitude, attitude)[(2, 2)];
+        self.eskf.isolate(
+            attitude,
             Matrix3::from_diagonal(&Vector3::new(0.01, 0.01, heading_variance + turn * turn)),
         );
         if way_m > WITHIN_A_STEP_M && self.other_keeps_up(sensor, dt_s) {
             self.place_beside_the_other(sensor);
             return;
         }
-        let position =
-            self.eskf.covariance.upper_mut(ErrorState::Position.of(sensor), ErrorState::Position.of(sensor));
-        position[(0, 0)] += way_m * way_m;
-        position[(1, 1)] += way_m * way_m;
-        position[(2, 2)] += height_m * height_m;
+        let by_axis = Vector3::new(way_m * way_m, way_m * way_m, height_m * height_m);
+        self.eskf.add_noise(&[ErrorState::Position.of(sensor)], &by_axis);
     }
 
     /// Whether the other foot has been followed all the while that this one was not.
@@ -65,19 +61,8 @@ impl<const B: usize, const F: usize> Filter<B, F> {
         let other = 1 - sensor;
         self.feet[sensor].nav.p_n = self.feet[other].nav.p_n;
         let (own, its) = (ErrorState::Position.of(sensor), ErrorState::Position.of(other));
-        let covariance = &mut self.eskf.covariance;
-        let its_squared = covariance.block(its, its);
-        for j in (0..B).filter(|j| *j != own) {
-            let with_j = if j == its { its_squared } else { covariance.block(its, j) };
-            if own < j {
-                *covariance.upper_mut(own, j) = with_j;
-            } else {
-                *covariance.upper_mut(j, own) = with_j.transpose();
-            }
-        }
         let (along, up) = (WITHIN_A_STEP_M * WITHIN_A_STEP_M, WITHIN_A_STAIR_M * WITHIN_A_STAIR_M);
-        *covariance.upper_mut(own, own) =
-            its_squared + Matrix3::from_diagonal(&Vector3::new(along, along, up));
+        self.eskf.copy(its, own, &Vector3::new(along, along, up));
     }
 
     /// Levels a foot that was lost by its specific force in the first sample of a stance.
@@ -86,5 +71,10 @@ impl<const B: usize, const F: usize> Filter<B, F> {
         foot.nav.c_nb = level(&(step.f_b - foot.nav.accelerometer_bias_b), heading(&foot.nav.c_nb));
         foot.nav.v_n = Vector3::zeros();
         foot.lost = false;
+        // What was put in their place has nothing to do with the errors that were there.
+        for state in [ErrorState::Attitude, ErrorState::Velocity] {
+            let block = state.of(step.sensor);
+            self.eskf.isolate(block, self.eskf.covariance.block(block, block));
+        }
     }
 }

@@ -71,14 +71,7 @@ impl<const B: usize, const F: usize> Filter<B, F> {
     /// Adds to the position's uncertainty, the same for all feet, so that an error `by` is nothing
     /// special any more.
     pub(super) fn widen_position(&mut self, by: &Vector3<f64>) {
-        for a in 0..F {
-            for b in a..F {
-                let block =
-                    self.eskf.covariance.upper_mut(ErrorState::Position.of(a), ErrorState::Position.of(b));
-                for axis in 0..3 {
-                    block[(axis, axis)] += by.norm_squared();
-                }
-            }
-        }
+        let positions: [usize; F] = std::array::from_fn(|sensor| ErrorState::Position.of(sensor));
+        self.eskf.add_noise(&positions, &Vector3::repeat(by.norm_squared()));
     }
 }

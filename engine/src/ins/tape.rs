@@ -1,0 +1,161 @@
+//! What has happened to a filter's errors, taken down so that a smoother can go back over it.
+//!
+//! A tape is read from its end, like a stack: each entry says how many numbers belong to it.
+
+use nalgebra::{SMatrix, SVector, Vector3};
+
+use super::block_covariance::BlockCovariance;
+use super::error_model::Transition;
+use super::observation::{MOST_BLOCKS, Observation};
+
+/// Updates of at most this many numbers can be taken down.
+pub(super) const MOST_ROWS: usize = 3;
+
+/// One thing that happened.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum Entry {
+    /// The errors of a sensor went through a transition.
+    Transition { sensor: u8 },
+    /// A measurement of `rows` numbers that depends on the first `used` of `blocks` was used. Its
+    /// numbers: Jacobians, gain, S⁻¹, S⁻¹m, m.
+    Update { rows: u8, used: u8, blocks: [u8; MOST_BLOCKS] },
+    /// The error of `block` became another that has nothing to do with it. Its numbers: the block's row
+    /// of the covariance before.
+    Isolate { block: u8 },
+    /// The error of `to` became that of `from` and some noise. Its numbers: the row of `to` before.
+    Copy { from: u8, to: u8 },
+    /// The blocks whose bits are set were given one noise in common. Its numbers: variance by axis.
+    CommonNoise { blocks: u32 },
+    /// A moment that whoever records wants to look at on the way back.
+    Moment,
+}
+
+/// The record.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Tape {
+    recording: bool,
+    pub(super) entries: Vec<Entry>,
+    pub(super) transitions: Vec<Transition>,
+    pub(super) numbers: Vec<f64>,
+}
+
+/// How long a tape is; it can be cut back to it.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(crate) struct TapeLength {
+    entries: usize,
+    transitions: usize,
+    numbers: usize,
+}
+
+impl Tape {
+    /// Takes down what happens from now on, or does not.
+    pub(crate) fn set_recording(&mut self, recording: bool) {
+        self.recording = recording;
+    }
+
+    /// Marks a moment.
+    pub(crate) fn mark_moment(&mut self) {
+        if self.recording {
+            self.entries.push(Entry::Moment);
+        }
+    }
+
+    /// Moves all that `newer` holds to the end of this tape.
+    pub(crate) fn append(&mut self, newer: &mut Tape) {
+        self.entries.append(&mut newer.entries);
+        self.transitions.append(&mut newer.transitions);
+        self.numbers.append(&mut newer.numbers);
+    }
+
+    pub(crate) fn length(&self) -> TapeLength {
+        TapeLength {
+            entries: self.entries.len(),
+            transitions: self.transitions.len(),
+            numbers: self.numbers.len(),
+        }
+    }
+
+    /// Forgets what came after the tape was of this length.
+    pub(crate) fn cut_back(&mut self, length: TapeLength) {
+        self.entries.truncate(length.entries);
+        self.transitions.truncate(length.transitions);
+        self.numbers.truncate(length.numbers);
+    }
+
+    /// Gives back the memory that was taken beforehand.
+    pub(crate) fn shrink(&mut self) {
+        self.entries.shrink_to_fit();
+        self.transitions.shrink_to_fit();
+        self.numbers.shrink_to_fit();
+    }
+
+    /// How much memory it holds.
+    pub(crate) fn bytes(&self) -> usize {
+        self.entries.capacity() * size_of::<Entry>()
+            + self.transitions.capacity() * size_of::<Transition>()
+            + self.numbers.capacity() * size_of::<f64>()
+    }
+
+    #[inline]
+    pub(super) fn transition(&mut self, transition: &Transition, sensor: usize) {
+        if self.recording {
+            self.entries.push(Entry::Transition { sensor: sensor as u8 });
+            self.transitions.push(transition.clone());
+        }
+    }
+
+    #[inline]
+    pub(super) fn update<const B: usize, const M: usize>(
+        &mut self,
+        observation: &Observation<M>,
+        gain: &[SMatrix<f64, 3, M>; B],
+        information: &SMatrix<f64, M, M>,
+        weighted: &SVector<f64, M>,
+    ) {
+        const { assert!(M <= MOST_ROWS, "Adjoint::undo has no case for so many numbers") };
+        if !self.recording {
+            return;
+        }
+        let mut blocks = [0; MOST_BLOCKS];
+        for (place, (block, jacobian)) in blocks.iter_mut().zip(observation.jacobians()) {
+            *place = *block as u8;
+            self.numbers.extend_from_slice(jacobian.as_slice());
+        }
+        for block in gain {
+            self.numbers.extend_from_slice(block.as_slice());
+        }
+        self.numbers.extend_from_slice(information.as_slice());
+        self.numbers.extend_from_slice(weighted.as_slice());
+        self.numbers.extend_from_slice(observation.innovation.as_slice());
+        let used = observation.jacobians().len() as u8;
+        self.entries.push(Entry::Update { rows: M as u8, used, blocks });
+    }
+
+    pub(super) fn isolate<const B: usize>(&mut self, covariance: &BlockCovariance<B>, block: usize) {
+        if self.recording {
+            self.row(covariance, block);
+            self.entries.push(Entry::Isolate { block: block as u8 });
+        }
+    }
+
+    pub(super) fn copy<const B: usize>(&mut self, covariance: &BlockCovariance<B>, from: usize, to: usize) {
+        if self.recording {
+            self.row(covariance, to);
+            self.entries.push(Entry::Copy { from: from as u8, to: to as u8 });
+        }
+    }
+
+    pub(super) fn common_noise(&mut self, blocks: &[usize], variance: &Vector3<f64>) {
+        if self.recording {
+            self.numbers.extend_from_slice(variance.as_slice());
+            let blocks = blocks.iter().fold(0, |set, block| set | (1 << block));
+            self.entries.push(Entry::CommonNoise { blocks });
+        }
+    }
+
+    fn row<const B: usize>(&mut self, covariance: &BlockCovariance<B>, block: usize) {
+        for other in 0..B {
+            self.numbers.extend_from_slice(covariance.block(block, other).as_slice());
+        }
+    }
+}
