@@ -6,6 +6,7 @@ use crate::event::{Anomaly, AnomalyKind, Event};
 use crate::sample::{Foot, ImuSample};
 use crate::systems::pedestrian::history::History;
 use crate::systems::pedestrian::line::FootLine;
+use crate::systems::pedestrian::slow_errors::blocks;
 use crate::systems::pedestrian::start::{self, Starts};
 use crate::systems::pedestrian::tuning::Tuning;
 
@@ -125,8 +126,8 @@ pub struct Session {
 #[derive(Clone, Debug)]
 enum Walk {
     Waiting,
-    OneFoot(Box<History<5, 1>>),
-    TwoFeet(Box<History<10, 2>>),
+    OneFoot(Box<History<{ blocks(1) }, 1>>),
+    TwoFeet(Box<History<{ blocks(2) }, 2>>),
 }
 
 /// An epoch is a run of samples in which no foot appears twice; but a new one begins only when time

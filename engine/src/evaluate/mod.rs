@@ -1,6 +1,7 @@
 //! How good a track is, by the figures that the field uses.
 
 mod against_truth;
+mod chi_square;
 mod feet_apart;
 mod ground_points;
 mod loop_closure;
@@ -10,6 +11,7 @@ mod statistics;
 mod visits;
 
 pub use against_truth::{TruthErrors, against_truth};
+pub use chi_square::chi_square_bounds_95;
 pub use feet_apart::{FeetApart, feet_apart};
 pub use ground_points::{GroundPointErrors, ground_points};
 pub use loop_closure::{LoopClosure, loop_closure};

@@ -96,6 +96,15 @@ impl<const B: usize> Adjoint<B> {
                         _ => self.undo_update::<3>(blocks, &mut tape.numbers),
                     }
                 }
+                Entry::AddMultiple { a, b } => {
+                    let factor = Matrix3::from_column_slice(&pop(&mut tape.numbers, 9));
+                    let factor = KeptFactor::Matrix(factor);
+                    self.undo(&Operation::AddMultiple { a: usize::from(a), b: usize::from(b), factor });
+                }
+                Entry::Scale { block } => {
+                    let by = Vector3::from_column_slice(&pop(&mut tape.numbers, 3));
+                    self.undo(&Operation::Scale { i: usize::from(block), by });
+                }
                 Entry::Isolate { block } => {
                     let block = usize::from(block);
                     self.information.isolate(block, Matrix3::zeros());
@@ -145,9 +154,9 @@ impl<const B: usize> Adjoint<B> {
                 }
             }
             Operation::Scale { i, by } => {
-                self.information.scale(*i, *by);
-                self.lambda[*i] *= *by;
-                self.errors[*i] /= *by;
+                self.information.scale(*i, by);
+                self.lambda[*i].component_mul_assign(by);
+                self.errors[*i].component_div_assign(by);
             }
             Operation::AddNoise { i, variance } => {
                 self.errors[*i] -= variance.component_mul(&self.lambda[*i]);

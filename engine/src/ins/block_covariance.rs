@@ -187,14 +187,20 @@ impl<const B: usize> ErrorOperations for BlockCovariance<B> {
     }
 
     #[inline]
-    fn scale(&mut self, i: usize, by: f64) {
-        for j in 0..i {
-            self.upper[j][i] *= by;
+    fn scale(&mut self, i: usize, by: &Vector3<f64>) {
+        for j in 0..=i {
+            for axis in 0..3 {
+                let mut column = self.upper[j][i].column_mut(axis);
+                column *= by[axis];
+            }
         }
-        self.upper[i][i] *= by * by;
-        for j in i + 1..B {
-            self.upper[i][j] *= by;
+        for j in i..B {
+            for axis in 0..3 {
+                let mut row = self.upper[i][j].row_mut(axis);
+                row *= by[axis];
+            }
         }
+        self.symmetrise(i);
     }
 
     #[inline]

@@ -56,8 +56,9 @@ impl Transition {
         covariance.add_multiple(velocity, accelerometer_bias, &self.c_nb_dt);
         covariance.add_multiple(velocity, attitude, &Cross(self.f_n_dt));
         covariance.add_multiple(attitude, gyro_bias, &-self.c_nb_dt);
-        covariance.scale(gyro_bias, 1.0 - self.dt_s / noise.gyro_bias_correlation_time_s);
-        covariance.scale(accelerometer_bias, 1.0 - self.dt_s / noise.accelerometer_bias_correlation_time_s);
+        let fading = |time_s: f64| Vector3::repeat(1.0 - self.dt_s / time_s);
+        covariance.scale(gyro_bias, &fading(noise.gyro_bias_correlation_time_s));
+        covariance.scale(accelerometer_bias, &fading(noise.accelerometer_bias_correlation_time_s));
         let dt_s = self.dt_s;
         for (state, density) in [
             (Attitude, noise.angle_random_walk_rad_sqrt_s),

@@ -7,6 +7,7 @@ use super::block_covariance::BlockCovariance;
 use super::error_model::Transition;
 use super::imu_noise::ImuNoise;
 use super::observation::Observation;
+use super::operations::ErrorOperations as _;
 use super::tape::Tape;
 
 /// The error filter of `B` three-vectors (10 for two feet, 5 for one).
@@ -45,6 +46,19 @@ impl<const B: usize> Eskf<B> {
         transition.apply(&mut self.covariance, sensor, noise);
         self.tape.transition(transition, sensor);
         *transition = Transition::none();
+    }
+
+    /// Adds `factor` times the error of vector `b` to that of vector `a`.
+    pub fn add_multiple(&mut self, a: usize, b: usize, factor: &Matrix3<f64>) {
+        self.covariance.add_multiple(a, b, factor);
+        self.tape.add_multiple(a, b, factor);
+    }
+
+    /// Scales the error of vector `i`, axis by axis. No factor is zero: what is forgotten altogether is
+    /// [isolated](Self::isolate).
+    pub fn scale(&mut self, i: usize, by: &Vector3<f64>) {
+        self.covariance.scale(i, by);
+        self.tape.scale(i, by);
     }
 
     /// Forgets what vector `i` has to do with all others and gives it the covariance `block`.

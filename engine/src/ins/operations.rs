@@ -73,8 +73,8 @@ pub trait ErrorOperations {
     /// Adds `factor` times the error of vector `b` to that of vector `a`.
     fn add_multiple(&mut self, a: usize, b: usize, factor: &impl Factor);
 
-    /// Scales the error of vector `i`.
-    fn scale(&mut self, i: usize, by: f64);
+    /// Scales the error of vector `i`, axis by axis.
+    fn scale(&mut self, i: usize, by: &Vector3<f64>);
 
     /// Adds noise of this variance, by axis, to the error of vector `i`.
     fn add_noise(&mut self, i: usize, variance: &Vector3<f64>);
@@ -84,7 +84,7 @@ pub trait ErrorOperations {
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Operation {
     AddMultiple { a: usize, b: usize, factor: KeptFactor },
-    Scale { i: usize, by: f64 },
+    Scale { i: usize, by: Vector3<f64> },
     AddNoise { i: usize, variance: Vector3<f64> },
 }
 
@@ -93,8 +93,8 @@ impl ErrorOperations for Vec<Operation> {
         self.push(Operation::AddMultiple { a, b, factor: factor.kept() });
     }
 
-    fn scale(&mut self, i: usize, by: f64) {
-        self.push(Operation::Scale { i, by });
+    fn scale(&mut self, i: usize, by: &Vector3<f64>) {
+        self.push(Operation::Scale { i, by: *by });
     }
 
     fn add_noise(&mut self, i: usize, variance: &Vector3<f64>) {

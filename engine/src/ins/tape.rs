@@ -2,7 +2,7 @@
 //!
 //! A tape is read from its end, like a stack: each entry says how many numbers belong to it.
 
-use nalgebra::{SMatrix, SVector, Vector3};
+use nalgebra::{Matrix3, SMatrix, SVector, Vector3};
 
 use super::block_covariance::BlockCovariance;
 use super::error_model::Transition;
@@ -19,6 +19,10 @@ pub(super) enum Entry {
     /// A measurement of `rows` numbers that depends on the first `used` of `blocks` was used. Its
     /// numbers: Jacobians, gain, S⁻¹, S⁻¹m, m.
     Update { rows: u8, used: u8, blocks: [u8; MOST_BLOCKS] },
+    /// A multiple of the error of `b` was added to that of `a`. Its numbers: the factor.
+    AddMultiple { a: u8, b: u8 },
+    /// The error of `block` was scaled. Its numbers: by how much, axis by axis.
+    Scale { block: u8 },
     /// The error of `block` became another that has nothing to do with it. Its numbers: the block's row
     /// of the covariance before.
     Isolate { block: u8 },
@@ -129,6 +133,20 @@ impl Tape {
         self.numbers.extend_from_slice(observation.innovation.as_slice());
         let used = observation.jacobians().len() as u8;
         self.entries.push(Entry::Update { rows: M as u8, used, blocks });
+    }
+
+    pub(super) fn add_multiple(&mut self, a: usize, b: usize, factor: &Matrix3<f64>) {
+        if self.recording {
+            self.numbers.extend_from_slice(factor.as_slice());
+            self.entries.push(Entry::AddMultiple { a: a as u8, b: b as u8 });
+        }
+    }
+
+    pub(super) fn scale(&mut self, block: usize, by: &Vector3<f64>) {
+        if self.recording {
+            self.numbers.extend_from_slice(by.as_slice());
+            self.entries.push(Entry::Scale { block: block as u8 });
+        }
     }
 
     pub(super) fn isolate<const B: usize>(&mut self, covariance: &BlockCovariance<B>, block: usize) {

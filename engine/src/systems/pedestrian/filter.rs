@@ -6,6 +6,7 @@
 use nalgebra::{Matrix3, Vector3};
 
 use super::foot::{Foot, Step};
+use super::slow_errors::{Slow, deviation, stride, surroundings};
 use super::tuning::Tuning;
 use super::walked::Walked;
 use crate::detect::swing::Following;
@@ -56,13 +57,14 @@ pub(crate) enum Demand {
     },
 }
 
-/// The state of everything that changes from sample to sample, for `F` feet with `B` = 5F
-/// three-vectors of error; a copy of it is a checkpoint.
+/// The state of everything that changes from sample to sample, for `F` feet with `B`
+/// three-vectors of error ([`super::slow_errors::blocks`]); a copy of it is a checkpoint.
 #[derive(Clone, Debug)]
 pub(crate) struct Filter<const B: usize, const F: usize> {
     pub(crate) eskf: Eskf<B>,
     pub(crate) feet: [Foot; F],
     pub(crate) walked: Walked,
+    pub(crate) slow: Slow,
     /// How many of the session's visits have been applied.
     pub(crate) visits_applied: usize,
     /// When the last accepted visit was, ns, and how far had been walked by then, m.
@@ -74,11 +76,13 @@ pub(crate) struct Filter<const B: usize, const F: usize> {
 
 impl<const B: usize, const F: usize> Filter<B, F> {
     pub(crate) fn new(feet: [Foot; F]) -> Self {
+        let place_n = feet[0].nav.p_n;
         let start_ns = feet.iter().map(|foot| foot.t_ns).min().unwrap_or(0);
         Filter {
             eskf: Eskf::new(),
             feet,
             walked: Walked::default(),
+            slow: Slow::new(place_n, start_ns),
             visits_applied: 0,
             last_marker: (start_ns, 0.0),
             turned_down: None,
@@ -95,6 +99,7 @@ impl<const B: usize, const F: usize> Filter<B, F> {
             self.lose(setting, sensor, dt_s);
         } else if dt_s > 0.0 {
             let foot = &mut self.feet[sensor];
+            let before_p_n = foot.nav.p_n;
             let made = advance(
                 &mut foot.nav,
                 &foot.last_w_ib_b,
@@ -104,6 +109,8 @@ impl<const B: usize, const F: usize> Filter<B, F> {
                 setting.gravity_m_s2,
             );
             foot.transition.extend(&made, &foot.nav.c_nb);
+            let moved_n = foot.nav.p_n - before_p_n;
+            self.shorten(sensor, &moved_n);
         }
         let foot = &mut self.feet[sensor];
         foot.t_ns = step.t_ns;
@@ -135,6 +142,7 @@ impl<const B: usize, const F: usize> Filter<B, F> {
             if self.feet[sensor].transition.dt_s() > 0.0 {
                 self.propagate(setting, sensor);
             }
+            self.stretch(sensor);
         }
     }
 
@@ -147,6 +155,7 @@ impl<const B: usize, const F: usize> Filter<B, F> {
             passed = foot.swing.end(&foot.nav.p_n, &other_p_n);
             self.apply_symmetry(setting, sensor);
         }
+        self.stretch(sensor);
         self.feet[sensor].stance.begin(step.t_ns);
         self.stand(setting, step, 0.0, told);
         if passed == Following::Passed { Demand::GoBack { sensor } } else { Demand::None }
@@ -169,8 +178,11 @@ impl<const B: usize, const F: usize> Filter<B, F> {
         let Some(correction) = update.correction else { return (update.nis, false) };
         for (sensor, foot) in self.feet.iter_mut().enumerate() {
             foot.nav.correct(sensor, &correction);
+            foot.deviation_rad += correction[deviation(sensor, F)];
+            foot.stride_error += correction[stride(sensor, F)];
             self.walked.shift(sensor, &-correction[ErrorState::Position.of(sensor)]);
         }
+        self.slow.surroundings += correction[surroundings(F)];
         (update.nis, true)
     }
 

@@ -47,6 +47,14 @@ pub(crate) struct Foot {
     pub(crate) fast_landings: u8,
     /// How many stances in a row saw a field that cannot be the site's.
     pub(crate) odd_field_stances: u32,
+    /// Estimated compass deviation A, B, C, rad (see `slow_errors`).
+    pub(crate) deviation_rad: Vector3<f64>,
+    /// Estimated stride error along, across and upwards, shares of the way in plan.
+    pub(crate) stride_error: Vector3<f64>,
+    /// How far the strapdown has moved since the covariance last took account of it, m.
+    pub(crate) moved_n: Vector3<f64>,
+    /// Mean field of this foot's undisturbed stances: horizontal and vertical part, µT.
+    pub(crate) usual_field_ut: Option<(f64, f64)>,
     /// Height in the filter less pressure height when the altimeter's zero was taken, m.
     pub(crate) altimeter_zero_m: Option<f64>,
 }
@@ -89,6 +97,10 @@ impl Foot {
             tilted_stances: 0,
             fast_landings: 0,
             odd_field_stances: 0,
+            deviation_rad: Vector3::zeros(),
+            stride_error: Vector3::zeros(),
+            moved_n: Vector3::zeros(),
+            usual_field_ut: None,
             altimeter_zero_m: None,
         }
     }

@@ -16,6 +16,8 @@ pub(crate) mod history;
 pub(crate) mod line;
 pub(crate) mod start;
 
+pub(crate) mod slow_errors;
+
 mod lost;
 mod position;
 mod stance_aids;

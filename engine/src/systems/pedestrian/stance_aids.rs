@@ -1,14 +1,21 @@
 //! What a standing foot gives the filter: zero velocity at every moment, and at the end of the stance
 //! its rates, its heading, its height, and whether the sensor still hangs right.
 
+use nalgebra::{Matrix3, Vector3};
+
 use super::filter::{Filter, GATE_1, GATE_3, Setting, seconds};
 use super::foot::{Foot, Step};
+use super::slow_errors::{
+    DEFLECTION, PRESSURE_DRIFT, deviation, deviation_row, surroundings, surroundings_row,
+};
 use crate::event::{AidKind, AidOutcome, Anomaly, AnomalyKind, Event};
+use crate::ins::observation::Observation;
 use crate::measure::height::{height, pressure_height_m};
 use crate::measure::magnetic_heading::magnetic_heading;
 use crate::measure::magnetic_rate::magnetic_rate;
 use crate::measure::zero_angular_rate::zero_angular_rate;
 use crate::measure::zero_velocity::zero_velocity;
+use crate::rotation::heading;
 
 /// The heading of the linearised filter means nothing beyond this sigma, rad.
 const HEADING_UNCERTAIN_RAD: f64 = 0.5;
@@ -17,6 +24,10 @@ const HEADING_UNCERTAIN_RAD: f64 = 0.5;
 const SHORTEST_STAND_S: f64 = 0.2;
 /// So many stances in a row in a field that cannot be the site's, and it is told.
 const ODD_FIELD_STANCES: u32 = 5;
+/// How much a stance counts in what field is usual for a foot.
+const USUAL_FIELD_SHARE: f64 = 0.03;
+/// Beyond this from the usual a field counts less, µT: more than a foot's own iron does in a turn.
+const STRANGE_FIELD_UT: f64 = 2.0;
 /// A swing that is integrated rightly ends slower than this, m/s: 0.1 at most for the CMP10A, 0.8 for
 /// recorded walks; with two axes swapped it ends at 1.5 to 4.
 const FASTEST_LANDING_M_S: f64 = 1.5;
@@ -74,6 +85,8 @@ impl<const B: usize, const F: usize> Filter<B, F> {
         if self.feet[sensor].transition.dt_s() > 0.0 {
             self.propagate(setting, sensor);
         }
+        self.stretch(sensor);
+        self.drift(setting, sensor);
         let foot = &self.feet[sensor];
         let t_ns = foot.t_ns;
         let which = Some(setting.feet[sensor]);
@@ -114,7 +127,9 @@ impl<const B: usize, const F: usize> Filter<B, F> {
         let risen_m = pressure_height_m(sum_hpa / f64::from(readings));
         let p_n = foot.nav.p_n;
         let zero_m = *foot.altimeter_zero_m.get_or_insert(p_n.z - risen_m);
-        let observation = height(sensor, &p_n, zero_m + risen_m, setting.tuning.altimeter_sigma_m);
+        let drift_m = self.slow.surroundings[PRESSURE_DRIFT];
+        let observation = height(sensor, &p_n, zero_m + risen_m - drift_m, setting.tuning.altimeter_sigma_m)
+            .with(surroundings(F), surroundings_row(PRESSURE_DRIFT, -1.0));
         Some(self.update(&observation, GATE_1))
     }
 
@@ -129,14 +144,61 @@ impl<const B: usize, const F: usize> Filter<B, F> {
         if !(tuning.weakest_field_ut..=tuning.strongest_field_ut).contains(&strength_ut) {
             return Some((f64::INFINITY, false));
         }
-        let observation = magnetic_heading(
-            sensor,
-            &foot.nav.c_nb,
-            &mag_b_ut,
-            setting.declination_rad,
-            tuning.magnetic_heading_sigma_rad,
-        );
+        let c_nb = foot.nav.c_nb;
+        let disturbed_rad = self.weigh_field(sensor, &(c_nb * mag_b_ut));
+        let sigma_rad = libm::hypot(tuning.magnetic_heading_sigma_rad, disturbed_rad);
+        let observation = self.heading_observation(setting, sensor, &c_nb, &mag_b_ut, sigma_rad);
         Some(self.update(&observation, GATE_1))
+    }
+
+    /// The field's azimuth, with what deviates it as far as that is estimated.
+    fn heading_observation(
+        &self,
+        setting: &Setting,
+        sensor: usize,
+        c_nb: &Matrix3<f64>,
+        mag_b_ut: &Vector3<f64>,
+        sigma_rad: f64,
+    ) -> Observation<1> {
+        let row = deviation_row(heading(c_nb));
+        let deviated_rad = (row * self.feet[sensor].deviation_rad)[0] + self.slow.surroundings[DEFLECTION];
+        magnetic_heading(sensor, c_nb, mag_b_ut, setting.declination_rad + deviated_rad, sigma_rad)
+            .with(deviation(sensor, F), -row)
+            .with(surroundings(F), surroundings_row(DEFLECTION, -1.0))
+    }
+
+    /// The heading of the standing start, of which nothing else is known.
+    pub(crate) fn take_first_heading(
+        &mut self,
+        setting: &Setting,
+        sensor: usize,
+        c_nb: &Matrix3<f64>,
+        mag_b_ut: &Vector3<f64>,
+    ) {
+        let sigma_rad = setting.tuning.magnetic_heading_sigma_rad;
+        let mut observation = self.heading_observation(setting, sensor, c_nb, mag_b_ut, sigma_rad);
+        // The attitude was taken from this very field: what is left is rounding.
+        observation.innovation[0] = 0.0;
+        self.update(&observation, f64::INFINITY);
+        let b_n_ut = c_nb * mag_b_ut;
+        self.feet[sensor].usual_field_ut = Some((b_n_ut.xy().norm(), b_n_ut.z));
+    }
+
+    /// How far the field of a stance may be turned by what makes its strength and dip unusual, rad;
+    /// learns what is usual for this foot.
+    ///
+    /// A disturbance points anywhere. Of its three components two show, in the horizontal and in the
+    /// vertical strength, and the third, which turns the field, is as large as those on the mean.
+    fn weigh_field(&mut self, sensor: usize, b_n_ut: &Vector3<f64>) -> f64 {
+        let (horizontal_ut, up_ut) = (b_n_ut.xy().norm(), b_n_ut.z);
+        let usual = self.feet[sensor].usual_field_ut.get_or_insert((horizontal_ut, up_ut));
+        let (off_horizontal_ut, off_up_ut) = (horizontal_ut - usual.0, up_ut - usual.1);
+        let off_ut = libm::hypot(off_horizontal_ut, off_up_ut);
+        // What is unusual pulls little on what is usual.
+        let share = USUAL_FIELD_SHARE * (STRANGE_FIELD_UT / off_ut.max(STRANGE_FIELD_UT));
+        usual.0 += share * off_horizontal_ut;
+        usual.1 += share * off_up_ut;
+        off_ut / horizontal_ut
     }
 
     /// Magnetic angular rate over the stance; and for somebody who stands for long, the mean rate.

@@ -5,22 +5,25 @@ use nalgebra::{Matrix3, Vector3};
 use super::filter::{Filter, Setting};
 use super::foot::Foot;
 use super::line::FootLine;
+use super::slow_errors::blocks;
 use crate::event::{Alignment, Anomaly, AnomalyKind, Event, HeadingSource};
 use crate::ins::alignment::StandingStart;
 use crate::ins::nav_state::NavState;
-use crate::rotation::wrap;
+use crate::rotation::{level, wrap};
 use crate::session::SessionConfig;
 
 /// How sure the place of a foot beside the middle of both is, m.
 const FOOT_PLACE_SIGMA_M: f64 = 0.1;
+/// Sigma of a heading before anything is known of it, rad.
+const UNKNOWN_HEADING_RAD: f64 = 2.0;
 /// Gravity at rest that differs by more than this is not a matter of bias, m/s².
 const IMPOSSIBLE_REST_M_S2: f64 = 0.6;
 
 /// The filter at its start, for as many feet as sent samples.
 #[expect(clippy::large_enum_variant, reason = "made once in a session, and taken apart at once")]
 pub(crate) enum Starts {
-    One(Filter<5, 1>, Setting),
-    Two(Filter<10, 2>, Setting),
+    One(Filter<{ blocks(1) }, 1>, Setting),
+    Two(Filter<{ blocks(2) }, 2>, Setting),
 }
 
 /// A heading of a sensor's x axis, and how it came about.
@@ -38,6 +41,7 @@ pub(crate) fn resolve(config: &SessionConfig, lines: &mut [FootLine], events: &m
     let begin_ns = lines.iter().map(FootLine::first_ns).min().unwrap_or(0);
     let mut feet = Vec::new();
     let mut variances = Vec::new();
+    let mut seen = Vec::new();
     for (sensor, (line, first)) in lines.iter().zip(&headings).enumerate() {
         let (Some(start), Some(sample)) = (line.start(), line.first_sample()) else { continue };
         tell(config, line, start, first, events);
@@ -51,6 +55,12 @@ pub(crate) fn resolve(config: &SessionConfig, lines: &mut [FootLine], events: &m
         };
         feet.push(Foot::new(nav, begin_ns, sample.w_ib_b_rad_s.into()));
         variances.push(first_variances(config, start, first));
+        seen.push(
+            start
+                .mag_b_ut
+                .filter(|_| first.source == HeadingSource::Magnetic)
+                .map(|mag_b_ut| (level(&start.f_b, first.rad), mag_b_ut)),
+        );
     }
     let setting = Setting {
         tuning: config.tuning.clone(),
@@ -63,21 +73,31 @@ pub(crate) fn resolve(config: &SessionConfig, lines: &mut [FootLine], events: &m
         line.open(&config.tuning, config.gravity_m_s2);
     }
     if let Ok([left, right]) = <[Foot; 2]>::try_from(feet.clone()) {
-        Starts::Two(started(Filter::new([left, right]), &variances), setting)
+        Starts::Two(started(Filter::new([left, right]), &setting, &variances, &seen), setting)
     } else {
         let one = feet.swap_remove(0);
-        Starts::One(started(Filter::new([one]), &variances), setting)
+        Starts::One(started(Filter::new([one]), &setting, &variances, &seen), setting)
     }
 }
 
 fn started<const B: usize, const F: usize>(
     mut filter: Filter<B, F>,
+    setting: &Setting,
     variances: &[[Matrix3<f64>; 5]],
+    seen: &[Option<(Matrix3<f64>, Vector3<f64>)>],
 ) -> Filter<B, F> {
     for (sensor, blocks) in variances.iter().enumerate() {
         filter.set_first_covariance(sensor, *blocks);
     }
     filter.set_first_positions(FOOT_PLACE_SIGMA_M, FOOT_PLACE_SIGMA_M);
+    filter.set_first_slow_errors(&setting.tuning);
+    // A heading by the magnetometer is off by what deviates the field there: weighed as a measurement
+    // of a heading of which nothing was known, it is correlated with that as it should be.
+    for (sensor, seen) in seen.iter().enumerate() {
+        if let Some((c_nb, mag_b_ut)) = seen {
+            filter.take_first_heading(setting, sensor, c_nb, mag_b_ut);
+        }
+    }
     filter
 }
 
@@ -143,11 +163,13 @@ fn first_headings(config: &SessionConfig, lines: &[FootLine]) -> Vec<FirstHeadin
 
 fn first_variances(config: &SessionConfig, start: &StandingStart, first: &FirstHeading) -> [Matrix3<f64>; 5] {
     let tuning = &config.tuning;
+    let sigma_rad =
+        if first.source == HeadingSource::Magnetic { UNKNOWN_HEADING_RAD } else { first.sigma_rad };
     let squared = |sigma: f64| Matrix3::identity() * (sigma * sigma);
     let tilt = if start.still { tuning.first_tilt_sigma_rad } else { 5.0 * tuning.first_tilt_sigma_rad };
     let speed = if start.still_at_first { 0.01 } else { 1.5 };
     [
-        Matrix3::from_diagonal(&Vector3::new(tilt * tilt, tilt * tilt, first.sigma_rad * first.sigma_rad)),
+        Matrix3::from_diagonal(&Vector3::new(tilt * tilt, tilt * tilt, sigma_rad * sigma_rad)),
         squared(start.sigma_gyro_bias_rad_s),
         Matrix3::zeros(),
         squared(speed),

@@ -36,8 +36,7 @@ pub struct Tuning {
     pub first_tilt_sigma_rad: f64,
     /// Sigma of the accelerometer bias at the start, m/s².
     pub accelerometer_bias_sigma_m_s2: f64,
-    /// Sigma of the magnetic heading of one stance, rad: hard and soft iron and what stands around,
-    /// which is much the same for some stances, so more than the scatter of one.
+    /// Sigma of the magnetic heading of one stance beside what the slow errors explain, rad.
     pub magnetic_heading_sigma_rad: f64,
     /// The field may be this weak, µT (paper 1, §3.1).
     pub weakest_field_ut: f64,
@@ -53,19 +52,66 @@ pub struct Tuning {
     pub sway_rad: f64,
     /// Distance of the feet, sensor to sensor, where they pass each other, m.
     pub separation_m: f64,
-    /// Its sigma, m.
+    /// Its sigma from stride to stride, m.
     pub separation_sigma_m: f64,
+    /// By how much it differs from walker to walker, 1σ, m.
+    pub separation_spread_m: f64,
     /// How evenly a stride lies about the other foot: sigma along it, as a share of its length.
     pub symmetry_share: f64,
     /// The same upwards, m.
     pub symmetry_sigma_up_m: f64,
     /// Where an inspector stands beside a marker, sigma on each axis, m.
     pub marker_sigma_m: f64,
-    /// Sigma of the height that the barometer gives in one stance, m: its drift since the last zero
-    /// more than its noise.
+    /// Sigma of the height that the barometer gives in one stance beside its drift, m.
     pub altimeter_sigma_m: f64,
+    /// What is the same from stance to stance.
+    pub slow_errors: SlowErrorsTuning,
     /// How far back a visit can still be applied, s.
     pub history_s: f64,
+}
+
+/// How large the errors are that are the same from stance to stance, and how fast they change
+/// (`slow_errors` says what they are).
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct SlowErrorsTuning {
+    /// Deviation of the compass that does not turn with the foot, 1σ, rad: soft iron, declination.
+    pub fixed_deviation_rad: f64,
+    /// Deviation by hard iron, 1σ of either component, rad.
+    pub hard_iron_deviation_rad: f64,
+    /// Random walk of all of them, rad/√s.
+    pub deviation_walk_rad_sqrt_s: f64,
+    /// Deflection of the field by what stands around, 1σ, rad.
+    pub deflection_rad: f64,
+    /// After so long a way another deflection is met, m.
+    pub deflection_length_m: f64,
+    /// What a stride reads too much along and across, 1σ, as a share of its length.
+    pub stride_share: f64,
+    /// What it reads too much upwards, 1σ, likewise.
+    pub stride_up_share: f64,
+    /// Random walk of these shares, 1/√s.
+    pub stride_walk_sqrt_s: f64,
+    /// Sigma of the pressure's first zero, as height, m.
+    pub first_pressure_sigma_m: f64,
+    /// Random walk of the pressure by the weather, as height, m/√s.
+    pub pressure_drift_m_sqrt_s: f64,
+}
+
+impl Default for SlowErrorsTuning {
+    fn default() -> Self {
+        SlowErrorsTuning {
+            fixed_deviation_rad: 0.012,
+            hard_iron_deviation_rad: 0.03,
+            deviation_walk_rad_sqrt_s: 1e-4,
+            deflection_rad: 0.04,
+            deflection_length_m: 2.0,
+            stride_share: 0.005,
+            stride_up_share: 0.005,
+            stride_walk_sqrt_s: 2e-5,
+            first_pressure_sigma_m: 0.1,
+            pressure_drift_m_sqrt_s: 0.015,
+        }
+    }
 }
 
 impl Default for Tuning {
@@ -83,7 +129,7 @@ impl Default for Tuning {
             second_foot_heading_sigma_rad: 0.2,
             first_tilt_sigma_rad: 0.02,
             accelerometer_bias_sigma_m_s2: 0.08,
-            magnetic_heading_sigma_rad: 0.25,
+            magnetic_heading_sigma_rad: 0.03,
             weakest_field_ut: 40.0,
             strongest_field_ut: 60.0,
             magnetometer_noise_ut: 0.3,
@@ -91,11 +137,13 @@ impl Default for Tuning {
             standing_s: 3.0,
             sway_rad: 0.01,
             separation_m: 0.13,
-            separation_sigma_m: 0.05,
+            separation_sigma_m: 0.04,
+            separation_spread_m: 0.03,
             symmetry_share: 0.2,
             symmetry_sigma_up_m: 0.15,
             marker_sigma_m: 1.0,
-            altimeter_sigma_m: 1.5,
+            altimeter_sigma_m: 0.2,
+            slow_errors: SlowErrorsTuning::default(),
             history_s: 30.0,
         }
     }

@@ -2,6 +2,7 @@
 //! standing foot.
 
 use super::filter::{Demand, Filter, GATE_1, GATE_2, Setting, seconds};
+use super::slow_errors::{SEPARATION, surroundings, surroundings_row};
 use crate::detect::swing::Following;
 use crate::event::{AidKind, AidOutcome, Event};
 use crate::measure::foot_separation::{foot_separation, stride_symmetry};
@@ -39,9 +40,10 @@ impl<const B: usize, const F: usize> Filter<B, F> {
             &self.feet[0].nav.p_n,
             &self.feet[1].nav.p_n,
             &along_n,
-            tuning.separation_m,
+            tuning.separation_m + self.slow.surroundings[SEPARATION],
             tuning.separation_sigma_m,
-        );
+        )
+        .with(surroundings(F), surroundings_row(SEPARATION, 1.0));
         let (nis, accepted) = self.update(&observation, GATE_1);
         self.feet[sensor].swing.mark_used();
         told.push(Event::Aid(AidOutcome {

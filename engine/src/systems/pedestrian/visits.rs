@@ -51,12 +51,6 @@ impl<const B: usize, const F: usize> Filter<B, F> {
         self.turned_down = (!outcome.accepted).then_some(before);
         if outcome.accepted {
             self.last_marker = (t_ns, self.walked.distance_m(F));
-            if up_m.is_some() {
-                // A surveyed height is a better zero than one that has drifted since the start.
-                for foot in &mut self.feet {
-                    foot.altimeter_zero_m = None;
-                }
-            }
         } else {
             outcome.reason = format!(
                 "{:.1} m from the marker in plan, where the track is sure to {:.1} m (1σ): a wrong marker, or a track that has gone astray; a second visit that says the same will be believed",

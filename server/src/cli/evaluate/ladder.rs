@@ -136,20 +136,7 @@ fn climb(walk: &Walk, site: &Site, aids: Aids) -> Result<Climbed> {
         aids,
         ..SessionConfig::default()
     };
-    let told: Vec<Visit> = walk
-        .visits
-        .iter()
-        .filter(|_| aids.markers)
-        .map(|visit| {
-            let [e, n, u] = visit.position_n_m;
-            Visit {
-                marker: visit.marker.clone(),
-                t_start_ns: visit.t_start_ns,
-                t_end_ns: visit.t_end_ns,
-                position_n_m: (e, n, Some(u)),
-            }
-        })
-        .collect();
+    let told = if aids.markers { visits_of(walk) } else { Vec::new() };
     let feet = [(Foot::Left, InMemory(&walk.left)), (Foot::Right, InMemory(&walk.right))];
     let walked = run(config, &told, feet)?;
     let known: Vec<KnownPlace> = walk
@@ -166,8 +153,22 @@ fn climb(walk: &Walk, site: &Site, aids: Aids) -> Result<Climbed> {
     Ok(Climbed { truth: against_truth(&walked.track.points, &known), visits: visits(&walked.track.visits) })
 }
 
+/// The visits of a simulated walk, as a session is told them.
+pub(super) fn visits_of(walk: &Walk) -> Vec<Visit> {
+    let told = walk.visits.iter().map(|visit| {
+        let [e, n, u] = visit.position_n_m;
+        Visit {
+            marker: visit.marker.clone(),
+            t_start_ns: visit.t_start_ns,
+            t_end_ns: visit.t_end_ns,
+            position_n_m: (e, n, Some(u)),
+        }
+    });
+    told.collect()
+}
+
 /// Samples that are there already.
-struct InMemory<'a>(&'a [ImuSample]);
+pub(super) struct InMemory<'a>(pub(super) &'a [ImuSample]);
 
 impl FootSamples for InMemory<'_> {
     fn next_piece(&mut self, samples: &mut Vec<ImuSample>) -> Result<()> {

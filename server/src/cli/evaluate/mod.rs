@@ -1,5 +1,6 @@
 //! `lodestep evaluate`: recordings scored with the engine's defaults, the same for every file.
 
+mod honesty;
 mod ladder;
 mod recordings;
 mod score;
@@ -29,7 +30,7 @@ folder whose name holds openshoe or ngimu end where they began. Distances are in
 #[command(after_help = AFTER_HELP, args_conflicts_with_subcommands = true, subcommand_negates_reqs = true)]
 pub(super) struct EvaluateArgs {
     #[command(subcommand)]
-    ladder: Option<Ladder>,
+    study: Option<Study>,
 
     /// Recordings, or folders of them
     #[arg(value_name = "DIR|FILES", required = true)]
@@ -50,15 +51,19 @@ pub(super) struct EvaluateArgs {
 }
 
 #[derive(Debug, Subcommand)]
-enum Ladder {
+enum Study {
     /// The ladder of aids on simulated walks: ZUPT, + heading, + MARU, + separation, + markers
     Ladder(ladder::LadderArgs),
+    /// Errors over their own sigmas on simulated walks: does the filter know how wrong it is?
+    Honesty(honesty::HonestyArgs),
 }
 
-/// Scores recordings, or the ladder.
+/// Scores recordings, or makes one of the studies on simulated walks.
 pub(super) fn evaluate(args: &EvaluateArgs) -> Result<()> {
-    if let Some(Ladder::Ladder(args)) = &args.ladder {
-        return ladder::ladder(args);
+    match &args.study {
+        Some(Study::Ladder(args)) => return ladder::ladder(args),
+        Some(Study::Honesty(args)) => return honesty::honesty(args),
+        None => {}
     }
     let found = recordings::find(&args.paths, args.closed)?;
     if found.is_empty() {

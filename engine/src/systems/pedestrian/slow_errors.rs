@@ -1,0 +1,189 @@
+//! What errs slowly, and is the same from stance to stance: the error states beside the strapdown's.
+//!
+//! Taken for independent noise, these make a filter sure of a wrong track: a compass deviation turns
+//! every heading of a straight walk alike, a scale error stretches every stride, the weather lifts
+//! every height. As states they are what they are, and turns, markers and the other foot show them.
+//!
+//! | block | of | components |
+//! |---|---|---|
+//! | deviation | each foot | A, B, C of the ship's compass, rad: δ = A + B·sin ψ + C·cos ψ, ψ the azimuth of the x axis. A is what does not turn with the foot (soft iron, mounting, declination), B and C hard iron |
+//! | stride | each foot | what a stride reads too much: along it, across it to the left, and upwards, as shares of its length in plan (scale factors and misalignment, which zero velocity cannot see) |
+//! | surroundings | both feet | the field's deflection by what stands around, rad; the pressure's drift, as height, m; the separation of the feet, m |
+//!
+//! Like the biases of the notation page each is estimated as nominal value + residual error, where
+//! the residual is true − estimated.
+
+use nalgebra::{Matrix3, RowVector3, Vector3};
+
+use super::filter::{Filter, Setting, seconds};
+use super::tuning::Tuning;
+use crate::ins::layout::BLOCKS_A_SENSOR;
+
+/// Blocks of one foot: those of its strapdown, deviation and stride.
+pub(crate) const BLOCKS_A_FOOT: usize = BLOCKS_A_SENSOR + 2;
+
+/// Blocks of the joint filter of `feet` feet.
+pub(crate) const fn blocks(feet: usize) -> usize {
+    BLOCKS_A_FOOT * feet + 1
+}
+
+/// The block of a foot's compass deviation. The strapdowns' blocks come first, foot by foot.
+pub(crate) const fn deviation(sensor: usize, feet: usize) -> usize {
+    BLOCKS_A_SENSOR * feet + 2 * sensor
+}
+
+/// The block of a foot's stride error.
+pub(crate) const fn stride(sensor: usize, feet: usize) -> usize {
+    BLOCKS_A_SENSOR * feet + 2 * sensor + 1
+}
+
+/// The block of what both feet share.
+pub(crate) const fn surroundings(feet: usize) -> usize {
+    BLOCKS_A_FOOT * feet
+}
+
+/// How a compass deviation turns the field's azimuth when the x axis has the azimuth `heading_rad`:
+/// azimuth = declination + row · (A, B, C).
+pub(crate) fn deviation_row(heading_rad: f64) -> RowVector3<f64> {
+    RowVector3::new(1.0, libm::sin(heading_rad), libm::cos(heading_rad))
+}
+
+/// How much too far a way `moved_n` is read: the product with the stride error.
+#[inline]
+pub(crate) fn stride_matrix(moved_n: &Vector3<f64>) -> Matrix3<f64> {
+    let (east, north) = (moved_n.x, moved_n.y);
+    let length = (east * east + north * north).sqrt();
+    Matrix3::new(east, -north, 0.0, north, east, 0.0, 0.0, 0.0, length)
+}
+
+/// The components of the surroundings.
+pub(crate) const DEFLECTION: usize = 0;
+pub(crate) const PRESSURE_DRIFT: usize = 1;
+pub(crate) const SEPARATION: usize = 2;
+
+/// So much at least is kept of a deflection on the way between two stances, however long.
+const LEAST_KEPT: f64 = 1e-3;
+
+/// A row that sees one component of the surroundings.
+pub(crate) fn surroundings_row(component: usize, by: f64) -> RowVector3<f64> {
+    let mut row = RowVector3::zeros();
+    row[component] = by;
+    row
+}
+
+impl<const B: usize, const F: usize> Filter<B, F> {
+    /// Gives the slow errors their first covariance.
+    pub(crate) fn set_first_slow_errors(&mut self, tuning: &Tuning) {
+        let squares = |a: f64, b: f64, c: f64| Matrix3::from_diagonal(&Vector3::new(a * a, b * b, c * c));
+        let slow = &tuning.slow_errors;
+        for sensor in 0..F {
+            let (turning, fixed) = (slow.hard_iron_deviation_rad, slow.fixed_deviation_rad);
+            let (plan, up) = (slow.stride_share, slow.stride_up_share);
+            self.eskf.covariance.set_diagonal(deviation(sensor, F), squares(fixed, turning, turning));
+            self.eskf.covariance.set_diagonal(stride(sensor, F), squares(plan, plan, up));
+        }
+        let first = squares(slow.deflection_rad, slow.first_pressure_sigma_m, tuning.separation_spread_m);
+        self.eskf.covariance.set_diagonal(surroundings(F), first);
+    }
+
+    /// The foot has moved by `moved_n` according to its strapdown: takes the estimated stride error
+    /// off the position at once; its covariance follows in [`Self::stretch`].
+    #[inline]
+    pub(super) fn shorten(&mut self, sensor: usize, moved_n: &Vector3<f64>) {
+        let foot = &mut self.feet[sensor];
+        foot.nav.p_n -= stride_matrix(moved_n) * foot.stride_error;
+        foot.moved_n += moved_n;
+    }
+
+    /// Brings the covariance of the position up to how far the foot has moved. As nothing but an
+    /// update asks for it, once a swing is enough.
+    pub(super) fn stretch(&mut self, sensor: usize) {
+        let moved_n = std::mem::take(&mut self.feet[sensor].moved_n);
+        if moved_n == Vector3::zeros() {
+            return;
+        }
+        let position = crate::ins::layout::ErrorState::Position.of(sensor);
+        self.eskf.add_multiple(position, stride(sensor, F), &stride_matrix(&moved_n));
+    }
+
+    /// The slow errors go on by what a foot, now standing, has walked since the last stance of any.
+    pub(super) fn drift(&mut self, setting: &Setting, sensor: usize) {
+        let slow = &setting.tuning.slow_errors;
+        let place_n = self.feet[sensor].nav.p_n;
+        let t_ns = self.feet[sensor].t_ns;
+        let walked_m = (place_n - self.slow.place_n).xy().norm();
+        let elapsed_s = seconds(t_ns - self.slow.t_ns).max(0.0);
+        self.slow.place_n = place_n;
+        self.slow.t_ns = t_ns;
+        let kept = libm::exp(-walked_m / slow.deflection_length_m).max(LEAST_KEPT);
+        self.slow.surroundings[DEFLECTION] *= kept;
+        let block = surroundings(F);
+        self.eskf.scale(block, &Vector3::new(kept, 1.0, 1.0));
+        let grown = |density: f64| density * density * elapsed_s;
+        let deflection = slow.deflection_rad * slow.deflection_rad * (1.0 - kept * kept);
+        let drift = Vector3::new(deflection, grown(slow.pressure_drift_m_sqrt_s), 0.0);
+        self.eskf.add_noise(&[block], &drift);
+        for other in 0..F {
+            let walks = [
+                (deviation(other, F), slow.deviation_walk_rad_sqrt_s),
+                (stride(other, F), slow.stride_walk_sqrt_s),
+            ];
+            for (block, density) in walks {
+                self.eskf.add_noise(&[block], &Vector3::repeat(grown(density)));
+            }
+        }
+    }
+}
+
+/// The nominal values that both feet share, and when and where they were last brought up to date.
+#[derive(Clone, Debug)]
+pub(crate) struct Slow {
+    /// Deflection of the field, rad; drift of the pressure, m; separation, m.
+    pub(crate) surroundings: Vector3<f64>,
+    place_n: Vector3<f64>,
+    t_ns: i64,
+}
+
+impl Slow {
+    pub(crate) fn new(place_n: Vector3<f64>, t_ns: i64) -> Self {
+        Slow { surroundings: Vector3::zeros(), place_n, t_ns }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_block_has_a_place_of_its_own() {
+        for feet in [1, 2] {
+            let mut places: Vec<usize> = (0..BLOCKS_A_SENSOR * feet).collect();
+            for sensor in 0..feet {
+                places.extend([deviation(sensor, feet), stride(sensor, feet)]);
+            }
+            places.push(surroundings(feet));
+            assert_eq!(places, (0..blocks(feet)).collect::<Vec<_>>());
+        }
+    }
+
+    #[test]
+    fn a_stride_error_stretches_turns_and_lifts_the_way() {
+        let moved_n = Vector3::new(3.0, 4.0, 1.0);
+        let read = |error: Vector3<f64>| stride_matrix(&moved_n) * error;
+        assert_eq!(read(Vector3::x()), Vector3::new(3.0, 4.0, 0.0));
+        assert_eq!(read(Vector3::y()), Vector3::new(-4.0, 3.0, 0.0));
+        assert_eq!(read(Vector3::z()), Vector3::new(0.0, 0.0, 5.0));
+    }
+
+    #[test]
+    fn a_hard_iron_on_the_x_axis_deviates_as_the_sine_of_the_heading() {
+        // A field of strength 1 to the north and iron of 0.01 along the x axis, at every heading.
+        for heading_rad in [-2.0, -0.5, 0.0, 0.7, 1.6, 3.0] {
+            let field = Vector3::new(0.0, 1.0, 0.0)
+                + 0.01 * Vector3::new(libm::sin(heading_rad), libm::cos(heading_rad), 0.0);
+            let deviation_rad = crate::rotation::azimuth(field.x, field.y);
+            let expected = (deviation_row(heading_rad) * Vector3::new(0.0, 0.01, 0.0))[0];
+            assert!((deviation_rad - expected).abs() < 1e-4, "{deviation_rad} {expected}");
+        }
+    }
+}
