@@ -29,8 +29,25 @@ pub struct SessionConfig {
     /// How far one foot's samples may run ahead of the other's before the session goes on without
     /// it, ns; `None` waits for ever, as is right for logs that are complete.
     pub max_lead_ns: Option<i64>,
+    /// Whether what is told is smoothed.
+    pub solution: Solution,
     /// The parameters of the filter and its detectors.
     pub tuning: Tuning,
+}
+
+/// What a session tells in the end.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Solution {
+    /// Each point as it was known at its time, but for what applies to a past moment.
+    #[default]
+    Filtered,
+    /// The same while walking; and after each accepted visit the trail of the last five minutes is
+    /// smoothed and told as a revision.
+    Trail,
+    /// The same while walking; and at the end the whole walk is smoothed and told as revisions. Every
+    /// sample is kept until then: 56 bytes each.
+    Smoothed,
 }
 
 impl Default for SessionConfig {
@@ -43,6 +60,7 @@ impl Default for SessionConfig {
             gravity_m_s2: 9.80665,
             aids: Aids::default(),
             max_lead_ns: None,
+            solution: Solution::default(),
             tuning: Tuning::default(),
         }
     }
@@ -83,6 +101,13 @@ pub struct Visit {
     pub t_end_ns: i64,
     /// The marker's position, east-north-up, m; `None` for a height that was never surveyed.
     pub position_n_m: (f64, f64, Option<f64>),
+}
+
+impl Visit {
+    /// When it is applied, ns: in the middle of the stand, which forgives a stamp that is early or late.
+    pub(crate) fn moment_ns(&self) -> i64 {
+        self.t_start_ns + (self.t_end_ns - self.t_start_ns) / 2
+    }
 }
 
 /// What a session amounts to so far.
@@ -183,7 +208,7 @@ impl Session {
             self.summary.late_samples += 1;
             return;
         }
-        line.push(sample, events);
+        line.push(&sample.in_single_precision(), events);
         self.go_on(events);
         self.sum_up(&events[known..]);
     }
@@ -210,8 +235,26 @@ impl Session {
         self.sum_up(&events[known..]);
     }
 
-    /// No more samples will come: what waits is processed and told.
+    /// No more samples will come: what waits is processed and told, and the walk is smoothed if that was
+    /// asked for.
     pub fn finish(&mut self, events: &mut Vec<Event>) {
+        self.finish_filter(events);
+        while self.smooth_next(events) {}
+    }
+
+    /// Smooths the next piece of the walk, after [`Self::finish_filter`]; says whether there was one. A
+    /// piece is a minute, told as one revision, the last of the walk first: who takes it away at once
+    /// never holds the walk twice.
+    pub fn smooth_next(&mut self, events: &mut Vec<Event>) -> bool {
+        match &mut self.walk {
+            Walk::Waiting => false,
+            Walk::OneFoot(history) => history.smooth_next(events),
+            Walk::TwoFeet(history) => history.smooth_next(events),
+        }
+    }
+
+    /// The first part of [`Self::finish`]: all but the smoothing.
+    pub fn finish_filter(&mut self, events: &mut Vec<Event>) {
         let known = events.len();
         for line in &mut self.lines {
             line.end(events);
@@ -281,10 +324,11 @@ impl Session {
         for foot in absent {
             events.push(foot_missing(foot, self.lines[0].first_ns(), "has no samples at all"));
         }
+        let solution = self.config.solution;
         let starts = start::resolve(&self.config, &mut self.lines, events);
         self.walk = match starts {
-            Starts::One(filter, setting) => Walk::OneFoot(Box::new(History::new(setting, filter))),
-            Starts::Two(filter, setting) => Walk::TwoFeet(Box::new(History::new(setting, filter))),
+            Starts::One(filter, setting) => Walk::OneFoot(Box::new(History::new(setting, filter, solution))),
+            Starts::Two(filter, setting) => Walk::TwoFeet(Box::new(History::new(setting, filter, solution))),
         };
         for visit in std::mem::take(&mut self.early_visits) {
             match &mut self.walk {
