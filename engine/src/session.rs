@@ -425,3 +425,59 @@ fn foot_missing(foot: Foot, t_ns: i64, what: &str) -> Event {
 fn seconds(ns: i64) -> f64 {
     ns as f64 * 1e-9
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::geo::Site;
+    use crate::sim::{SensorModel, WalkKind, simulate};
+    use crate::track::Track;
+
+    /// Three minutes of the spiral, smoothed; with one of its visits told 20 s late.
+    fn smoothed(run_again: bool) -> Track {
+        let site = Site::fast();
+        let walk = simulate(&WalkKind::Spiral, 1, &site, &SensorModel::cmp10a());
+        let config = SessionConfig {
+            initial_position_n_m: walk.start_n_m(),
+            declination_rad: site.declination_deg.to_radians(),
+            gravity_m_s2: site.gravity_m_s2,
+            solution: Solution::Smoothed,
+            ..SessionConfig::default()
+        };
+        let (mut session, mut events) = (Session::new(config), Vec::new());
+        let mut visits = walk.visits.iter();
+        let mut next = visits.next();
+        for (left, right) in walk.left.iter().zip(&walk.right).take(26_000) {
+            session.push(Foot::Left, left, &mut events);
+            session.push(Foot::Right, right, &mut events);
+            if let Some(visit) = next.filter(|visit| left.t_ns > visit.t_end_ns + 20_000_000_000) {
+                let [e, n, u] = visit.position_n_m;
+                session.visit(
+                    Visit {
+                        marker: visit.marker.clone(),
+                        t_start_ns: visit.t_start_ns,
+                        t_end_ns: visit.t_end_ns,
+                        position_n_m: (e, n, Some(u)),
+                    },
+                    &mut events,
+                );
+                next = visits.next();
+            }
+        }
+        session.finish_filter(&mut events);
+        if run_again && let Walk::TwoFeet(history) = &mut session.walk {
+            history.forget_recordings();
+        }
+        while session.smooth_next(&mut events) {}
+        let mut track = Track::default();
+        events.into_iter().for_each(|event| track.take(event));
+        assert!(track.visits.iter().any(|visit| visit.accepted));
+        assert!(track.revised_points >= track.points.len() as u64);
+        track
+    }
+
+    #[test]
+    fn stretches_that_are_run_again_give_the_same_smoothed_track_to_the_bit() {
+        assert_eq!(smoothed(false).sha256(), smoothed(true).sha256());
+    }
+}

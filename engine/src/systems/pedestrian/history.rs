@@ -176,6 +176,13 @@ impl<const B: usize, const F: usize> History<B, F> {
         true
     }
 
+    #[cfg(test)]
+    pub(crate) fn forget_recordings(&mut self) {
+        if let Some(smoothing) = &mut self.smoothing {
+            smoothing.forget_recordings();
+        }
+    }
+
     /// Smooths what a live session holds of its trail.
     fn bend_trail(&mut self, told: &mut Vec<Event>) {
         let Some(smoothing) = self.smoothing.as_mut().filter(|smoothing| smoothing.is_live()) else { return };

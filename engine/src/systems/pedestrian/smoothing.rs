@@ -172,6 +172,14 @@ impl<const B: usize, const F: usize> Smoothing<B, F> {
         self.live
     }
 
+    /// Lets the recordings go: every stretch will be run again.
+    #[cfg(test)]
+    pub(super) fn forget_recordings(&mut self) {
+        for stretch in &mut self.stretches {
+            stretch.recording = None;
+        }
+    }
+
     /// How many stretches there are.
     pub(super) fn stretches(&self) -> usize {
         self.stretches.len()
