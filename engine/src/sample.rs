@@ -56,3 +56,18 @@ pub struct ImuSample {
     /// Air pressure, hPa; `None` where the log has no value.
     pub pressure_hpa: Option<f64>,
 }
+
+impl ImuSample {
+    /// The readings in single precision: 24 bits hold all that a sensor of 16 has to say, and a walk of
+    /// a working day then fits in memory.
+    pub fn in_single_precision(&self) -> ImuSample {
+        let single = |x: f64| f64::from(x as f32);
+        ImuSample {
+            t_ns: self.t_ns,
+            w_ib_b_rad_s: self.w_ib_b_rad_s.map(single),
+            f_b_m_s2: self.f_b_m_s2.map(single),
+            mag_b_ut: self.mag_b_ut.map(|mag| mag.map(single)),
+            pressure_hpa: self.pressure_hpa.map(single),
+        }
+    }
+}

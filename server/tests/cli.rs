@@ -239,7 +239,7 @@ fn a_command_line_that_cannot_be_has_its_sentence_and_exit_code() {
     let folder = Folder::new();
     let log = folder.with("l.csv", standing(12));
     let cases: [(&[&str], &str); 10] = [
-        (&["--solution", "smoothed"], "not available yet"),
+        (&["--solution", "sharpened"], "possible values: filtered, smoothed"),
         (&["--aid", "zupt,gps"], "there is no aid \"gps\""),
         (&["--aid", "zupt,separation"], "needs both feet"),
         (&["--aid", "zupt,markers"], "needs --markers and --visits"),

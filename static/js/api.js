@@ -88,7 +88,7 @@ export const visits = (id) => get(`/sessions/${seg(id)}/visits`).then(rows);
 export const anomalies = (id) => get(`/sessions/${seg(id)}/anomalies`).then(rows);
 /**
  * @param {string} id
- * @param {"main" | "without_markers"} run
+ * @param {"main" | "filtered" | "without_markers"} run
  * @param {number} rate_hz
  */
 export const track = (id, run, rate_hz) => get(`/sessions/${seg(id)}/track?run=${run}&rate_hz=${rate_hz}`);

@@ -28,7 +28,7 @@ impl<const B: usize> BlockCovariance<B> {
     }
 
     /// The stored block (i, j), i ≤ j, to change in place.
-    #[inline]
+    #[cfg(test)]
     pub(super) fn upper_mut(&mut self, i: usize, j: usize) -> &mut Matrix3<f64> {
         debug_assert!(i <= j, "only the upper blocks are stored");
         &mut self.upper[i][j]

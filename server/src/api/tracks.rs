@@ -131,7 +131,9 @@ async fn stored(
         }
     }
     let visits = match run {
-        Run::Main => track_file::outcomes(visits::of_session(app.store.read(), session_id).await?),
+        Run::Main | Run::Filtered => {
+            track_file::outcomes(visits::of_session(app.store.read(), session_id).await?)
+        }
         Run::WithoutMarkers => Vec::new(),
     };
     Ok((points, visits))
@@ -143,6 +145,7 @@ fn disposition(session: &Session, run: Run, format: Format) -> HeaderValue {
     let day = format!("{:04}-{:02}-{:02}", started.year(), u8::from(started.month()), started.day());
     let run = match run {
         Run::Main => "",
+        Run::Filtered => "-filtered",
         Run::WithoutMarkers => "-without-markers",
     };
     let name = format!("track-{day}-{}{run}.{}", session.id, format.extension());

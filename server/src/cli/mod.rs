@@ -12,6 +12,7 @@ mod run;
 mod serve;
 mod simulate;
 mod site_file;
+mod solution;
 mod track_output;
 mod visits;
 

@@ -4,7 +4,7 @@ use std::io::Write as _;
 use std::path::PathBuf;
 
 use anyhow::Result;
-use clap::{Args, ValueEnum};
+use clap::Args;
 use lodestep_engine::geo::Site;
 use lodestep_engine::sample::Foot;
 use lodestep_engine::session::{Aids, SessionConfig};
@@ -15,6 +15,7 @@ use crate::cli::failure::Failure;
 use crate::cli::log_file::LogFile;
 use crate::cli::report::Report;
 use crate::cli::run::{Walked, run};
+use crate::cli::solution::Solution;
 use crate::cli::track_output::{TrackOutput, write_text};
 use crate::cli::{aids, progress, site_file, visits};
 
@@ -74,7 +75,7 @@ pub(super) struct ProcessArgs {
     started_at: Option<OffsetDateTime>,
 
     /// Which solution to give
-    #[arg(long, value_enum, default_value_t = Solution::Filtered)]
+    #[arg(long, value_enum, default_value_t)]
     solution: Solution,
 
     /// Aids to use, of zupt,heading,maru,separation,markers,altimeter; or none [default: all that the
@@ -93,15 +94,6 @@ pub(super) struct ProcessArgs {
     /// What was found out, as JSON
     #[arg(long, value_name = "REPORT.json")]
     report: Option<PathBuf>,
-}
-
-/// Which solution to give.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-enum Solution {
-    /// Each point by what was known up to then, marker and separation corrections included
-    Filtered,
-    /// Each point by the whole walk (not available yet)
-    Smoothed,
 }
 
 /// Processes one walk.
@@ -143,12 +135,6 @@ pub(super) fn process(args: &ProcessArgs) -> Result<()> {
 impl ProcessArgs {
     /// What the parts of the command line say together.
     fn check(&self) -> Result<()> {
-        if self.solution == Solution::Smoothed {
-            return Err(Failure::usage(
-                "the smoothed solution is not available yet: this version gives the filtered one; leave \
-                 --solution out",
-            ));
-        }
         if self.out.needs_site() && self.site.is_none() {
             return Err(Failure::usage(
                 "GeoJSON, GPX and KML need to know where the site lies: add --site SITE.toml, or write .csv",
@@ -188,6 +174,7 @@ impl ProcessArgs {
         }
         config.initial_heading_rad = self.initial_heading_deg.map(f64::to_radians);
         config.aids = self.aid.unwrap_or_default();
+        config.solution = self.solution.into();
         config
     }
 

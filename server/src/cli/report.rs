@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use lodestep_engine::evaluate::{self, VisitErrors};
 use lodestep_engine::event::{AidKind, Alignment, Anomaly, TrackPoint};
-use lodestep_engine::session::SessionConfig;
+use lodestep_engine::session::{SessionConfig, Solution};
 use lodestep_engine::track::AidTally;
 use serde::Serialize;
 
@@ -14,7 +14,7 @@ use crate::cli::run::Walked;
 #[derive(Debug, Serialize)]
 pub(super) struct Report<'a> {
     engine_version: &'static str,
-    solution: &'static str,
+    solution: Solution,
     config: &'a SessionConfig,
     epochs: u64,
     samples: u64,
@@ -83,7 +83,7 @@ impl<'a> Report<'a> {
         };
         Report {
             engine_version: env!("CARGO_PKG_VERSION"),
-            solution: "filtered",
+            solution: config.solution,
             config,
             epochs: summary.epochs,
             samples: summary.samples,

@@ -25,7 +25,7 @@ pub(super) fn run<S: FootSamples>(
     feet: impl IntoIterator<Item = (Foot, S)>,
 ) -> Result<Walked> {
     let begin = Instant::now();
-    let run = run::run(config, visits, InTimeOrder::new(feet), |_| true)?
+    let run = run::run(config, visits, InTimeOrder::new(feet), |_| true, |_| {})?
         .context("the run stopped although nobody had asked it to")?;
     Ok(Walked { track: run.track, summary: run.summary, process_seconds: begin.elapsed().as_secs_f64() })
 }

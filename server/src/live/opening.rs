@@ -2,7 +2,7 @@
 
 use lodestep_engine::parse::live_message::{Hello, NextSequence, Start};
 use lodestep_engine::sample::Foot;
-use lodestep_engine::session::SessionConfig;
+use lodestep_engine::session::{SessionConfig, Solution};
 use uuid::Uuid;
 
 use crate::api;
@@ -84,5 +84,5 @@ async fn begin(
 /// What the engine is told of a session that is streamed.
 pub(super) fn session_config(app: &App, session: &Session) -> SessionConfig {
     let config = engine_config(&app.site, session, session.feet.clone());
-    SessionConfig { max_lead_ns: Some(MAX_LEAD_NS), ..config }
+    SessionConfig { max_lead_ns: Some(MAX_LEAD_NS), solution: Solution::Trail, ..config }
 }

@@ -1,18 +1,20 @@
-//! From raw samples to a stored track: with every aid, and again as if no marker had been visited.
+//! From raw samples to a stored track: with every aid, smoothed and as the filter told it, and again as
+//! if no marker had been visited.
 
 use std::collections::HashMap;
 
 use futures_util::FutureExt;
 use lodestep_engine::event::{Anomaly, AnomalyKind, TrackPoint, VisitOutcome};
 use lodestep_engine::sample::Foot;
-use lodestep_engine::session::{SessionConfig, Visit};
+use lodestep_engine::session::{SessionConfig, Solution, Visit};
+use lodestep_engine::track::Track;
 use tokio::runtime::Handle;
 use uuid::Uuid;
 
 use super::engine_config::engine_config;
 use super::in_time_order::InTimeOrder;
 use super::run::{self, Computed, FullRun};
-use super::stored_grid;
+use super::stored_grid::{self, Grid};
 use super::stored_samples::{self, Recording, StoredSamples};
 use crate::error::{Error, Result};
 use crate::jobs::progress::Progress;
@@ -61,6 +63,8 @@ struct Walk {
 /// Both runs.
 struct Runs {
     main: Computed,
+    /// The main run's points at the stored rate, as they were before smoothing.
+    filtered: Vec<TrackPoint>,
     without_markers: Option<Computed>,
 }
 
@@ -123,19 +127,24 @@ impl Walk {
         runtime: &Handle,
         run: Run,
         go_on: impl FnMut(u64) -> bool,
+        on_filtered: impl FnOnce(&Track),
     ) -> anyhow::Result<Option<FullRun>> {
         let feet = self.recordings.iter().map(|recording| {
             (recording.foot, StoredSamples::new(store.clone(), runtime.clone(), recording.origin))
         });
         let mut config = self.config.clone();
         let visits = match run {
-            Run::Main => &self.visits[..],
+            Run::Main => {
+                config.solution = Solution::Smoothed;
+                &self.visits[..]
+            }
+            Run::Filtered => &self.visits[..],
             Run::WithoutMarkers => {
                 config.aids.markers = false;
                 &[]
             }
         };
-        run::run(config, visits, InTimeOrder::new(feet), go_on)
+        run::run(config, visits, InTimeOrder::new(feet), go_on, on_filtered)
     }
 }
 
@@ -178,12 +187,19 @@ fn compute(
 ) -> Result<Runs, ProcessError> {
     let runs = if walk.visits.is_empty() { 1 } else { 2 };
     let total = (runs * walk.samples()).max(1) as f64;
+    let mut filtered = Vec::new();
     let mut one = |run, stage, before: u64| {
-        let full = walk.run(store, runtime, run, |done| {
+        let go_on = |done| {
             // The last percent is for storing.
             progress.tell(stage, 0.99 * (before + done) as f64 / total);
             !progress.is_stopping()
-        });
+        };
+        let on_filtered = |track: &Track| {
+            if run == Run::Main {
+                filtered = run::thinned(&track.points, &mut Grid::new(cell_ns));
+            }
+        };
+        let full = walk.run(store, runtime, run, go_on, on_filtered);
         full.map_err(ProcessError::Read)?
             .ok_or(ProcessError::Stopping)
             .map(|full| full.into_computed(cell_ns))
@@ -197,7 +213,7 @@ fn compute(
         _ => Some(one(Run::WithoutMarkers, "filtering_without_markers", walk.samples())?),
     };
     progress.tell("storing", 0.99);
-    Ok(Runs { main, without_markers })
+    Ok(Runs { main, filtered, without_markers })
 }
 
 /// Every epoch of a run, computed from the raw samples for this one answer, with its visits.
@@ -214,7 +230,7 @@ pub(crate) async fn full_track(
     };
     let (store, runtime) = (app.store.clone(), Handle::current());
     let _permit = app.log_readers.acquire().await;
-    let computing = tokio::task::spawn_blocking(move || walk.run(&store, &runtime, run, |_| true));
+    let computing = tokio::task::spawn_blocking(move || walk.run(&store, &runtime, run, |_| true, |_| {}));
     let full = computing.await.map_err(anyhow::Error::new)??;
     Ok(full.map(|full| (full.track.points, full.track.visits)).unwrap_or_default())
 }
@@ -229,12 +245,15 @@ async fn put_in_place(app: &App, walk: Walk, runs: Runs) -> Result<(), ProcessEr
         .writer()
         .run(move |db| {
             async move {
-                for (run, computed) in
-                    [(Run::Main, Some(&runs.main)), (Run::WithoutMarkers, runs.without_markers.as_ref())]
-                {
+                let without_markers = runs.without_markers.as_ref().map(|computed| &computed.stored);
+                for (run, points) in [
+                    (Run::Main, Some(&runs.main.stored)),
+                    (Run::Filtered, Some(&runs.filtered)),
+                    (Run::WithoutMarkers, without_markers),
+                ] {
                     store::track::clear(&mut *db, session_id, run).await?;
-                    if let Some(computed) = computed {
-                        store::track::upsert(&mut *db, session_id, run, &computed.stored).await?;
+                    if let Some(points) = points {
+                        store::track::upsert(&mut *db, session_id, run, points).await?;
                     }
                 }
                 store::visits::clear_outcomes(&mut *db, session_id).await?;

@@ -29,12 +29,13 @@ pub(crate) struct FullRun {
 }
 
 /// Runs the engine. `go_on` hears how many samples are done and says whether to continue; `None` when
-/// it said no.
+/// it said no. `on_filtered` sees the track as the filter left it, before any smoothing.
 pub(crate) fn run<S: FootSamples>(
     config: SessionConfig,
     visits: &[Visit],
     mut samples: InTimeOrder<S>,
     mut go_on: impl FnMut(u64) -> bool,
+    on_filtered: impl FnOnce(&Track),
 ) -> anyhow::Result<Option<FullRun>> {
     let mut session = Session::new(config);
     let mut track = Track::default();
@@ -56,8 +57,16 @@ pub(crate) fn run<S: FootSamples>(
         }
         events.drain(..).for_each(|event| track.take(event));
     }
-    session.finish(&mut events);
+    session.finish_filter(&mut events);
     events.drain(..).for_each(|event| track.take(event));
+    on_filtered(&track);
+    // Piece by piece, so that the walk is never held twice.
+    while session.smooth_next(&mut events) {
+        events.drain(..).for_each(|event| track.take(event));
+        if !go_on(done) {
+            return Ok(None);
+        }
+    }
     Ok(Some(FullRun { track, summary: session.summary() }))
 }
 
@@ -67,10 +76,15 @@ impl FullRun {
         let mut grid = Grid::new(cell_ns);
         Computed {
             sha256: self.track.sha256(),
-            stored: self.track.points.iter().filter(|point| grid.takes(point.t_ns)).copied().collect(),
+            stored: thinned(&self.track.points, &mut grid),
             visits: self.track.visits,
             anomalies: self.track.anomalies,
             summary: self.summary,
         }
     }
+}
+
+/// The first point in each cell of the grid.
+pub(crate) fn thinned(points: &[TrackPoint], grid: &mut Grid) -> Vec<TrackPoint> {
+    points.iter().filter(|point| grid.takes(point.t_ns)).copied().collect()
 }

@@ -14,18 +14,21 @@ use super::{StoreError, columns};
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Run {
-    /// With every aid that the data allow.
+    /// With every aid that the data allow; smoothed, once the walk is finished.
     #[default]
     Main,
+    /// The same as the filter told it, before smoothing.
+    Filtered,
     /// The same walk with no visit used.
     WithoutMarkers,
 }
 
 impl Run {
-    /// `main` or `without_markers`, as tables and the wire spell it.
+    /// `main`, `filtered` or `without_markers`, as tables and the wire spell it.
     pub const fn name(self) -> &'static str {
         match self {
             Run::Main => "main",
+            Run::Filtered => "filtered",
             Run::WithoutMarkers => "without_markers",
         }
     }

@@ -1,11 +1,11 @@
-// A finished session on the map: its track with and without markers, and each visit's correction as an
+// A finished session on the map: its track smoothed, as the filter told it and without markers, and each visit's correction as an
 // arrow from where the filter thought it was to where the marker put it.
 
 /**
  * @typedef {import("../geometry.js").EastNorth} EastNorth
  * @typedef {{from: EastNorth, to: EastNorth, marker: string, length_m: number, accepted: boolean}} Correction
  * @typedef {{
- *   main: EastNorth[] | null, without: EastNorth[] | null, corrections: Correction[], cursor: EastNorth | null,
+ *   main: EastNorth[] | null, filtered: EastNorth[] | null, without: EastNorth[] | null, corrections: Correction[], cursor: EastNorth | null,
  *   arrows: boolean, selected: string | null,
  * }} Runs
  */
@@ -22,8 +22,9 @@ export function drawRuns(content) {
     g.lineCap = g.lineJoin = "round";
     // Told apart by dashes as well as by colour.
     if (runs.without) track(g, paper, runs.without, ink.runB, 2, [7, 5]);
+    if (runs.filtered) track(g, paper, runs.filtered, ink.runA, 1.4, [2, 4]);
     if (runs.main) track(g, paper, runs.main, ink.runA, 2.4, []);
-    const ends = runs.main ?? runs.without;
+    const ends = runs.main ?? runs.filtered ?? runs.without;
     if (ends && ends.length > 0) {
       dot(g, x(ends[0][0]), y(ends[0][1]), 5, ink.halo, ink.runA);
       dot(g, x(ends[ends.length - 1][0]), y(ends[ends.length - 1][1]), 5, ink.runA, ink.halo);

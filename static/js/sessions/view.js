@@ -43,15 +43,17 @@ export function sessionView(app, side, id) {
   let main = null;
   /** @type {import("./track.js").Track | null} */
   let without = null;
+  /** @type {import("./track.js").Track | null} */
+  let filtered = null;
   /** @type {import("../state/live.js").Visit[]} */
   let visits = [];
   /** @type {any} */
   let known = null;
   /** @type {number | null} */
   let cursor_s = null;
-  const show = { main: true, without: true, arrows: true };
+  const show = { main: true, filtered: false, without: true, arrows: true };
   /** @type {import("../map/runs.js").Runs} */
-  const runs = { main: null, without: null, corrections: [], cursor: null, arrows: true, selected: null };
+  const runs = { main: null, filtered: null, without: null, corrections: [], cursor: null, arrows: true, selected: null };
   app.runs = runs;
   // A walk is looked at closely; the other screens want the map as they left it.
   const showAsBefore = app.stage.remember();
@@ -59,6 +61,7 @@ export function sessionView(app, side, id) {
 
   function redraw() {
     runs.main = show.main && main ? line(main) : null;
+    runs.filtered = show.filtered && filtered ? line(filtered) : null;
     runs.without = show.without && without ? line(without) : null;
     runs.arrows = show.arrows;
     legend();
@@ -90,6 +93,7 @@ export function sessionView(app, side, id) {
       html`<span><svg class="long" viewBox="0 0 28 13" aria-hidden="true"><path class="run-line ${cls}" d="M1 6.5 H27"/></svg>${t(words)}</span>`;
     render(one("#legend"), html`
       ${runs.main && key("main-run", mainName())}
+      ${runs.filtered && key("filtered-run", "session.run.filtered")}
       ${runs.without && key("without-run", "session.run.without_markers")}
       ${runs.arrows && runs.corrections.length > 0 && key("arrow-run", "session.run.arrows")}`);
   }
@@ -111,12 +115,14 @@ export function sessionView(app, side, id) {
       showFiles(row);
       if (row.state !== "finished" && !(row.epochs > 0)) return;
       const rate_hz = Math.min(MOST_RATE_HZ, Math.max(LEAST_RATE_HZ, Math.floor(ENOUGH_POINTS / Math.max(1, row.duration_s))));
-      const [a, b] = await Promise.allSettled([api.track(id, "main", rate_hz), api.track(id, "without_markers", rate_hz)]);
+      const [a, b, c] = await Promise.allSettled([api.track(id, "main", rate_hz), api.track(id, "without_markers", rate_hz), api.track(id, "filtered", rate_hz)]);
       if (gone) return;
       if (a.status === "rejected") throw a.reason;
       main = readTrack(a.value);
       // A walk without a single visit has only one run.
       without = b.status === "fulfilled" && b.value.rows.length > 0 ? readTrack(b.value) : null;
+      // One that was never worked out, live for instance, has no other than the filter's.
+      filtered = c.status === "fulfilled" && c.value.rows.length > 0 ? readTrack(c.value) : null;
       runs.corrections = corrections(visits, (name) => app.grid.named(name));
       showRunChoice();
       const end_s = main.t_s[main.t_s.length - 1] ?? 0;
@@ -161,6 +167,7 @@ export function sessionView(app, side, id) {
     box.hidden = false;
     render(box, html`<fieldset><legend>${t("session.shown")}</legend><div class="choices">
       <label><input type="checkbox" name="main" checked>${t(mainName())}</label>
+      ${filtered && html`<label><input type="checkbox" name="filtered">${t("session.run.filtered")}</label>`}
       ${without && html`<label><input type="checkbox" name="without" checked>${t("session.run.without_markers")}</label>`}
       ${runs.corrections.length > 0 && html`<label><input type="checkbox" name="arrows" checked>${t("session.run.arrows")}</label>`}
     </div></fieldset>`);

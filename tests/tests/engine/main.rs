@@ -9,5 +9,6 @@ mod order_of_arrival;
 mod recorded_walks;
 mod scenario;
 mod simulated_walks;
+mod smoothed;
 mod told;
 mod visits;

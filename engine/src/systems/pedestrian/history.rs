@@ -8,8 +8,12 @@ use std::collections::VecDeque;
 
 use super::filter::{Demand, Filter, Setting};
 use super::foot::Step;
+use super::kept_step::KeptStep;
+use super::numbered::Numbered;
+use super::recording::WayBack;
+use super::smoothing::{Intervention, Mark, Smoothing, Source};
 use crate::event::{Anomaly, AnomalyKind, Event, TrackPoint, VisitOutcome};
-use crate::session::Visit;
+use crate::session::{Solution, Visit};
 
 /// A checkpoint is kept this often, ns.
 const CHECKPOINT_NS: i64 = 2_000_000_000;
@@ -19,13 +23,18 @@ const CHECKPOINT_NS: i64 = 2_000_000_000;
 pub(crate) struct History<const B: usize, const F: usize> {
     setting: Setting,
     filter: Filter<B, F>,
-    steps: Numbered<EpochStep>,
+    steps: Numbered<KeptStep>,
     /// Number of the step that the filter takes next.
     next: u64,
-    /// The filter before the step of that number, oldest first.
-    checkpoints: VecDeque<(u64, Box<Filter<B, F>>)>,
+    /// Oldest first.
+    checkpoints: VecDeque<Snapshot<B, F>>,
     /// For each foot, the filter after the step at which it was nearest to the other.
-    remembered: [Option<(u64, Box<Filter<B, F>>)>; 2],
+    remembered: [Option<Snapshot<B, F>>; 2],
+    smoothing: Option<Smoothing<B, F>>,
+    /// Where the smoother has come to: how many stretches are left.
+    way_back: Option<(usize, Box<WayBack<B>>)>,
+    /// A visit was used: the trail is to be told anew.
+    trail_bends: bool,
     points: Numbered<TrackPoint>,
     /// How many points have been told.
     told_points: u64,
@@ -37,17 +46,30 @@ pub(crate) struct History<const B: usize, const F: usize> {
     t_ns: i64,
 }
 
-#[derive(Clone, Copy, Debug)]
-struct EpochStep {
-    step: Step,
-    epoch: u64,
+/// The filter at a moment to which it may be taken back.
+#[derive(Clone, Debug)]
+struct Snapshot<const B: usize, const F: usize> {
+    /// Number of the step that it takes next.
+    next: u64,
+    /// What had been recorded for the smoother.
+    mark: Mark,
+    filter: Box<Filter<B, F>>,
 }
 
 impl<const B: usize, const F: usize> History<B, F> {
-    pub(crate) fn new(setting: Setting, filter: Filter<B, F>) -> Self {
+    pub(crate) fn new(setting: Setting, mut filter: Filter<B, F>, solution: Solution) -> Self {
+        let smoothing = match solution {
+            Solution::Filtered => None,
+            Solution::Trail => Some(Smoothing::new(&mut filter, true)),
+            Solution::Smoothed => Some(Smoothing::new(&mut filter, false)),
+        };
+        let start = Snapshot { next: 0, mark: Mark::default(), filter: Box::new(filter.clone()) };
         History {
             setting,
-            checkpoints: VecDeque::from([(0, Box::new(filter.clone()))]),
+            checkpoints: VecDeque::from([start]),
+            smoothing,
+            way_back: None,
+            trail_bends: false,
             filter,
             steps: Numbered::new(),
             next: 0,
@@ -69,20 +91,20 @@ impl<const B: usize, const F: usize> History<B, F> {
     /// Takes the next sample and appends what became known.
     pub(crate) fn push(&mut self, step: Step, told: &mut Vec<Event>) {
         let epoch = match self.steps.last() {
-            Some(last) => last.epoch + u64::from(step.opens_epoch),
+            Some(last) => last.epoch() + u64::from(step.opens_epoch),
             None => 0,
         };
-        self.steps.push(EpochStep { step, epoch });
+        self.steps.push(KeptStep::new(&step, epoch));
         self.run(told);
         self.tell(told);
     }
 
     /// Takes a visit, for now or for a moment that is past.
     pub(crate) fn visit(&mut self, visit: Visit, told: &mut Vec<Event>) {
-        let at_ns = moment(&visit);
+        let at_ns = visit.moment_ns();
         if at_ns < self.t_ns {
-            let checkpoint = self.checkpoints.iter().rposition(|(next, _)| {
-                *next == 0 || self.steps.get(next - 1).is_some_and(|before| before.step.t_ns <= at_ns)
+            let checkpoint = self.checkpoints.iter().rposition(|kept| {
+                kept.next == 0 || self.steps.get(kept.next - 1).is_some_and(|before| before.t_ns <= at_ns)
             });
             let Some(checkpoint) = checkpoint else {
                 told.push(Event::Visit(turned_down(
@@ -95,12 +117,15 @@ impl<const B: usize, const F: usize> History<B, F> {
                 return;
             };
             self.checkpoints.truncate(checkpoint + 1);
-            let (next, filter) = &self.checkpoints[checkpoint];
-            self.next = *next;
-            self.filter.clone_from(filter);
+            let kept = &self.checkpoints[checkpoint];
+            self.next = kept.next;
+            self.filter.clone_from(&kept.filter);
+            if let Some(smoothing) = &mut self.smoothing {
+                smoothing.cut_back(kept.next, kept.mark);
+            }
             self.remembered = [None, None];
         }
-        let place = self.visits.partition_point(|(other, _)| moment(other) <= at_ns);
+        let place = self.visits.partition_point(|(other, _)| other.moment_ns() <= at_ns);
         self.visits.insert(place, (visit, false));
         self.run(told);
         self.tell(told);
@@ -118,28 +143,89 @@ impl<const B: usize, const F: usize> History<B, F> {
             }
         }
         if let Some(last) = self.steps.last().copied() {
-            self.record(last.epoch, last.step.t_ns);
+            self.record(last.epoch(), last.t_ns);
         }
         self.tell(told);
+        self.way_back = match &self.smoothing {
+            Some(smoothing) if !smoothing.is_live() => {
+                Some((smoothing.stretches(), Box::new(WayBack::new())))
+            }
+            _ => None,
+        };
+    }
+
+    /// Smooths the next piece of a walk that is finished, from its end to its start; says whether there
+    /// was one.
+    pub(crate) fn smooth_next(&mut self, told: &mut Vec<Event>) -> bool {
+        let (Some(smoothing), Some((left, way))) = (&mut self.smoothing, &mut self.way_back) else {
+            return false;
+        };
+        let Some(number) = left.checked_sub(1) else { return false };
+        *left = number;
+        let source = Source {
+            setting: &self.setting,
+            steps: &self.steps,
+            visits: &self.visits,
+            next: self.next,
+            closed: true,
+        };
+        let points = smoothing.go_back(number, way, &source);
+        if !points.is_empty() {
+            told.push(Event::Revision { points });
+        }
+        true
+    }
+
+    #[cfg(test)]
+    pub(crate) fn forget_recordings(&mut self) {
+        if let Some(smoothing) = &mut self.smoothing {
+            smoothing.forget_recordings();
+        }
+    }
+
+    /// Smooths what a live session holds of its trail.
+    fn bend_trail(&mut self, told: &mut Vec<Event>) {
+        let Some(smoothing) = self.smoothing.as_mut().filter(|smoothing| smoothing.is_live()) else { return };
+        let source = Source {
+            setting: &self.setting,
+            steps: &self.steps,
+            visits: &self.visits,
+            next: self.next,
+            closed: false,
+        };
+        let mut way = WayBack::new();
+        let mut pieces = Vec::new();
+        for number in (0..smoothing.stretches()).rev() {
+            pieces.push(smoothing.go_back(number, &mut way, &source));
+        }
+        let points: Vec<TrackPoint> = pieces.into_iter().rev().flatten().collect();
+        if !points.is_empty() {
+            told.push(Event::Revision { points });
+        }
     }
 
     fn run(&mut self, told: &mut Vec<Event>) {
         while let Some(entry) = self.steps.get(self.next).copied() {
-            let step = entry.step;
+            let step = entry.step();
             while self
                 .visits
                 .get(self.filter.visits_applied)
-                .is_some_and(|(visit, _)| moment(visit) < step.t_ns)
+                .is_some_and(|(visit, _)| visit.moment_ns() < step.t_ns)
             {
                 self.apply_visit(told);
             }
-            if step.opens_epoch && entry.epoch > 0 {
-                let closed_ns = self.steps.get(self.next - 1).map_or(step.t_ns, |before| before.step.t_ns);
-                self.record(entry.epoch - 1, closed_ns);
+            // Before the point is told: whoever comes back here tells it again.
+            let mark = self.mark();
+            if step.opens_epoch && entry.epoch() > 0 {
+                let closed_ns = self.steps.get(self.next - 1).map_or(step.t_ns, |before| before.t_ns);
+                self.record(entry.epoch() - 1, closed_ns);
             }
-            self.keep_checkpoint(step.t_ns, told);
+            self.keep_checkpoint(step.t_ns, mark, told);
             let known = told.len();
             let demand = self.filter.step(&self.setting, &step, told);
+            if let Some(smoothing) = &mut self.smoothing {
+                smoothing.gather(&mut self.filter.eskf.tape);
+            }
             if self.next < self.seen {
                 told.truncate(known);
             }
@@ -154,29 +240,49 @@ impl<const B: usize, const F: usize> History<B, F> {
         }
     }
 
+    fn mark(&self) -> Mark {
+        self.smoothing.as_ref().map(Smoothing::mark).unwrap_or_default()
+    }
+
+    /// Takes down for the smoother what has just been done to the filter.
+    fn intervened(&mut self, what: Intervention) {
+        if let Some(smoothing) = &mut self.smoothing {
+            smoothing.intervene(self.next, what, &mut self.filter.eskf.tape);
+        }
+    }
+
     fn remember(&mut self, sensor: usize) {
+        let mark = self.mark();
         match &mut self.remembered[sensor] {
-            Some((next, filter)) => {
-                *next = self.next;
-                (**filter).clone_from(&self.filter);
+            Some(kept) => {
+                kept.next = self.next;
+                kept.mark = mark;
+                (*kept.filter).clone_from(&self.filter);
             }
-            empty => *empty = Some((self.next, Box::new(self.filter.clone()))),
+            empty => {
+                *empty = Some(Snapshot { next: self.next, mark, filter: Box::new(self.filter.clone()) });
+            }
         }
     }
 
     fn go_back(&mut self, sensor: usize, told: &mut Vec<Event>) {
         // Taken out, so that a moment is used once, whatever comes.
-        let remembered = self.remembered[sensor].take().filter(|(next, _)| *next > self.steps.first_number());
+        let remembered = self.remembered[sensor].take().filter(|kept| kept.next > self.steps.first_number());
         let known = told.len();
         let again = self.next < self.seen;
-        if let Some((next, filter)) = remembered {
-            self.checkpoints.retain(|(kept, _)| *kept <= next);
-            self.filter.clone_from(&filter);
-            self.next = next;
+        if let Some(kept) = remembered {
+            self.checkpoints.retain(|checkpoint| checkpoint.next <= kept.next);
+            self.filter.clone_from(&kept.filter);
+            self.next = kept.next;
+            if let Some(smoothing) = &mut self.smoothing {
+                smoothing.cut_back(kept.next, kept.mark);
+            }
             self.filter.apply_separation(&self.setting, sensor, told);
-            self.remembered[sensor] = Some((next, filter));
+            self.intervened(Intervention::Separation(sensor));
+            self.remembered[sensor] = Some(kept);
         } else {
             self.filter.feet[sensor].swing.mark_used();
+            self.intervened(Intervention::SwingUsed(sensor));
         }
         // The other foot's moment lies in a filter that has just been overruled.
         self.remembered[1 - sensor] = None;
@@ -186,29 +292,36 @@ impl<const B: usize, const F: usize> History<B, F> {
     }
 
     fn apply_visit(&mut self, told: &mut Vec<Event>) {
-        let (visit, told_before) = &mut self.visits[self.filter.visits_applied];
+        let number = self.filter.visits_applied;
+        let (visit, told_before) = &mut self.visits[number];
         self.filter.visits_applied += 1;
         if !self.setting.aids.markers {
             // Without the aid the visit still shows how far off the track is.
             let mut without = self.filter.clone();
-            let mut outcome = without.apply_visit(&self.setting, visit, moment(visit));
+            let mut outcome = without.apply_visit(&self.setting, visit, visit.moment_ns());
             outcome.accepted = false;
             outcome.after_minus_marker_n_m = outcome.before_minus_marker_n_m;
             outcome.reason = "markers are not among the aids of this run".to_owned();
             told.push(Event::Visit(outcome));
+            self.intervened(Intervention::Visit(number));
             return;
         }
-        let outcome = self.filter.apply_visit(&self.setting, visit, moment(visit));
+        let outcome = self.filter.apply_visit(&self.setting, visit, visit.moment_ns());
+        self.trail_bends |= outcome.accepted;
         if !*told_before {
             *told_before = true;
             told.push(Event::Visit(outcome));
         }
+        self.intervened(Intervention::Visit(number));
     }
 
     fn record(&mut self, epoch: u64, t_ns: i64) {
         let point = self.filter.point(&self.setting, t_ns);
         if epoch < self.told_points {
             self.revised_from = Some(self.revised_from.map_or(epoch, |from| from.min(epoch)));
+        }
+        if let Some(smoothing) = &mut self.smoothing {
+            smoothing.point(&mut self.filter, epoch, &point);
         }
         self.points.set(epoch, point);
     }
@@ -222,37 +335,45 @@ impl<const B: usize, const F: usize> History<B, F> {
             told.push(Event::Point(*point));
             self.told_points += 1;
         }
+        if std::mem::take(&mut self.trail_bends) {
+            self.bend_trail(told);
+        }
     }
 
-    fn keep_checkpoint(&mut self, t_ns: i64, told: &mut Vec<Event>) {
-        let newest_ns = self.checkpoints.back().map_or(i64::MIN, |(_, filter)| time_of(filter));
+    fn keep_checkpoint(&mut self, t_ns: i64, mark: Mark, told: &mut Vec<Event>) {
+        let newest_ns = self.checkpoints.back().map_or(i64::MIN, |kept| time_of(&kept.filter));
         let since_ns = t_ns.saturating_sub(newest_ns);
         // While all feet stand no moment of a swing is remembered, which a checkpoint would lack.
         let all_stand = self.filter.feet.iter().all(|foot| foot.stance.stands);
         if since_ns < CHECKPOINT_NS || (!all_stand && since_ns < 3 * CHECKPOINT_NS) {
             return;
         }
-        if !self.filter.is_sound() {
-            self.start_again(t_ns, told);
-        }
-        self.checkpoints.push_back((self.next, Box::new(self.filter.clone())));
+        let afresh = !self.filter.is_sound() && self.start_again(t_ns, told);
+        self.checkpoints.push_back(Snapshot { next: self.next, mark, filter: Box::new(self.filter.clone()) });
         let oldest_ns = t_ns - (self.setting.tuning.history_s * 1e9) as i64;
-        while self.checkpoints.len() > 2 && time_of(&self.checkpoints[1].1) < oldest_ns {
+        while self.checkpoints.len() > 2 && time_of(&self.checkpoints[1].filter) < oldest_ns {
             self.checkpoints.pop_front();
         }
-        let oldest = self.checkpoints.front().map_or(self.next, |(next, _)| *next);
-        // One before it, for the time at which an epoch was closed.
-        self.steps.forget_before(oldest.saturating_sub(1));
-        if let Some(step) = self.steps.first() {
-            self.points.forget_before(step.epoch.saturating_sub(1).min(self.told_points));
+        let oldest = self.checkpoints.front().map_or(self.next, |kept| kept.next);
+        if let Some(step) = self.steps.get(oldest.saturating_sub(1)) {
+            self.points.forget_before(step.epoch().saturating_sub(1).min(self.told_points));
         }
+        let mut oldest_needed = oldest;
+        if let Some(smoothing) = &mut self.smoothing {
+            smoothing.consider(self.next, t_ns, &self.filter, afresh);
+            oldest_needed = oldest.min(smoothing.oldest());
+        }
+        // One before it, for the time at which an epoch was closed.
+        self.steps.forget_before(oldest_needed.saturating_sub(1));
     }
 
     /// A number that is none has come into the filter: goes on from the last sound checkpoint, with
     /// the feet somewhere near.
-    fn start_again(&mut self, t_ns: i64, told: &mut Vec<Event>) {
-        let Some((_, sound)) = self.checkpoints.iter().rev().find(|(_, filter)| filter.is_sound()) else {
-            return;
+    fn start_again(&mut self, t_ns: i64, told: &mut Vec<Event>) -> bool {
+        let Some(sound) =
+            self.checkpoints.iter().rev().map(|kept| &kept.filter).find(|filter| filter.is_sound())
+        else {
+            return false;
         };
         let visits_applied = self.filter.visits_applied;
         let since_ns = time_of(sound);
@@ -269,12 +390,8 @@ impl<const B: usize, const F: usize> History<B, F> {
             samples: 0,
             detail: "the filter came to a number that is none and went on from the last sound state; look at the samples in this stretch".to_owned(),
         }));
+        true
     }
-}
-
-/// When a visit is applied: in the middle of the stand, which forgives a stamp that is early or late.
-fn moment(visit: &Visit) -> i64 {
-    visit.t_start_ns + (visit.t_end_ns - visit.t_start_ns) / 2
 }
 
 fn time_of<const B: usize, const F: usize>(filter: &Filter<B, F>) -> i64 {
@@ -285,61 +402,12 @@ fn time_of<const B: usize, const F: usize>(filter: &Filter<B, F>) -> i64 {
 fn turned_down(visit: &Visit, reason: String) -> VisitOutcome {
     VisitOutcome {
         marker: visit.marker.clone(),
-        t_ns: moment(visit),
+        t_ns: visit.moment_ns(),
         before_minus_marker_n_m: [f64::NAN; 3],
         after_minus_marker_n_m: [f64::NAN; 3],
         nis: f64::NAN,
         degrees_of_freedom: 0,
         accepted: false,
         reason,
-    }
-}
-
-/// A queue whose members keep their number when the oldest are forgotten.
-#[derive(Clone, Debug)]
-struct Numbered<T> {
-    first: u64,
-    members: VecDeque<T>,
-}
-
-impl<T> Numbered<T> {
-    fn new() -> Self {
-        Numbered { first: 0, members: VecDeque::new() }
-    }
-
-    fn first_number(&self) -> u64 {
-        self.first
-    }
-
-    #[inline]
-    fn get(&self, number: u64) -> Option<&T> {
-        number.checked_sub(self.first).and_then(|k| self.members.get(k as usize))
-    }
-
-    fn first(&self) -> Option<&T> {
-        self.members.front()
-    }
-
-    fn last(&self) -> Option<&T> {
-        self.members.back()
-    }
-
-    fn push(&mut self, member: T) {
-        self.members.push_back(member);
-    }
-
-    /// Puts a member in the place of that number, or behind the last.
-    fn set(&mut self, number: u64, member: T) {
-        match number.checked_sub(self.first).and_then(|k| self.members.get_mut(k as usize)) {
-            Some(place) => *place = member,
-            None if number >= self.first => self.members.push_back(member),
-            None => {}
-        }
-    }
-
-    fn forget_before(&mut self, number: u64) {
-        while self.first < number && self.members.pop_front().is_some() {
-            self.first += 1;
-        }
     }
 }

@@ -190,6 +190,10 @@ impl FootLine {
         let Some(sample) = self.undecided.pop_front() else { return };
         let rolling_m_s = self.roll_radius_m * decision.rate_rms_rad_s;
         let shaking_m_s = self.shake_time_s * decision.unsteadiness_m_s2;
+        let zupt_sigma_m_s = (self.zupt_sigma_m_s * self.zupt_sigma_m_s
+            + rolling_m_s * rolling_m_s
+            + shaking_m_s * shaking_m_s)
+            .sqrt();
         self.decided.push_back(Step {
             sensor: 0,
             t_ns: sample.t_ns,
@@ -198,10 +202,8 @@ impl FootLine {
             mag_b_ut: sample.mag_b_ut.map(Vector3::from),
             pressure_hpa: sample.pressure_hpa,
             stance: decision.stance,
-            zupt_sigma_m_s: (self.zupt_sigma_m_s * self.zupt_sigma_m_s
-                + rolling_m_s * rolling_m_s
-                + shaking_m_s * shaking_m_s)
-                .sqrt(),
+            // Of single precision, as all that a step holds.
+            zupt_sigma_m_s: f64::from(zupt_sigma_m_s as f32),
             opens_epoch: false,
         });
     }

@@ -5,7 +5,8 @@
 //! strapdowns, one sample at a time, aided by `stance_aids` (a foot that stands), `two_feet` (what
 //! they know of each other) and `visits` (markers), with `lost` for a foot of which nothing was
 //! heard and `position` for what is told; `history` runs it over what has come, and goes back when
-//! something applies to a past moment. `foot` is what is kept of one foot, `walked` how far it
+//! something applies to a past moment; `smoothing` keeps what is needed to go back over the whole walk,
+//! stretch by stretch (`recording`). `foot` is what is kept of one foot, `walked` how far it
 //! went, `tuning` every parameter.
 
 pub mod tuning;
@@ -14,12 +15,15 @@ pub(crate) mod filter;
 pub(crate) mod foot;
 pub(crate) mod history;
 pub(crate) mod line;
+pub(crate) mod slow_errors;
 pub(crate) mod start;
 
-pub(crate) mod slow_errors;
-
+mod kept_step;
 mod lost;
+mod numbered;
 mod position;
+mod recording;
+mod smoothing;
 mod stance_aids;
 mod two_feet;
 mod visits;

@@ -51,6 +51,11 @@ impl<const B: usize, const F: usize> Filter<B, F> {
         self.walked.distance_m(F)
     }
 
+    /// For how long a foot whose last sample is so late is taken to have gone on at its velocity, s.
+    pub(super) fn carried_on_s(late_s: f64) -> f64 {
+        if late_s > 0.0 && late_s < 0.05 { late_s } else { 0.0 }
+    }
+
     /// Where the inspector is at `t_ns`, the time of the last step.
     #[inline]
     pub(crate) fn point(&self, setting: &Setting, t_ns: i64) -> TrackPoint {
@@ -59,12 +64,8 @@ impl<const B: usize, const F: usize> Filter<B, F> {
         for sensor in self.present() {
             let foot = &self.feet[sensor];
             // A foot whose last sample is older than the epoch has moved on at its velocity.
-            let late_s = seconds(t_ns - foot.t_ns);
-            let p_n = if late_s > 0.0 && late_s < 0.05 {
-                foot.nav.p_n + foot.nav.v_n * late_s
-            } else {
-                foot.nav.p_n
-            };
+            let late_s = Self::carried_on_s(seconds(t_ns - foot.t_ns));
+            let p_n = if late_s > 0.0 { foot.nav.p_n + foot.nav.v_n * late_s } else { foot.nav.p_n };
             middle += p_n;
             feet[setting.feet[sensor].index()] =
                 Some(FootPoint { position_n_m: p_n.into(), stance: foot.stance.stands });

@@ -5,6 +5,7 @@ use std::fmt::Write as _;
 use anyhow::Result;
 use clap::Args;
 use lodestep_engine::evaluate::{TruthErrors, VisitErrors, against_truth, visits};
+use lodestep_engine::event::TrackPoint;
 use lodestep_engine::geo::Site;
 use lodestep_engine::parse::truth_csv::KnownPlace;
 use lodestep_engine::sample::{Foot, ImuSample};
@@ -14,6 +15,7 @@ use lodestep_engine::sim::{self, SensorModel, Walk, WalkKind};
 use super::print;
 use crate::cli::progress;
 use crate::cli::run::run;
+use crate::cli::solution::Solution;
 use crate::sessions::in_time_order::FootSamples;
 
 /// The arguments of `lodestep evaluate ladder`.
@@ -22,15 +24,20 @@ pub(super) struct LadderArgs {
     /// How many seeds, from 1 on
     #[arg(long, value_name = "N", default_value_t = 3, value_parser = clap::value_parser!(u64).range(1..=1000))]
     seeds: u64,
+
+    /// Which solution to score: smoothed adds a last rung
+    #[arg(long, value_enum, default_value_t)]
+    solution: Solution,
 }
 
 /// A rung: its name, and the aids on it.
 struct Rung {
     name: &'static str,
     aids: Aids,
+    solution: Solution,
 }
 
-fn rungs() -> Vec<Rung> {
+fn rungs(solution: Solution) -> Vec<Rung> {
     let none = Aids {
         zupt: false,
         heading: false,
@@ -45,27 +52,35 @@ fn rungs() -> Vec<Rung> {
     let separation = Aids { separation: true, ..maru };
     let markers = Aids { markers: true, ..separation };
     let altimeter = Aids { altimeter: true, ..markers };
-    vec![
-        Rung { name: "ZUPT", aids: zupt },
-        Rung { name: "+ heading", aids: heading },
-        Rung { name: "+ MARU", aids: maru },
-        Rung { name: "+ separation", aids: separation },
-        Rung { name: "+ markers", aids: markers },
-        Rung { name: "+ altimeter", aids: altimeter },
+    let mut rungs: Vec<Rung> = [
+        ("ZUPT", zupt),
+        ("+ heading", heading),
+        ("+ MARU", maru),
+        ("+ separation", separation),
+        ("+ markers", markers),
+        ("+ altimeter", altimeter),
     ]
+    .map(|(name, aids)| Rung { name, aids, solution: Solution::Filtered })
+    .into();
+    if solution == Solution::Smoothed {
+        rungs.push(Rung { name: "smoothed", aids: altimeter, solution });
+    }
+    rungs
 }
 
 /// One walk on one rung.
 struct Climbed {
     truth: Option<TruthErrors>,
     visits: Option<VisitErrors>,
+    /// Largest step at a visit beyond what the truth moved, m.
+    jump_m: f64,
 }
 
 /// Prints the ladder.
 pub(super) fn ladder(args: &LadderArgs) -> Result<()> {
     let site = Site::fast();
     let model = SensorModel::cmp10a();
-    let rungs = rungs();
+    let rungs = rungs(args.solution);
     let bar = progress::of_count(args.seeds * 2 * rungs.len() as u64, "runs");
     let mut rectangle: Vec<Vec<Climbed>> = rungs.iter().map(|_| Vec::new()).collect();
     let mut spiral: Vec<Vec<Climbed>> = rungs.iter().map(|_| Vec::new()).collect();
@@ -73,7 +88,7 @@ pub(super) fn ladder(args: &LadderArgs) -> Result<()> {
         for (kind, results) in [(WalkKind::Rectangle, &mut rectangle), (WalkKind::Spiral, &mut spiral)] {
             let walk = sim::simulate(&kind, seed, &site, &model);
             for (rung, results) in rungs.iter().zip(results) {
-                results.push(climb(&walk, &site, rung.aids)?);
+                results.push(climb(&walk, &site, rung)?);
                 bar.inc(1);
             }
         }
@@ -82,12 +97,15 @@ pub(super) fn ladder(args: &LadderArgs) -> Result<()> {
 
     let mut out = format!(
         "Simulated CMP10A sensors at {}, seeds 1 to {}; figures are the mean over the seeds and, after the stroke, \
-         the largest. Made by `lodestep evaluate ladder --seeds {}`.\n\n",
-        site.name, args.seeds, args.seeds
+         the largest. Made by `lodestep evaluate ladder --seeds {}{}`.\n\n",
+        site.name,
+        args.seeds,
+        args.seeds,
+        if args.solution == Solution::Smoothed { " --solution smoothed" } else { "" }
     );
     out.push_str(
         "| aids | rectangle 1.4 km: at the end, % of the path | rms, m | spiral 3.3 km: at the end, % of the path | rms, m \
-         | height rms, m | at the markers before correction, m |\n|---|---|---|---|---|---|---|\n",
+         | height rms, m | at the markers before correction, m | largest jump at a marker, m |\n|---|---|---|---|---|---|---|---|\n",
     );
     for ((rung, rectangle), spiral) in rungs.iter().zip(&rectangle).zip(&spiral) {
         let truth = |climbed: &[Climbed], pick: fn(&TruthErrors) -> f64| {
@@ -103,9 +121,14 @@ pub(super) fn ladder(args: &LadderArgs) -> Result<()> {
                 "–".to_owned()
             }
         };
+        let jump = if rung.aids.markers {
+            mean_and_largest(spiral.iter().map(|climbed| climbed.jump_m))
+        } else {
+            "–".to_owned()
+        };
         writeln!(
             out,
-            "| {} | {} | {} | {} | {} | {} | {at_markers} |",
+            "| {} | {} | {} | {} | {} | {} | {at_markers} | {jump} |",
             rung.name,
             truth(rectangle, |t| t.end_error_percent),
             truth(rectangle, |t| t.horizontal.rms_m),
@@ -128,15 +151,16 @@ fn mean_and_largest(values: impl Iterator<Item = f64>) -> String {
     format!("{mean:.2} / {largest:.2}")
 }
 
-fn climb(walk: &Walk, site: &Site, aids: Aids) -> Result<Climbed> {
+fn climb(walk: &Walk, site: &Site, rung: &Rung) -> Result<Climbed> {
     let config = SessionConfig {
         initial_position_n_m: walk.start_n_m(),
         declination_rad: site.declination_deg.to_radians(),
         gravity_m_s2: site.gravity_m_s2,
-        aids,
+        aids: rung.aids,
+        solution: rung.solution.into(),
         ..SessionConfig::default()
     };
-    let told = if aids.markers { visits_of(walk) } else { Vec::new() };
+    let told = if rung.aids.markers { visits_of(walk) } else { Vec::new() };
     let feet = [(Foot::Left, InMemory(&walk.left)), (Foot::Right, InMemory(&walk.right))];
     let walked = run(config, &told, feet)?;
     let known: Vec<KnownPlace> = walk
@@ -150,7 +174,30 @@ fn climb(walk: &Walk, site: &Site, aids: Aids) -> Result<Climbed> {
             }),
         })
         .collect();
-    Ok(Climbed { truth: against_truth(&walked.track.points, &known), visits: visits(&walked.track.visits) })
+    let points = &walked.track.points;
+    Ok(Climbed {
+        truth: against_truth(points, &known),
+        visits: visits(&walked.track.visits),
+        jump_m: largest_jump_m(points, &known, &told),
+    })
+}
+
+/// The largest step from one epoch to the next beyond what the truth moved, in the seconds about a visit, m.
+fn largest_jump_m(points: &[TrackPoint], known: &[KnownPlace], visits: &[Visit]) -> f64 {
+    const ABOUT_NS: i64 = 5_000_000_000;
+    let at_visit = |t_ns: i64| {
+        visits.iter().any(|visit| (visit.t_start_ns - ABOUT_NS..visit.t_end_ns + ABOUT_NS).contains(&t_ns))
+    };
+    let off = |k: usize| -> [f64; 3] {
+        std::array::from_fn(|axis| points[k].position_n_m[axis] - known[k].position_m[axis])
+    };
+    (1..points.len().min(known.len()))
+        .filter(|k| at_visit(points[*k].t_ns))
+        .map(|k| {
+            let (before, after) = (off(k - 1), off(k));
+            (0..3).map(|axis| (after[axis] - before[axis]).powi(2)).sum::<f64>().sqrt()
+        })
+        .fold(0.0, f64::max)
 }
 
 /// The visits of a simulated walk, as a session is told them.
@@ -193,7 +240,7 @@ mod tests {
                 .filter(|on| *on)
                 .count()
         };
-        let counts: Vec<usize> = rungs().iter().map(|rung| count(rung.aids)).collect();
+        let counts: Vec<usize> = rungs(Solution::Filtered).iter().map(|rung| count(rung.aids)).collect();
         assert_eq!(counts, [1, 2, 3, 4, 5, 6]);
     }
 }

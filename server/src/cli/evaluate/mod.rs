@@ -15,6 +15,7 @@ use lodestep_engine::session::Aids;
 use serde::Serialize;
 
 use crate::cli::failure::Failure;
+use crate::cli::solution::Solution;
 use crate::cli::{aids, progress};
 use score::Score;
 
@@ -44,6 +45,10 @@ pub(super) struct EvaluateArgs {
     /// data allow]
     #[arg(long, value_name = "LIST", value_parser = aids::parse)]
     aid: Option<Aids>,
+
+    /// Which solution to score
+    #[arg(long, value_enum, default_value_t)]
+    solution: Solution,
 
     /// JSON instead of a table
     #[arg(long)]
@@ -76,7 +81,7 @@ pub(super) fn evaluate(args: &EvaluateArgs) -> Result<()> {
     let bar = progress::of_count(found.len() as u64, "walks");
     let mut scores = Vec::with_capacity(found.len());
     for recording in &found {
-        scores.push(score::score(recording, args.aid.unwrap_or_default())?);
+        scores.push(score::score(recording, args.aid.unwrap_or_default(), args.solution)?);
         bar.inc(1);
     }
     bar.finish_and_clear();

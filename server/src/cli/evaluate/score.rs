@@ -15,6 +15,7 @@ use super::recordings::{Judge, Recording};
 use crate::cli::failure::Failure;
 use crate::cli::log_file::{LogFile, read_small};
 use crate::cli::run::run;
+use crate::cli::solution::Solution;
 use crate::cli::{site_file, visits};
 
 /// What a walk came to.
@@ -47,7 +48,7 @@ pub(super) enum Figures {
 }
 
 /// Runs and judges one walk.
-pub(super) fn score(recording: &Recording, aids: Aids) -> Result<Score> {
+pub(super) fn score(recording: &Recording, aids: Aids, solution: Solution) -> Result<Score> {
     let bar = ProgressBar::hidden();
     let mut feet = Vec::new();
     for (foot, log) in [(Foot::Left, &recording.left), (Foot::Right, &recording.right)] {
@@ -58,6 +59,7 @@ pub(super) fn score(recording: &Recording, aids: Aids) -> Result<Score> {
     let mut config = SessionConfig {
         feet: feet.iter().map(|(foot, _)| *foot).collect(),
         aids,
+        solution: solution.into(),
         ..SessionConfig::default()
     };
     let mut known = Vec::new();
