@@ -62,7 +62,9 @@ impl Problem {
             estimate: DVector::zeros(N),
             noise: ImuNoise {
                 angle_random_walk_rad_sqrt_s: 0.2,
+                angle_random_walk_share_sqrt_s: 0.15,
                 velocity_random_walk_m_s_sqrt_s: 0.3,
+                velocity_random_walk_share_sqrt_s: 0.1,
                 gyro_bias_random_walk_rad_s_sqrt_s: 0.1,
                 accelerometer_bias_random_walk_m_s2_sqrt_s: 0.15,
                 height_random_walk_m_sqrt_s: 0.4,
@@ -106,7 +108,8 @@ impl Problem {
         let mut transition = Transition::none();
         let dt_s = 0.1 + 0.05 * self.odd.next();
         let (f_n, c_nb) = (self.odd.vector() * 2.0, cayley(&self.odd.vector()));
-        transition.extend(&Step { dt_s, f_n }, &c_nb);
+        let (w_nb_n, acceleration_n) = (self.odd.vector(), self.odd.vector());
+        transition.extend(&Step { dt_s, f_n, w_nb_n, acceleration_n }, &c_nb);
         self.filter.propagate(&mut transition, 0, &self.noise);
         let mut t = DMatrix::identity(N, N);
         let mut set = |r: usize, c: usize, block: Matrix3<f64>| {
@@ -126,7 +129,14 @@ impl Problem {
             (3, noise.velocity_random_walk_m_s_sqrt_s),
             (4, noise.accelerometer_bias_random_walk_m_s2_sqrt_s),
         ] {
-            self.random_by_axis(&[block], &Vector3::repeat(density * density * dt_s));
+            // Noise on one axis is one number: what it grows by with the motion is added to it.
+            let motion = match block {
+                0 => w_nb_n * noise.angle_random_walk_share_sqrt_s,
+                3 => acceleration_n * noise.velocity_random_walk_share_sqrt_s,
+                _ => Vector3::zeros(),
+            };
+            let white = Vector3::repeat(density * density);
+            self.random_by_axis(&[block], &((white + motion.component_mul(&motion)) * dt_s));
         }
         self.random_by_axis(&[2], &Vector3::new(0.0, 0.0, noise.height_random_walk_m_sqrt_s.powi(2) * dt_s));
     }

@@ -19,12 +19,21 @@ pub struct Transition {
     dt_s: f64,
     c_nb_dt: Matrix3<f64>,
     f_n_dt: Vector3<f64>,
+    /// Integrals of the squares of rate and acceleration on each axis of n, rad²/s and m²/s³.
+    rate_squared_dt: Vector3<f64>,
+    acceleration_squared_dt: Vector3<f64>,
 }
 
 impl Transition {
     /// Over no time at all.
     pub fn none() -> Self {
-        Transition { dt_s: 0.0, c_nb_dt: Matrix3::zeros(), f_n_dt: Vector3::zeros() }
+        Transition {
+            dt_s: 0.0,
+            c_nb_dt: Matrix3::zeros(),
+            f_n_dt: Vector3::zeros(),
+            rate_squared_dt: Vector3::zeros(),
+            acceleration_squared_dt: Vector3::zeros(),
+        }
     }
 
     /// How long it has become, s.
@@ -39,6 +48,8 @@ impl Transition {
         self.dt_s += step.dt_s;
         self.c_nb_dt += c_nb * step.dt_s;
         self.f_n_dt += step.f_n * step.dt_s;
+        self.rate_squared_dt += step.w_nb_n.component_mul(&step.w_nb_n) * step.dt_s;
+        self.acceleration_squared_dt += step.acceleration_n.component_mul(&step.acceleration_n) * step.dt_s;
     }
 
     /// P ← Φ P Φ' + Q for the errors of sensor number `sensor`, its cross-covariance with
@@ -60,13 +71,26 @@ impl Transition {
         covariance.scale(gyro_bias, &fading(noise.gyro_bias_correlation_time_s));
         covariance.scale(accelerometer_bias, &fading(noise.accelerometer_bias_correlation_time_s));
         let dt_s = self.dt_s;
-        for (state, density) in [
-            (Attitude, noise.angle_random_walk_rad_sqrt_s),
-            (GyroBias, noise.gyro_bias_random_walk_rad_s_sqrt_s),
-            (Velocity, noise.velocity_random_walk_m_s_sqrt_s),
-            (AccelerometerBias, noise.accelerometer_bias_random_walk_m_s2_sqrt_s),
+        // A scale error of the gyro turns about the axis of the motion itself, and one of the
+        // accelerometer lies along the acceleration: each axis of n by its own motion.
+        for (state, density, share, motion_squared_dt) in [
+            (
+                Attitude,
+                noise.angle_random_walk_rad_sqrt_s,
+                noise.angle_random_walk_share_sqrt_s,
+                self.rate_squared_dt,
+            ),
+            (GyroBias, noise.gyro_bias_random_walk_rad_s_sqrt_s, 0.0, Vector3::zeros()),
+            (
+                Velocity,
+                noise.velocity_random_walk_m_s_sqrt_s,
+                noise.velocity_random_walk_share_sqrt_s,
+                self.acceleration_squared_dt,
+            ),
+            (AccelerometerBias, noise.accelerometer_bias_random_walk_m_s2_sqrt_s, 0.0, Vector3::zeros()),
         ] {
-            covariance.add_noise(state.of(sensor), &Vector3::repeat(density * density * dt_s));
+            let white = Vector3::repeat(density * density * dt_s);
+            covariance.add_noise(state.of(sensor), &(white + motion_squared_dt * (share * share)));
         }
         let height = noise.height_random_walk_m_sqrt_s;
         covariance.add_noise(position, &Vector3::new(0.0, 0.0, height * height * dt_s));
@@ -173,6 +197,47 @@ mod tests {
     }
 
     #[test]
+    fn the_noise_of_a_motion_is_on_its_own_axis_and_that_of_rest_does_not_grow() {
+        let noise = ImuNoise {
+            gyro_bias_correlation_time_s: 1e12,
+            height_random_walk_m_sqrt_s: 0.0,
+            ..ImuNoise::default()
+        };
+        let variances = |w_ib_b: Vector3<f64>, f_b: Vector3<f64>| {
+            let mut state = NavState {
+                c_nb: cayley(&Vector3::new(0.0, 0.0, 2.0 * (std::f64::consts::FRAC_PI_4 / 2.0).tan())),
+                v_n: Vector3::zeros(),
+                p_n: Vector3::zeros(),
+                gyro_bias_b: Vector3::zeros(),
+                accelerometer_bias_b: Vector3::zeros(),
+            };
+            state.c_nb *= state.c_nb;
+            let mut transition = Transition::none();
+            let step = advance(&mut state, &w_ib_b, &w_ib_b, &f_b, 0.001, GRAVITY);
+            transition.extend(&step, &state.c_nb);
+            let mut covariance = BlockCovariance::<5>::zeros();
+            transition.apply(&mut covariance, 0, &noise);
+            [ErrorState::Attitude, ErrorState::Velocity]
+                .map(|state| covariance.block(state.of(0), state.of(0)).diagonal() / 0.001)
+        };
+        let gravity_b = Vector3::new(0.0, 0.0, GRAVITY);
+        let white =
+            [noise.angle_random_walk_rad_sqrt_s, noise.velocity_random_walk_m_s_sqrt_s].map(|w| w * w);
+        let [attitude, velocity] = variances(Vector3::zeros(), gravity_b);
+        assert!((attitude - Vector3::repeat(white[0])).norm() < 1e-12);
+        assert!((velocity - Vector3::repeat(white[1])).norm() < 1e-12);
+        // The body's x axis points along n's y: so do a rate and an acceleration along it.
+        let [attitude, velocity] =
+            variances(Vector3::new(8.0, 0.0, 0.0), gravity_b + Vector3::new(20.0, 0.0, 0.0));
+        let turning = (noise.angle_random_walk_share_sqrt_s * 8.0).powi(2);
+        let pushing = (noise.velocity_random_walk_share_sqrt_s * 20.0).powi(2);
+        assert!((attitude - Vector3::new(0.0, turning, 0.0) - Vector3::repeat(white[0])).norm() < 1e-9);
+        assert!(velocity.x < white[1] * 1.01 && (velocity.y - pushing - white[1]).abs() < pushing * 1e-6);
+        // Along z the specific force keeps a part of the acceleration while the body turns about x.
+        assert!(velocity.z < white[1] + pushing * 1e-3);
+    }
+
+    #[test]
     fn propagation_by_blocks_is_the_dense_product_with_the_other_foot_s_cross_covariance() {
         let factor = DMatrix::from_fn(30, 30, |r, c| ((r * 5 + c * 11) as f64).cos());
         let p = &factor * factor.transpose();
@@ -202,6 +267,14 @@ mod tests {
                 for axis in 0..3 {
                     let k = 15 * sensor + 3 * block + axis;
                     q[(k, k)] = density * density * transition.dt_s();
+                    if block == 0 {
+                        let share = noise.angle_random_walk_share_sqrt_s;
+                        q[(k, k)] += share * share * transition.rate_squared_dt[axis];
+                    }
+                    if block == 3 {
+                        let share = noise.velocity_random_walk_share_sqrt_s;
+                        q[(k, k)] += share * share * transition.acceleration_squared_dt[axis];
+                    }
                 }
             }
             let height = 15 * sensor + 8;

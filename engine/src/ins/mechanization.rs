@@ -12,6 +12,10 @@ pub struct Step {
     pub dt_s: f64,
     /// Specific force over the step, in n, m/s².
     pub f_n: Vector3<f64>,
+    /// Angular rate over the step less the estimated bias, in n, rad/s.
+    pub w_nb_n: Vector3<f64>,
+    /// Acceleration over the step, specific force and gravity together, in n, m/s².
+    pub acceleration_n: Vector3<f64>,
 }
 
 /// Moves `state` on by `dt_s`.
@@ -33,9 +37,10 @@ pub fn advance(
     state.c_nb *= cayley(&(w_nb_b * dt_s));
     let f_n = state.c_nb * (f_b - state.accelerometer_bias_b);
     let v_n_before = state.v_n;
-    state.v_n += (f_n - Vector3::z() * gravity_m_s2) * dt_s;
+    let acceleration_n = f_n - Vector3::z() * gravity_m_s2;
+    state.v_n += acceleration_n * dt_s;
     state.p_n += (v_n_before + state.v_n) * (0.5 * dt_s);
-    Step { dt_s, f_n }
+    Step { dt_s, f_n, w_nb_n: state.c_nb * w_nb_b, acceleration_n }
 }
 
 #[cfg(test)]

@@ -71,6 +71,7 @@ impl Pair {
     fn propagate(&mut self, sensor: usize, epochs: &[Epoch]) {
         let mut transition = Transition::none();
         let (mut dt_s, mut c_dt, mut f_dt) = (0.0, Matrix3::zeros(), Vector3::zeros());
+        let (mut turning, mut pushing) = (Vector3::<f64>::zeros(), Vector3::<f64>::zeros());
         for pair in epochs.windows(2) {
             let [before, sample] = [0, 1].map(|k| pair[k].samples[sensor]);
             let (before, w) = (before.w_ib_b_rad_s.into(), sample.w_ib_b_rad_s.into());
@@ -83,6 +84,8 @@ impl Pair {
             dt_s += DT_S;
             c_dt += foot.c_nb * DT_S;
             f_dt += made.f_n * DT_S;
+            turning += made.w_nb_n.map(|rate| rate * rate * DT_S);
+            pushing += made.acceleration_n.map(|acceleration| acceleration * acceleration * DT_S);
         }
         transition.apply(&mut self.blocks.covariance, sensor, &self.noise);
 
@@ -103,15 +106,18 @@ impl Pair {
         set(ErrorState::Velocity, ErrorState::AccelerometerBias, c_dt);
         set(ErrorState::Position, ErrorState::Velocity, Matrix3::identity() * dt_s);
         self.dense = &phi * &self.dense * phi.transpose();
-        for (state, density) in [
-            (ErrorState::Attitude, noise.angle_random_walk_rad_sqrt_s),
-            (ErrorState::GyroBias, noise.gyro_bias_random_walk_rad_s_sqrt_s),
-            (ErrorState::Velocity, noise.velocity_random_walk_m_s_sqrt_s),
-            (ErrorState::AccelerometerBias, noise.accelerometer_bias_random_walk_m_s2_sqrt_s),
+        let turning = turning * noise.angle_random_walk_share_sqrt_s.powi(2);
+        let pushing = pushing * noise.velocity_random_walk_share_sqrt_s.powi(2);
+        let none = Vector3::zeros();
+        for (state, density, motion) in [
+            (ErrorState::Attitude, noise.angle_random_walk_rad_sqrt_s, turning),
+            (ErrorState::GyroBias, noise.gyro_bias_random_walk_rad_s_sqrt_s, none),
+            (ErrorState::Velocity, noise.velocity_random_walk_m_s_sqrt_s, pushing),
+            (ErrorState::AccelerometerBias, noise.accelerometer_bias_random_walk_m_s2_sqrt_s, none),
         ] {
             for axis in 0..3 {
                 let k = 3 * state.of(sensor) + axis;
-                self.dense[(k, k)] += density * density * dt_s;
+                self.dense[(k, k)] += density * density * dt_s + motion[axis];
             }
         }
         let up = 3 * ErrorState::Position.of(sensor) + 2;
