@@ -87,7 +87,7 @@
 //! | paper 1, §3.4 | a marker corrects the sensor's position | it corrects the middle of the feet, with a gate that lets the second of two agreeing visits through |
 //! | paper 1, §2.1 | Earth's rotation is left out | likewise: 15 °/h is far below the bias of these sensors |
 //! | paper 2, II-A | height = 443300·(…) | 44330 m ([`measure::height`]) |
-//! | paper 2, (1)–(2) | a closed form for P₃₃ whose units do not balance | not used |
+//! | paper 2, (1)–(2) | a closed form for P₃₃ whose units do not balance | kept to compare with; [`systems::vertical`] derives one that agrees with the filter |
 //! | paper 3, tables 4–6 | "RMS" beside "Ave" | RMS there is scatter about the mean |
 //! | paper 4 | north-east-down | everything here is east-north-up |
 //! | IGRF-13, WMM2020 | declination −2.62° at FAST in 2024 | [`geo::magnetic_field`] is the World Magnetic Model 2025 |

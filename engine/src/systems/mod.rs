@@ -1,3 +1,4 @@
 //! The systems that the core serves; each reads as its paper.
 
 pub mod pedestrian;
+pub mod vertical;
