@@ -31,6 +31,39 @@ fn log(name: &str) -> Vec<ImuSample> {
     samples
 }
 
+/// The log at another rate, as a slower or a faster sensor of the same bandwidth would give it: the
+/// mean of what falls into an interval, or a value on the line between neighbours.
+fn resampled(log: &[ImuSample], rate_hz: f64) -> Vec<ImuSample> {
+    let interval_ns = (1e9 / rate_hz).round() as i64;
+    let (first_ns, last_ns) = (log[0].t_ns, log[log.len() - 1].t_ns);
+    let mix = |a: [f64; 3], b: [f64; 3], share: f64| std::array::from_fn(|k| a[k] + share * (b[k] - a[k]));
+    let mut made = Vec::new();
+    let mut t_ns = first_ns;
+    while t_ns + interval_ns < last_ns {
+        let from = log.partition_point(|sample| sample.t_ns < t_ns);
+        let to = log.partition_point(|sample| sample.t_ns < t_ns + interval_ns);
+        let mut sample = log[from];
+        if to - from > 1 {
+            for k in 1..to - from {
+                let share = 1.0 / (k as f64 + 1.0);
+                let next = &log[from + k];
+                sample.w_ib_b_rad_s = mix(sample.w_ib_b_rad_s, next.w_ib_b_rad_s, share);
+                sample.f_b_m_s2 = mix(sample.f_b_m_s2, next.f_b_m_s2, share);
+            }
+            sample.t_ns = (log[from].t_ns + log[to - 1].t_ns) / 2;
+        } else if sample.t_ns > t_ns {
+            let before = &log[from - 1];
+            let share = (t_ns - before.t_ns) as f64 / (sample.t_ns - before.t_ns) as f64;
+            sample.w_ib_b_rad_s = mix(before.w_ib_b_rad_s, sample.w_ib_b_rad_s, share);
+            sample.f_b_m_s2 = mix(before.f_b_m_s2, sample.f_b_m_s2, share);
+            sample.t_ns = t_ns;
+        }
+        made.push(sample);
+        t_ns += interval_ns;
+    }
+    made
+}
+
 fn run(feet: &[(Foot, &str)]) -> Told {
     let config =
         SessionConfig { feet: feet.iter().map(|(foot, _)| *foot).collect(), ..SessionConfig::default() };
@@ -67,6 +100,23 @@ fn a_foot_under_motion_capture_is_found_where_it_was() {
 }
 
 #[test]
+fn a_recording_at_another_rate_gives_much_the_same_track() {
+    let name = "pyshoe-vicon/2017-11-22-11-25-20";
+    let truth = truth_csv::read(&unpacked(&format!("{name}.truth.csv.gz"))).expect("a truth file");
+    let recorded = log(&format!("{name}.csv.gz"));
+    for rate_hz in [100.0, 200.0, 400.0, 820.0] {
+        let config = SessionConfig { feet: vec![Foot::Right], ..SessionConfig::default() };
+        let logs = [Vec::new(), resampled(&recorded, rate_hz)];
+        let told = Scenario { config, logs, visits: Vec::new(), truth: Vec::new() }.run();
+        let errors = motion_capture(&told.track.points, &truth).expect("track and truth share their time");
+        println!("pyshoe-vicon at {rate_hz} Hz: {errors:?}");
+        // At 100 Hz a heel strike falls between the samples: 0.105 m, 0.06 m at the other rates.
+        let largest_m = if rate_hz < 150.0 { 0.13 } else { 0.08 };
+        assert!(errors.armse_m < largest_m, "at {rate_hz} Hz: {errors:?}");
+    }
+}
+
+#[test]
 fn both_feet_go_up_the_stairs_together() {
     let told = run(&[
         (Foot::Left, "gaitmap-feet/stair_up.left.csv.gz"),
@@ -75,6 +125,6 @@ fn both_feet_go_up_the_stairs_together() {
     let apart = feet_apart(&told.track.points).expect("two feet");
     let climbed_m = told.last().position_n_m[2];
     println!("gaitmap-feet: {apart:?}, {climbed_m} m up, {:?}", told.summary);
-    assert!(apart.at_end_m < 0.6 && apart.largest_m < 1.6, "{apart:?}");
+    assert!(apart.at_end_m < 0.35 && apart.largest_m < 1.0, "{apart:?}");
     assert!((4.5..5.3).contains(&climbed_m), "{climbed_m} m up");
 }
