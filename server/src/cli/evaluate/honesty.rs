@@ -15,7 +15,7 @@ use lodestep_engine::session::{Aids, SessionConfig};
 use lodestep_engine::sim::{self, SensorModel, Walk, WalkKind};
 
 use super::ladder::{InMemory, visits_of};
-use super::print;
+use crate::cli::print::print;
 use crate::cli::progress;
 use crate::cli::run::run;
 
