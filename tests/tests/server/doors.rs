@@ -74,6 +74,8 @@ async fn by_command_line(server: &TestServer, input: &Input, folder: &Path) -> O
         add("--markers", file("markers.csv", markers.as_bytes()).into());
         add("--visits", file("visits.csv", format!("t_start_s,t_end_s,marker\n{visits}").as_bytes()).into());
     }
+    // A finished session is smoothed.
+    add("--solution", "smoothed".into());
     add("--rate-hz", "10".into());
     add("--out", track.clone().into());
     add("--report", report.clone().into());

@@ -65,6 +65,11 @@ async fn a_session_is_processed_with_and_without_its_markers() {
     let main = server.look(&path).await.body;
     let without = server.look(&format!("{path}?run=without_markers")).await.body;
     assert_eq!((main["run"].as_str(), without["run"].as_str()), (Some("main"), Some("without_markers")));
+    let filtered = server.look(&format!("{path}?run=filtered")).await.body;
+    assert_eq!(filtered["run"], "filtered");
+    assert_eq!(filtered["rows"].as_array().unwrap().len(), main["rows"].as_array().unwrap().len());
+    assert_ne!(filtered["rows"], main["rows"], "smoothing moved nothing");
+    assert_eq!(filtered["rows"].as_array().unwrap().last(), main["rows"].as_array().unwrap().last());
     let rows = main["rows"].as_array().unwrap();
     let seconds = walk().left.last().unwrap().t_ns as f64 / 1e9;
     assert!((rows.len() as f64 - 10.0 * seconds).abs() < 10.0 * 12.0, "{} rows of {seconds} s", rows.len());
