@@ -329,6 +329,66 @@ fn a_simulated_walk_is_repeatable_and_can_be_processed_and_scored() {
     assert!(table.contains("first") && table.contains("rms_m"), "{table}");
 }
 
+/// Row by row the numbers of a table in `text`; a dash is no number.
+fn numbers(text: &str) -> Vec<Vec<f64>> {
+    let row = |line: &str| {
+        line.split_whitespace().map(|cell| cell.parse().unwrap_or(f64::NAN)).collect::<Vec<f64>>()
+    };
+    text.lines().map(row).filter(|row| row.len() == 8 && row[0].is_finite()).collect()
+}
+
+#[test]
+fn the_height_s_sigma_is_predicted_by_a_formula_that_agrees_with_the_filter_over_both_sweeps() {
+    let paper =
+        ["--velocity-random-walk-m-s-sqrt-s", "0.000226", "--altimeter-sigma-m", "0.1", "--trials", "100"];
+    for (sweep, rows) in [("sigma", 13), ("rate", 7)] {
+        for sensor in [&["--altimeter-sigma-m", "0.1", "--trials", "100"][..], &paper] {
+            let output = lodestep(&[&["predict", "height", "--sweep", sweep], sensor].concat());
+            assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+            let text = String::from_utf8(output.stdout).unwrap();
+            let table = numbers(&text);
+            assert_eq!(table.len(), rows, "{text}");
+            for row in table {
+                let (varied, closed_m, filter_m, drawn_m) = (row[0], row[1], row[2], row[3]);
+                let dull = sweep == "rate" || (0.05..=1.0).contains(&varied);
+                let allowed = if dull { 0.1 } else { 0.2 };
+                assert!((closed_m / filter_m - 1.0).abs() < allowed, "{sweep} {row:?}");
+                // A hundred errors tell their rms to 7 %.
+                assert!((drawn_m / filter_m - 1.0).abs() < 0.3, "{sweep} {row:?}");
+            }
+        }
+    }
+}
+
+#[test]
+fn a_prediction_says_its_figures_in_sentences_and_draws_them() {
+    let folder = Folder::new();
+    let plot = folder.path("height.svg");
+    let output = lodestep(&["predict", "height", "--plot", text(&plot)]);
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let said = String::from_utf8(output.stdout).unwrap();
+    for sentence in
+        ["settles at a sigma of", "within 10 % of that after", "sample by sample", "as printed", "└──"]
+    {
+        assert!(said.contains(sentence), "{sentence}: {said}");
+    }
+    let drawn = fs::read_to_string(plot).unwrap();
+    assert!(
+        drawn.starts_with("<svg") && drawn.trim_end().ends_with("</svg>") && drawn.contains("closed form")
+    );
+    for (wrong, expected) in [
+        (["--altimeter-sigma-m", "0"], "altimeter sigma has to be a positive number of m"),
+        (["--altimeter-rate-hz", "400"], "at most once for each IMU sample"),
+        (["--stance-share", "1.2"], "between 0 and 1"),
+        (["--start-sigma-m", "nan"], "start sigma"),
+        (["--plot", "height.png"], "ends in .svg"),
+        (["--sweep", "gait"], "sigma, rate"),
+    ] {
+        let (code, sentence) = failed(&[&["predict", "height"], &wrong[..]].concat());
+        assert!(code == 2 && sentence.contains(expected), "{wrong:?}: {sentence}");
+    }
+}
+
 #[test]
 fn help_names_units_and_exit_codes() {
     let help = |arguments: &[&str]| {

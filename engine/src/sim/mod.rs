@@ -16,6 +16,7 @@ mod swing;
 mod tests;
 pub mod walk;
 
+pub use random::white_noise;
 pub use sensors::SensorModel;
 pub use simulator::{Epoch, FootTruth, MarkerVisit, Simulator, Walk, simulate};
 pub use walk::{WalkKind, Walker};

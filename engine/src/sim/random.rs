@@ -20,6 +20,7 @@ pub(crate) enum Purpose {
     MagneticAnomalies,
     Weather,
     Fault,
+    WhiteNoise,
 }
 
 /// A stream of random numbers.
@@ -48,6 +49,12 @@ impl Random {
         const STEP: f64 = 1.0 / (1u64 << 53) as f64;
         from + (to - from) * ((self.0.next_u64() >> 11) as f64 * STEP)
     }
+}
+
+/// Independent standard normals, the same for the same seed: for noise that belongs to no walk.
+pub fn white_noise(seed: u64) -> impl FnMut() -> f64 {
+    let mut random = Random::new(seed, 2, Purpose::WhiteNoise);
+    move || random.normal()
 }
 
 /// The finalizer of SplitMix64: neighbouring seeds give unrelated streams.

@@ -1,10 +1,14 @@
-//! The command line: `process` a walk, `simulate` one, `evaluate` many, `serve` them all.
+//! The command line: `process` a walk, `simulate` one, `evaluate` many, `predict` how good they can be,
+//! `serve` them all.
 
 mod aids;
 mod evaluate;
 mod failure;
 mod log_file;
 mod output_file;
+mod plot;
+mod predict;
+mod print;
 mod process;
 mod progress;
 mod report;
@@ -13,6 +17,7 @@ mod serve;
 mod simulate;
 mod site_file;
 mod solution;
+mod text_columns;
 mod track_output;
 mod visits;
 
@@ -42,6 +47,8 @@ enum Verb {
     Simulate(simulate::SimulateArgs),
     /// Scores recordings with the engine's defaults, the same for every file
     Evaluate(evaluate::EvaluateArgs),
+    /// Says how good a result will be, before anybody has walked
+    Predict(predict::PredictArgs),
     /// Serves uploads, live walks and the map
     Serve(serve::ServeArgs),
 }
@@ -63,6 +70,7 @@ pub fn run(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
         Verb::Process(args) => process::process(&args),
         Verb::Simulate(args) => simulate::simulate(&args),
         Verb::Evaluate(args) => evaluate::evaluate(&args),
+        Verb::Predict(args) => predict::predict(&args),
         Verb::Serve(args) => serve::serve(args),
     };
     match done {

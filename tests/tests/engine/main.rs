@@ -3,6 +3,7 @@
 
 mod bad_data;
 mod dense_reference;
+mod height;
 mod honesty;
 mod memory;
 mod order_of_arrival;

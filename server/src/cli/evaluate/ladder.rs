@@ -12,7 +12,7 @@ use lodestep_engine::sample::{Foot, ImuSample};
 use lodestep_engine::session::{Aids, SessionConfig, Visit};
 use lodestep_engine::sim::{self, SensorModel, Walk, WalkKind};
 
-use super::print;
+use crate::cli::print::print;
 use crate::cli::progress;
 use crate::cli::run::run;
 use crate::cli::solution::Solution;

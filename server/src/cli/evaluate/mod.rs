@@ -6,16 +6,16 @@ mod recordings;
 mod score;
 mod text_table;
 
-use std::io::Write as _;
 use std::path::PathBuf;
 
-use anyhow::{Context, Result};
+use anyhow::Result;
 use clap::{Args, Subcommand};
 use lodestep_engine::session::Aids;
 use serde::Serialize;
 
 use crate::cli::failure::Failure;
 use crate::cli::solution::Solution;
+use crate::cli::print::print;
 use crate::cli::{aids, progress};
 use score::Score;
 
@@ -96,11 +96,4 @@ fn json(scores: &[Score]) -> Result<String> {
     }
     let all = All { engine_version: env!("CARGO_PKG_VERSION"), recordings: scores };
     Ok(serde_json::to_string_pretty(&all)? + "\n")
-}
-
-fn print(text: &str) -> Result<()> {
-    match std::io::stdout().lock().write_all(text.as_bytes()) {
-        Err(error) if error.kind() == std::io::ErrorKind::BrokenPipe => Ok(()),
-        written => written.context("standard output cannot be written"),
-    }
 }
