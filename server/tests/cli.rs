@@ -334,7 +334,7 @@ fn numbers(text: &str) -> Vec<Vec<f64>> {
     let row = |line: &str| {
         line.split_whitespace().map(|cell| cell.parse().unwrap_or(f64::NAN)).collect::<Vec<f64>>()
     };
-    text.lines().map(row).filter(|row| row.len() == 8 && row[0].is_finite()).collect()
+    text.lines().map(row).filter(|row| row.len() == 8 && row[0].is_finite() && row[7].is_finite()).collect()
 }
 
 #[test]
