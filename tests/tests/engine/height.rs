@@ -48,6 +48,8 @@ fn filtered(walk: &Walk, setup: &Setup, mut normal: impl FnMut() -> f64) -> Came
     let gravity_m_s2 = Site::fast().gravity_m_s2;
     let noise = ImuNoise {
         angle_random_walk_rad_sqrt_s: ANGLE_RANDOM_WALK_RAD_SQRT_S,
+        angle_random_walk_share_sqrt_s: 0.0,
+        velocity_random_walk_share_sqrt_s: 0.0,
         velocity_random_walk_m_s_sqrt_s: setup.velocity_random_walk_m_s_sqrt_s,
         gyro_bias_random_walk_rad_s_sqrt_s: 0.0,
         accelerometer_bias_random_walk_m_s2_sqrt_s: 0.0,

@@ -16,7 +16,6 @@ use serde::Serialize;
 use crate::cli::failure::Failure;
 use crate::cli::print::print;
 use crate::cli::solution::Solution;
-use crate::cli::print::print;
 use crate::cli::{aids, progress};
 use score::Score;
 
