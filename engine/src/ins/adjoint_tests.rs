@@ -182,6 +182,22 @@ impl Problem {
         self.random_by_axis(&[to], &variance);
     }
 
+    fn add_multiple(&mut self, a: usize, b: usize) {
+        let factor = Matrix3::from_fn(|_, _| self.odd.next());
+        self.filter.add_multiple(a, b, &factor);
+        let mut t = DMatrix::identity(N, N);
+        t.view_mut((3 * a, 3 * b), (3, 3)).copy_from(&factor);
+        self.goes_through(&t);
+    }
+
+    fn scale(&mut self, block: usize) {
+        let by = Vector3::new(0.5, 1.0, 0.9);
+        self.filter.scale(block, &by);
+        let mut t = DMatrix::identity(N, N);
+        t.view_mut((3 * block, 3 * block), (3, 3)).copy_from(&Matrix3::from_diagonal(&by));
+        self.goes_through(&t);
+    }
+
     fn common_noise(&mut self, blocks: &[usize]) {
         let variance = Vector3::new(0.2, 0.1, 0.05);
         self.filter.add_noise(blocks, &variance);
@@ -231,7 +247,9 @@ fn walk() -> Problem {
             11 => problem.isolate(3),
             17 => problem.copy(2, 4),
             23 => problem.common_noise(&[2, 4]),
+            26 => problem.add_multiple(2, 0),
             29 => problem.isolate(0),
+            33 => problem.scale(1),
             _ => {}
         }
         problem.mark();

@@ -69,7 +69,22 @@ async fn a_session_is_processed_with_and_without_its_markers() {
     assert_eq!(filtered["run"], "filtered");
     assert_eq!(filtered["rows"].as_array().unwrap().len(), main["rows"].as_array().unwrap().len());
     assert_ne!(filtered["rows"], main["rows"], "smoothing moved nothing");
-    assert_eq!(filtered["rows"].as_array().unwrap().last(), main["rows"].as_array().unwrap().last());
+    // Behind the last row of the grid come a few samples at most, which have hardly anything to add.
+    let last = |track: &Value| -> Vec<f64> {
+        track["rows"]
+            .as_array()
+            .unwrap()
+            .last()
+            .unwrap()
+            .as_array()
+            .unwrap()
+            .iter()
+            .filter_map(Value::as_f64)
+            .collect()
+    };
+    for (filtered, smoothed) in last(&filtered).into_iter().zip(last(&main)) {
+        assert!((filtered - smoothed).abs() < 1e-3, "{filtered} {smoothed}");
+    }
     let rows = main["rows"].as_array().unwrap();
     let seconds = walk().left.last().unwrap().t_ns as f64 / 1e9;
     assert!((rows.len() as f64 - 10.0 * seconds).abs() < 10.0 * 12.0, "{} rows of {seconds} s", rows.len());

@@ -3,6 +3,7 @@
 use nalgebra::{Matrix3, SMatrix, Vector3};
 
 use super::filter::{Filter, Setting, seconds};
+use super::slow_errors::{stride, stride_matrix};
 use crate::event::TrackPoint;
 use crate::ins::adjoint::Adjoint;
 use crate::ins::layout::ErrorState;
@@ -39,6 +40,8 @@ struct Recorded {
     point: TrackPoint,
     /// How much later each sensor's place was told than its covariance stands for, s.
     ahead_s: [f64; 2],
+    /// How far each has moved since the stride's error was last brought into that covariance, m.
+    moved_n: [Vector3<f64>; 2],
     /// The first sensor's x axis.
     x_n: Vector3<f64>,
     has_errors: bool,
@@ -118,6 +121,9 @@ impl<const B: usize> Recording<B> {
             epoch,
             point: *point,
             ahead_s: filter.told_ahead_s(point.t_ns),
+            moved_n: std::array::from_fn(|sensor| {
+                filter.feet.get(sensor).map_or_else(Vector3::zeros, |foot| foot.moved_n)
+            }),
             x_n: filter.feet[0].nav.c_nb.column(0).into_owned(),
             has_errors,
         });
@@ -183,7 +189,8 @@ impl Recorded {
             };
             let Some(told) = told else { continue };
             let off = errors[ErrorState::Position.of(sensor)]
-                + errors[ErrorState::Velocity.of(sensor)] * self.ahead_s[sensor];
+                + errors[ErrorState::Velocity.of(sensor)] * self.ahead_s[sensor]
+                + stride_matrix(&self.moved_n[sensor]) * errors[stride(sensor, setting.feet.len())];
             let p_n = Vector3::from(told.position_n_m) - off;
             told.position_n_m = p_n.into();
             sum += p_n;
