@@ -63,7 +63,7 @@ instructions: ## Counts the engine's instructions per sample under callgrind
 	@scripts/instructions
 
 .PHONY: docs
-docs: ## Works out docs/ladder.md, docs/accuracy.md and docs/height.md again
+docs: ## Works out the pages of figures in docs again
 	@scripts/machine rust
 	cargo build --release --locked --bin lodestep
 	@scripts/figures $(RELEASE) $(RECORDINGS)

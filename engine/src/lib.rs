@@ -80,7 +80,7 @@
 //! | paper 1, §2.3 | ZUPT sigma 0.017 m/s at every sample | larger, and once in an interval: neighbouring samples of a stance err alike ([`systems::pedestrian::tuning`]) |
 //! | paper 1, §3.1 | the row of H is all zeros | \[B_u B_e / B_h², B_u B_n / B_h², −1\]: at a dip of 40° the tilt counts too ([`measure::magnetic_heading`]) |
 //! | paper 1, §3.1 | true heading = magnetic heading − declination | azimuth of the levelled field = declination, east positive, which is the same with a declination of the other sign |
-//! | paper 1, §3.1 | a heading update at every sample of a stance | once a stance: what bends the field there is the same for all its samples |
+//! | paper 1, §3.1 | a heading update at every sample of a stance | once a stance, and what bends the field from stance to stance alike is an error state: a compass's deviation and the field's deflection (`systems::pedestrian::slow_errors`) |
 //! | paper 1, §3.2 | MARU from sample to sample | from end to end of a stance: 0.25 µT of noise hides what 0.01 s of bias does ([`measure::magnetic_rate`]) |
 //! | paper 1, §3.3 | the smallest distance of the feet is zero, along the line between them | `separation_m`, measured across the swing with its sign: two feet that changed sides are pulled back, not pushed on ([`measure::foot_separation`]) |
 //! | – | – | a stride lies evenly about the standing foot, along the way and upwards, which a distance across the way cannot say ([`measure::foot_separation`]) |
