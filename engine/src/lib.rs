@@ -41,6 +41,7 @@
 //! | position δp, in n | estimated − true | [`Position`](ins::layout::ErrorState::Position) |
 //! | velocity δv, in n | estimated − true | [`Velocity`](ins::layout::ErrorState::Velocity) |
 //! | accelerometer bias δb_a, in b | true − estimated | [`AccelerometerBias`](ins::layout::ErrorState::AccelerometerBias) |
+//! | compass deviation, stride error, surroundings | true − estimated | `systems::pedestrian::slow_errors` |
 //!
 //! A bias is what the reading has too much: reading = truth + bias. With these signs the errors grow as
 //!
@@ -64,6 +65,7 @@
 //! | T_gb, T_ab | `…_correlation_time_s` | of the biases, s |
 //! | P, Φ, Q | [`ins::block_covariance`], [`ins::error_model`] | covariance of the errors, its transition, its growth |
 //! | H, m, R | [`Observation`](ins::observation::Observation): jacobians, innovation, noise | of one measurement |
+//! | λ, Λ | `ins::adjoint` | what the future says of the errors, and how sure it is: smoothed errors P λ, covariance P − P Λ P |
 //! | d_min | `separation_m` | distance of the feet where one passes the other, m |
 //! | – | `nis` | normalised innovation squared: m' (H P H' + R)⁻¹ m |
 //!
