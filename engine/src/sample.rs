@@ -58,6 +58,19 @@ pub struct ImuSample {
 }
 
 impl ImuSample {
+    /// The sample with the decimals that a logger writes: far finer than a sensor's own steps, and a
+    /// third of the bytes.
+    pub fn as_logged(&self) -> ImuSample {
+        let rounded = |value: f64, steps_per_unit: f64| (value * steps_per_unit).round() / steps_per_unit;
+        ImuSample {
+            t_ns: self.t_ns,
+            w_ib_b_rad_s: self.w_ib_b_rad_s.map(|value| rounded(value, 1e6)),
+            f_b_m_s2: self.f_b_m_s2.map(|value| rounded(value, 1e5)),
+            mag_b_ut: self.mag_b_ut.map(|mag_ut| mag_ut.map(|value| rounded(value, 1e3))),
+            pressure_hpa: self.pressure_hpa.map(|value| rounded(value, 1e4)),
+        }
+    }
+
     /// The readings in single precision: 24 bits hold all that a sensor of 16 has to say, and a walk of
     /// a working day then fits in memory.
     pub fn in_single_precision(&self) -> ImuSample {

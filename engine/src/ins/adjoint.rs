@@ -18,8 +18,11 @@
 use nalgebra::{Matrix3, SMatrix, SVector, Vector3};
 
 use super::block_covariance::BlockCovariance;
+use super::error_model::Transition;
 use super::imu_noise::ImuNoise;
-use super::operations::{Cross, ErrorOperations, KeptFactor, Operation};
+use super::layout::BLOCKS_A_SENSOR;
+use super::operations::{Factor, Operation};
+use super::rows::Rows;
 use super::tape::{Entry, Tape};
 
 /// What the future says at one moment of the way back.
@@ -31,7 +34,6 @@ pub(crate) struct Adjoint<const B: usize> {
     information: BlockCovariance<B>,
     /// The smoothed errors of the nominal state, P λ.
     errors: [Vector3<f64>; B],
-    transition: Vec<Operation>,
 }
 
 impl<const B: usize> Adjoint<B> {
@@ -41,7 +43,6 @@ impl<const B: usize> Adjoint<B> {
             lambda: [Vector3::zeros(); B],
             information: BlockCovariance::zeros(),
             errors: [Vector3::zeros(); B],
-            transition: Vec::new(),
         }
     }
 
@@ -50,16 +51,9 @@ impl<const B: usize> Adjoint<B> {
         &self.errors
     }
 
-    /// W Λ W': what smoothing takes off the covariance of M numbers whose covariance with the errors is
-    /// W, block by block.
-    pub(crate) fn taken_off<const M: usize>(&self, w: &[SMatrix<f64, M, 3>; B]) -> SMatrix<f64, M, M> {
-        let columns = w.each_ref().map(SMatrix::transpose);
-        let products = self.information.times(&columns);
-        let mut sum = SMatrix::zeros();
-        for (row, product) in w.iter().zip(&products) {
-            sum += row * product;
-        }
-        sum
+    /// W Λ W': what smoothing takes off the covariance of M numbers whose covariance with the errors is W.
+    pub(crate) fn taken_off<const M: usize>(&self, w: &Rows<M, B>) -> SMatrix<f64, M, M> {
+        self.information.times_rows(w).times_transposed(w)
     }
 
     /// Whether every number in it is finite.
@@ -82,10 +76,7 @@ impl<const B: usize> Adjoint<B> {
                 Entry::Moment => return true,
                 Entry::Transition { sensor } => {
                     if let Some(transition) = tape.transitions.pop() {
-                        let mut operations = std::mem::take(&mut self.transition);
-                        transition.apply(&mut operations, usize::from(sensor), noise);
-                        operations.drain(..).rev().for_each(|operation| self.undo(&operation));
-                        self.transition = operations;
+                        self.undo_transition(&transition, usize::from(sensor), noise);
                     }
                 }
                 Entry::Update { rows, used, blocks } => {
@@ -97,12 +88,14 @@ impl<const B: usize> Adjoint<B> {
                     }
                 }
                 Entry::AddMultiple { a, b } => {
-                    let factor = Matrix3::from_column_slice(&pop(&mut tape.numbers, 9));
-                    let factor = KeptFactor::Matrix(factor);
-                    self.undo(&Operation::AddMultiple { a: usize::from(a), b: usize::from(b), factor });
+                    let factor = Matrix3::from_column_slice(&pop::<9>(&mut tape.numbers));
+                    let (a, b, factor) = (usize::from(a), usize::from(b), Factor::Matrix(factor));
+                    self.information.add_multiple(b, a, &factor.transposed());
+                    self.undo(&Operation::AddMultiple { a, b, factor });
                 }
                 Entry::Scale { block } => {
-                    let by = Vector3::from_column_slice(&pop(&mut tape.numbers, 3));
+                    let by = Vector3::from(pop(&mut tape.numbers));
+                    self.information.scale(usize::from(block), &by);
                     self.undo(&Operation::Scale { i: usize::from(block), by });
                 }
                 Entry::Isolate { block } => {
@@ -113,14 +106,14 @@ impl<const B: usize> Adjoint<B> {
                 }
                 Entry::Copy { from, to } => {
                     let (from, to) = (usize::from(from), usize::from(to));
-                    self.information.add_multiple(from, to, &1.0);
+                    self.information.add_multiple(from, to, &Factor::Scalar(1.0));
                     self.information.isolate(to, Matrix3::zeros());
                     let lambda = std::mem::take(&mut self.lambda[to]);
                     self.lambda[from] += lambda;
                     self.errors[to] = self.by_row(&mut tape.numbers);
                 }
                 Entry::CommonNoise { blocks } => {
-                    let variance = Vector3::from_column_slice(&pop(&mut tape.numbers, 3));
+                    let variance = Vector3::from(pop(&mut tape.numbers));
                     let of = (0..B).filter(|block| blocks >> block & 1 == 1);
                     let sum: Vector3<f64> = of.clone().map(|block| self.lambda[block]).sum();
                     of.for_each(|block| self.errors[block] -= variance.component_mul(&sum));
@@ -130,36 +123,29 @@ impl<const B: usize> Adjoint<B> {
         false
     }
 
+    fn undo_transition(&mut self, transition: &Transition, sensor: usize, noise: &ImuNoise) {
+        for (block, variance) in transition.noise(sensor, noise) {
+            self.errors[block] -= variance.component_mul(&self.lambda[block]);
+        }
+        let mut operations = transition.operations(sensor, noise);
+        operations.reverse();
+        operations.iter().for_each(|operation| self.undo(operation));
+        let transposed = operations.map(|operation| operation.transposed());
+        self.information.transform::<BLOCKS_A_SENSOR>(sensor * BLOCKS_A_SENSOR, &transposed);
+    }
+
+    /// Goes back over an operation with the errors and λ; Λ has done so.
     #[inline]
     fn undo(&mut self, operation: &Operation) {
         match operation {
             Operation::AddMultiple { a, b, factor } => {
                 let (lambda, error) = (self.lambda[*a], self.errors[*b]);
-                match factor {
-                    KeptFactor::Scalar(by) => {
-                        self.information.add_multiple(*b, *a, by);
-                        self.lambda[*b] += lambda * *by;
-                        self.errors[*a] -= error * *by;
-                    }
-                    KeptFactor::Cross(v) => {
-                        self.information.add_multiple(*b, *a, &Cross(-v));
-                        self.lambda[*b] -= v.cross(&lambda);
-                        self.errors[*a] -= v.cross(&error);
-                    }
-                    KeptFactor::Matrix(by) => {
-                        self.information.add_multiple(*b, *a, &by.transpose());
-                        self.lambda[*b] += by.tr_mul(&lambda);
-                        self.errors[*a] -= by * error;
-                    }
-                }
+                self.lambda[*b] += factor.transposed().times(&lambda);
+                self.errors[*a] -= factor.times(&error);
             }
             Operation::Scale { i, by } => {
-                self.information.scale(*i, by);
                 self.lambda[*i].component_mul_assign(by);
                 self.errors[*i].component_div_assign(by);
-            }
-            Operation::AddNoise { i, variance } => {
-                self.errors[*i] -= variance.component_mul(&self.lambda[*i]);
             }
         }
     }
@@ -178,50 +164,56 @@ impl<const B: usize> Adjoint<B> {
             *place = (usize::from(*block), jacobian.transpose());
         }
         let h_transposed = &h_transposed[..blocks.len()];
-        let mut gain = [SMatrix::<f64, 3, M>::zeros(); B];
-        for block in &mut gain {
-            block.copy_from_slice(take(3 * M));
-        }
+        let mut gain = Rows::<M, B>::zeros();
+        gain.0.as_flattened_mut().as_flattened_mut().copy_from_slice(take(3 * M * B));
         let s_inverse = SMatrix::<f64, M, M>::from_column_slice(take(M * M));
         let mut say = SVector::<f64, M>::from_column_slice(take(M));
         let innovation = SVector::<f64, M>::from_column_slice(take(M));
 
-        // Λ ← Λ − T D' − D T' with T = H' and D = Λ K − T (K' Λ K + S⁻¹) / 2.
-        let mut d = self.information.times(&gain);
-        let mut inner = s_inverse;
-        for (gain, product) in gain.iter().zip(&d) {
-            inner += gain.tr_mul(product);
-        }
+        // Λ ← Λ − T D − D' T' with T = H' and D = K' Λ − (K' Λ K + S⁻¹) T' / 2.
+        let mut d = self.information.times_rows(&gain);
+        let inner = s_inverse + d.times_transposed(&gain);
         for (block, t) in h_transposed {
-            d[*block] -= t * inner * 0.5;
+            let half = (t * inner.transpose() * 0.5).transpose();
+            for m in 0..M {
+                for axis in 0..3 {
+                    d.0[m][*block][axis] -= half[(m, axis)];
+                }
+            }
         }
         for (block, t) in h_transposed {
             self.information.subtract_both_products(*block, t, &d);
         }
-        for (gain, lambda) in gain.iter().zip(&self.lambda) {
-            say -= gain.tr_mul(lambda);
-        }
+        say -= gain.of(&self.lambda);
         for (block, t) in h_transposed {
             self.lambda[*block] += t * say;
         }
-        for (gain, error) in gain.iter().zip(&mut self.errors) {
-            *error += gain * innovation;
+        for (error, put_on) in self.errors.iter_mut().zip(&gain.transposed_times(&innovation)) {
+            *error += put_on;
         }
         numbers.truncate(start);
     }
 
     /// The error of a block by its row of the covariance, which is on the tape.
     fn by_row(&self, numbers: &mut Vec<f64>) -> Vector3<f64> {
-        let row = pop(numbers, 9 * B);
-        row.chunks_exact(9)
+        let start = numbers.len().saturating_sub(9 * B);
+        let error = numbers[start..]
+            .chunks_exact(9)
             .zip(&self.lambda)
             .map(|(block, lambda)| Matrix3::from_column_slice(block) * lambda)
-            .sum()
+            .sum();
+        numbers.truncate(start);
+        error
     }
 }
 
-fn pop(numbers: &mut Vec<f64>, count: usize) -> Vec<f64> {
-    numbers.split_off(numbers.len() - count)
+/// Takes the last numbers off the tape.
+fn pop<const N: usize>(numbers: &mut Vec<f64>) -> [f64; N] {
+    let mut last = [0.0; N];
+    let start = numbers.len().saturating_sub(N);
+    last.iter_mut().zip(&numbers[start..]).for_each(|(to, number)| *to = *number);
+    numbers.truncate(start);
+    last
 }
 
 #[cfg(test)]

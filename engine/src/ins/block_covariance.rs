@@ -3,40 +3,81 @@
 //! Only the blocks on and above the diagonal are kept, and the diagonal blocks are made symmetric
 //! after every change: with rounding left alone there, the joint filter of two feet loses its
 //! positive definiteness within minutes.
+//!
+//! A row of the matrix lies in memory as one piece: nearly all the work is a multiple of one row added
+//! to another, and that goes several numbers at a time.
 
 use nalgebra::{Matrix3, SMatrix, Vector3};
 
-use super::operations::{ErrorOperations, Factor};
+use super::operations::{Factor, Operation};
+use super::rows::{Rows, add_multiples, dot};
 
 /// The covariance of `B` three-vectors: a symmetric 3B × 3B matrix.
-#[derive(Clone, Debug)]
+#[derive(Clone, Copy, Debug)]
 pub struct BlockCovariance<const B: usize> {
-    /// `upper[i][j]` for i ≤ j; what lies below the diagonal is never read.
-    upper: [[Matrix3<f64>; B]; B],
+    /// `upper[i][r]` is row r of the blocks (i, j) for all j. What lies below the diagonal, j < i, is
+    /// room to work in: nobody counts on what is there.
+    upper: [[[[f64; 3]; B]; 3]; B],
 }
 
 impl<const B: usize> BlockCovariance<B> {
     /// All zero.
     pub fn zeros() -> Self {
-        BlockCovariance { upper: [[Matrix3::zeros(); B]; B] }
+        BlockCovariance { upper: [[[[0.0; 3]; B]; 3]; B] }
     }
 
     /// The covariance of vector i with vector j.
     #[inline]
     pub fn block(&self, i: usize, j: usize) -> Matrix3<f64> {
-        if i <= j { self.upper[i][j] } else { self.upper[j][i].transpose() }
+        if i <= j { self.stored(i, j) } else { self.stored(j, i).transpose() }
     }
 
-    /// The stored block (i, j), i ≤ j, to change in place.
-    #[cfg(test)]
-    pub(super) fn upper_mut(&mut self, i: usize, j: usize) -> &mut Matrix3<f64> {
-        debug_assert!(i <= j, "only the upper blocks are stored");
-        &mut self.upper[i][j]
+    #[inline]
+    fn stored(&self, i: usize, j: usize) -> Matrix3<f64> {
+        Matrix3::from_fn(|r, c| self.upper[i][r][j][c])
+    }
+
+    /// Puts `block` in the place (i, j) and its transpose in the place (j, i).
+    #[inline]
+    pub(super) fn set(&mut self, i: usize, j: usize, block: &Matrix3<f64>) {
+        for r in 0..3 {
+            for c in 0..3 {
+                if i <= j {
+                    self.upper[i][r][j][c] = block[(r, c)];
+                } else {
+                    self.upper[j][c][i][r] = block[(r, c)];
+                }
+            }
+        }
+    }
+
+    /// Brings the rows of vector i up to date between number `first` and the diagonal.
+    #[inline]
+    fn fill_left(&mut self, i: usize, first: usize) {
+        let (before, from_i) = self.upper.split_at_mut(i);
+        let rows = &mut from_i[0];
+        for (j, of_j) in before.iter().enumerate().skip(first) {
+            for r in 0..3 {
+                rows[r][j] = [of_j[0][i][r], of_j[1][i][r], of_j[2][i][r]];
+            }
+        }
+    }
+
+    /// Brings the columns of vector i above the diagonal up to date from its rows.
+    #[inline]
+    fn take_over_left(&mut self, i: usize) {
+        let (before, from_i) = self.upper.split_at_mut(i);
+        let rows = &from_i[0];
+        for (j, of_j) in before.iter_mut().enumerate() {
+            for (c, row) in of_j.iter_mut().enumerate() {
+                row[i] = [rows[0][j][c], rows[1][j][c], rows[2][j][c]];
+            }
+        }
     }
 
     /// Sets the covariance of vector i with itself.
     pub fn set_diagonal(&mut self, i: usize, block: Matrix3<f64>) {
-        self.upper[i][i] = block;
+        self.set(i, i, &block);
     }
 
     /// Adds `variance`, by axis, to every covariance among `blocks`: a noise that they have in common.
@@ -45,7 +86,7 @@ impl<const B: usize> BlockCovariance<B> {
             for b in &blocks[k..] {
                 let (row, column) = (*a.min(b), *a.max(b));
                 for axis in 0..3 {
-                    self.upper[row][column][(axis, axis)] += variance[axis];
+                    self.upper[row][axis][column][axis] += variance[axis];
                 }
             }
         }
@@ -54,91 +95,119 @@ impl<const B: usize> BlockCovariance<B> {
     /// Forgets what vector i has to do with all others and gives it the covariance `block`.
     pub(super) fn isolate(&mut self, i: usize, block: Matrix3<f64>) {
         for j in 0..B {
-            let (row, column) = if i <= j { (i, j) } else { (j, i) };
-            self.upper[row][column] = Matrix3::zeros();
+            self.set(i, j, &Matrix3::zeros());
         }
-        self.upper[i][i] = block;
+        self.set_diagonal(i, block);
     }
 
     /// Gives vector `to` the error of vector `from`.
     pub(super) fn copy(&mut self, from: usize, to: usize) {
-        let squared = self.upper[from][from];
+        let squared = self.block(from, from);
         for j in (0..B).filter(|j| *j != to) {
-            let with_j = self.block(from, j);
-            let (row, column) = (j.min(to), j.max(to));
-            self.upper[row][column] = if to < j { with_j } else { with_j.transpose() };
+            self.set(to, j, &self.block(from, j));
         }
-        self.upper[to][to] = squared;
+        self.set_diagonal(to, squared);
     }
 
     /// Makes the diagonal block i symmetric to the bit.
     #[inline]
     fn symmetrise(&mut self, i: usize) {
-        let block = &mut self.upper[i][i];
         for (row, column) in [(0, 1), (0, 2), (1, 2)] {
-            let mean = 0.5 * (block[(row, column)] + block[(column, row)]);
-            block[(row, column)] = mean;
-            block[(column, row)] = mean;
+            let mean = 0.5 * (self.upper[i][row][i][column] + self.upper[i][column][i][row]);
+            self.upper[i][row][i][column] = mean;
+            self.upper[i][column][i][row] = mean;
         }
     }
 
-    /// Takes `gain · cross_covariance'` off, block by block: the covariance after an update, where
-    /// `cross_covariance` is P·H' and `gain` is P·H'·S⁻¹.
-    #[expect(clippy::needless_range_loop, reason = "i and j name the block of which both arrays have a part")]
+    /// H P for the Jacobians H of a measurement: its covariance with all errors.
+    #[inline]
+    pub(crate) fn seen_by<const M: usize>(&self, jacobians: &[(usize, SMatrix<f64, M, 3>)]) -> Rows<M, B> {
+        let mut seen = Rows::zeros();
+        for (i, jacobian) in jacobians {
+            for m in 0..M {
+                for axis in 0..3 {
+                    // Most Jacobians are mostly zero.
+                    let factor = jacobian[(m, axis)];
+                    if factor != 0.0 {
+                        let (before, from_i) = seen.0[m].split_at_mut(*i);
+                        let row = self.upper[*i][axis][*i..].as_flattened();
+                        add_multiples(from_i.as_flattened_mut(), &[factor], &[row]);
+                        for (j, block) in before.iter_mut().enumerate() {
+                            for (c, cell) in block.iter_mut().enumerate() {
+                                *cell += factor * self.upper[j][c][*i][axis];
+                            }
+                        }
+                    }
+                }
+            }
+        }
+        seen
+    }
+
+    /// Takes `gain' · cross_covariance` off: the covariance after an update, where `cross_covariance` is
+    /// H·P and `gain` is S⁻¹·H·P.
     #[inline]
     pub(super) fn subtract_product<const M: usize>(
         &mut self,
-        gain: &[SMatrix<f64, 3, M>; B],
-        cross_covariance: &[SMatrix<f64, 3, M>; B],
+        gain: &Rows<M, B>,
+        cross_covariance: &Rows<M, B>,
     ) {
         for i in 0..B {
-            for j in i..B {
-                let (k, c) = (&gain[i], &cross_covariance[j]);
-                let block = &mut self.upper[i][j];
-                for column in 0..3 {
-                    for row in 0..3 {
-                        let mut sum = 0.0;
-                        for m in 0..M {
-                            sum += k[(row, m)] * c[(column, m)];
-                        }
-                        block[(row, column)] -= sum;
-                    }
-                }
+            for r in 0..3 {
+                add_multiples::<M>(
+                    self.upper[i][r][i..].as_flattened_mut(),
+                    &std::array::from_fn(|m| -gain.0[m][i][r]),
+                    &std::array::from_fn(|m| cross_covariance.0[m][i..].as_flattened()),
+                );
             }
             self.symmetrise(i);
         }
     }
 
-    /// The matrix times a vector of `M` columns, block by block.
+    /// A · P for rows A.
     #[inline]
-    pub(super) fn times<const M: usize>(&self, v: &[SMatrix<f64, 3, M>; B]) -> [SMatrix<f64, 3, M>; B] {
-        let mut product = [SMatrix::zeros(); B];
+    pub(super) fn times_rows<const M: usize>(&self, a: &Rows<M, B>) -> Rows<M, B> {
+        let mut product = Rows::zeros();
         for i in 0..B {
-            product[i] += self.upper[i][i] * v[i];
-            for j in i + 1..B {
-                product[i] += self.upper[i][j] * v[j];
-                product[j] += self.upper[i][j].tr_mul(&v[i]);
+            for r in 0..3 {
+                let from_i = self.upper[i][r][i..].as_flattened();
+                let (_, beyond) = from_i.split_at(3);
+                for m in 0..M {
+                    // The row itself, and what it is below the diagonal.
+                    let to = product.0[m][i..].as_flattened_mut();
+                    add_multiples(to, &[a.0[m][i][r]], &[from_i]);
+                    product.0[m][i][r] += dot(beyond, a.0[m][i + 1..].as_flattened());
+                }
             }
         }
         product
     }
 
-    /// Takes `t · d'` and its transpose off, where `t` has one block, at `at`, that is not zero.
+    /// The matrix times a vector, block by block.
+    pub(super) fn times(&self, v: &[Vector3<f64>; B]) -> [Vector3<f64>; B] {
+        let row = Rows([v.map(Into::into)]);
+        self.times_rows(&row).0[0].map(Vector3::from)
+    }
+
+    /// Takes `t · d` and its transpose off, where `t` is zero but for the rows of vector `at`.
     #[inline]
     pub(super) fn subtract_both_products<const M: usize>(
         &mut self,
         at: usize,
         t: &SMatrix<f64, 3, M>,
-        d: &[SMatrix<f64, 3, M>; B],
+        d: &Rows<M, B>,
     ) {
-        for (j, d_j) in d.iter().enumerate() {
-            if j < at {
-                self.upper[j][at] -= d_j * t.transpose();
-            } else {
-                self.upper[at][j] -= t * d_j.transpose();
+        self.fill_left(at, 0);
+        let product = d.times(&-t);
+        for (to, row) in self.upper[at].iter_mut().zip(&product.0) {
+            add_multiples(to.as_flattened_mut(), &[1.0], &[row.as_flattened()]);
+        }
+        self.take_over_left(at);
+        for r in 0..3 {
+            for c in 0..3 {
+                self.upper[at][r][at][c] += product.0[c][at][r];
             }
         }
-        self.upper[at][at] -= d[at] * t.transpose();
         self.symmetrise(at);
     }
 
@@ -149,65 +218,80 @@ impl<const B: usize> BlockCovariance<B> {
 
     /// Whether every number in it is finite.
     pub(super) fn is_finite(&self) -> bool {
-        (0..B).all(|i| (i..B).all(|j| self.upper[i][j].iter().all(|x| x.is_finite())))
+        (0..B).all(|i| self.upper[i].iter().all(|row| row[i..].as_flattened().iter().all(|x| x.is_finite())))
     }
 
     /// Whether every number in it is finite and no variance is negative.
     pub fn is_sound(&self) -> bool {
-        self.is_finite() && (0..B).all(|i| (0..3).all(|k| self.upper[i][i][(k, k)] >= 0.0))
+        self.is_finite() && (0..B).all(|i| (0..3).all(|k| self.upper[i][k][i][k] >= 0.0))
     }
-}
 
-impl<const B: usize> ErrorOperations for BlockCovariance<B> {
-    // P ← E P E' with E = I + factor in the place (a, b), done in place.
+    /// P ← E P E', where E is a sequence of operations on the `G` vectors from number `first` on. The
+    /// others take part by what they have to do with these.
     #[inline]
-    fn add_multiple(&mut self, a: usize, b: usize, factor: &impl Factor) {
+    pub(super) fn transform<const G: usize>(&mut self, first: usize, operations: &[Operation]) {
+        // Of the rows themselves what lies left of the vectors is not stored.
+        for i in first..first + G {
+            self.fill_left(i, first);
+        }
+        let Some(rows) = self.upper[first..].first_chunk_mut::<G>() else { return };
+        for operation in operations {
+            operation.apply(first, rows);
+        }
+        // From the right: among themselves, and for those before them.
+        let rows = self.upper[..first + G].as_flattened_mut();
+        for operation in operations {
+            operation.apply_right(rows);
+        }
+        for i in first..first + G {
+            self.symmetrise(i);
+        }
+    }
+
+    /// P ← E P E' where E adds `factor` times the error of vector `b` to that of vector `a`.
+    #[inline]
+    pub(super) fn add_multiple(&mut self, a: usize, b: usize, factor: &Factor) {
         debug_assert!(a != b, "a multiple of itself is a scaling");
-        let b_squared = self.upper[b][b];
-        for j in 0..B {
-            if j == a {
-                continue;
-            }
-            // Row a at column j grows by factor · (row b at column j); below the diagonal the
-            // transpose is what is stored.
-            let b_j = if j == b { b_squared } else { self.block(b, j) };
-            let growth = factor.times(&b_j);
-            if a < j {
-                self.upper[a][j] += growth;
-            } else {
-                self.upper[j][a] += growth.transpose();
+        self.fill_left(a, 0);
+        self.fill_left(b, 0);
+        let Ok([rows_a, rows_b]) = self.upper.get_disjoint_mut([a, b]) else { return };
+        factor.add_to(rows_a, rows_b);
+        // From the right, too, where a meets itself.
+        let with_b: [[[f64; 3]; 1]; 3] = std::array::from_fn(|c| [std::array::from_fn(|r| rows_a[r][b][c])]);
+        let mut growth = [[[0.0; 3]]; 3];
+        factor.add_to(&mut growth, &with_b);
+        for r in 0..3 {
+            for c in 0..3 {
+                rows_a[r][a][c] += growth[c][0][r];
             }
         }
-        // The block (a, b) is new already: P_aa + f·P_ba + P_ab·f' with f·P_bb·f' shared out.
-        let a_b = self.block(a, b);
-        let a_b_before = a_b - factor.times(&b_squared);
-        self.upper[a][a] +=
-            factor.times(&a_b_before.transpose()) + factor.times(&a_b.transpose()).transpose();
+        self.take_over_left(a);
         self.symmetrise(a);
     }
 
+    /// Scales the error of vector i, axis by axis.
     #[inline]
-    fn scale(&mut self, i: usize, by: &Vector3<f64>) {
+    pub(super) fn scale(&mut self, i: usize, by: &Vector3<f64>) {
         for j in 0..=i {
-            for axis in 0..3 {
-                let mut column = self.upper[j][i].column_mut(axis);
-                column *= by[axis];
+            for row in &mut self.upper[j] {
+                for (cell, by) in row[i].iter_mut().zip(by) {
+                    *cell *= by;
+                }
             }
         }
-        for j in i..B {
-            for axis in 0..3 {
-                let mut row = self.upper[i][j].row_mut(axis);
-                row *= by[axis];
+        for (row, by) in self.upper[i].iter_mut().zip(by) {
+            for cell in row[i..].as_flattened_mut() {
+                *cell *= by;
             }
         }
         self.symmetrise(i);
     }
 
+    /// Adds noise of this variance, by axis, to the error of vector i.
     #[inline]
-    fn add_noise(&mut self, i: usize, variance: &Vector3<f64>) {
-        let block = &mut self.upper[i][i];
-        block[(0, 0)] += variance.x;
-        block[(1, 1)] += variance.y;
-        block[(2, 2)] += variance.z;
+    pub(super) fn add_noise(&mut self, i: usize, variance: &Vector3<f64>) {
+        for axis in 0..3 {
+            self.upper[i][axis][i][axis] += variance[axis];
+        }
     }
 }

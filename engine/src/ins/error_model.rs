@@ -2,10 +2,12 @@
 
 use nalgebra::{Matrix3, Vector3};
 
+use super::block_covariance::BlockCovariance;
 use super::imu_noise::ImuNoise;
-use super::layout::ErrorState;
+use super::layout::BLOCKS_A_SENSOR;
+use super::layout::ErrorState::{AccelerometerBias, Attitude, GyroBias, Position, Velocity};
 use super::mechanization::Step;
-use super::operations::{Cross, ErrorOperations};
+use super::operations::{Factor, Operation};
 
 /// The transition over one or several steps of the strapdown, gathered sample by sample so that the
 /// covariance need not be propagated at every one of them.
@@ -54,53 +56,68 @@ impl Transition {
 
     /// P ← Φ P Φ' + Q for the errors of sensor number `sensor`, its cross-covariance with
     /// everything else included; the others' own blocks stay as they are.
-    ///
-    /// `covariance` is the filter's, or a list that takes the operations down: whoever smooths goes
-    /// back over them, and knows nothing of what they mean.
     #[inline]
-    pub fn apply(&self, covariance: &mut impl ErrorOperations, sensor: usize, noise: &ImuNoise) {
-        use ErrorState::{AccelerometerBias, Attitude, GyroBias, Position, Velocity};
+    pub fn apply<const B: usize>(
+        &self,
+        covariance: &mut BlockCovariance<B>,
+        sensor: usize,
+        noise: &ImuNoise,
+    ) {
+        let first = sensor * BLOCKS_A_SENSOR;
+        covariance.transform::<BLOCKS_A_SENSOR>(first, &self.operations(sensor, noise));
+        for (block, variance) in self.noise(sensor, noise) {
+            covariance.add_noise(block, &variance);
+        }
+    }
+
+    /// Φ, from the first operation to the last.
+    #[inline]
+    pub(super) fn operations(&self, sensor: usize, noise: &ImuNoise) -> [Operation; 6] {
         let [attitude, gyro_bias, position, velocity, accelerometer_bias] =
             [Attitude, GyroBias, Position, Velocity, AccelerometerBias].map(|state| state.of(sensor));
-        // Each line takes what the ones below have not changed yet.
-        covariance.add_multiple(position, velocity, &self.dt_s);
-        covariance.add_multiple(velocity, accelerometer_bias, &self.c_nb_dt);
-        covariance.add_multiple(velocity, attitude, &Cross(self.f_n_dt));
-        covariance.add_multiple(attitude, gyro_bias, &-self.c_nb_dt);
         let fading = |time_s: f64| Vector3::repeat(1.0 - self.dt_s / time_s);
-        covariance.scale(gyro_bias, &fading(noise.gyro_bias_correlation_time_s));
-        covariance.scale(accelerometer_bias, &fading(noise.accelerometer_bias_correlation_time_s));
-        let dt_s = self.dt_s;
+        // Each line takes what the ones below have not changed yet.
+        [
+            Operation::AddMultiple { a: position, b: velocity, factor: Factor::Scalar(self.dt_s) },
+            Operation::AddMultiple {
+                a: velocity,
+                b: accelerometer_bias,
+                factor: Factor::Matrix(self.c_nb_dt),
+            },
+            Operation::AddMultiple { a: velocity, b: attitude, factor: Factor::Cross(self.f_n_dt) },
+            Operation::AddMultiple { a: attitude, b: gyro_bias, factor: Factor::Matrix(-self.c_nb_dt) },
+            Operation::Scale { i: gyro_bias, by: fading(noise.gyro_bias_correlation_time_s) },
+            Operation::Scale {
+                i: accelerometer_bias,
+                by: fading(noise.accelerometer_bias_correlation_time_s),
+            },
+        ]
+    }
+
+    /// The diagonal of Q, vector by vector.
+    #[inline]
+    pub(super) fn noise(&self, sensor: usize, noise: &ImuNoise) -> [(usize, Vector3<f64>); BLOCKS_A_SENSOR] {
+        let white = |density: f64| Vector3::repeat(density * density * self.dt_s);
         // A scale error of the gyro turns about the axis of the motion itself, and one of the
         // accelerometer lies along the acceleration: each axis of n by its own motion.
-        for (state, density, share, motion_squared_dt) in [
-            (
-                Attitude,
-                noise.angle_random_walk_rad_sqrt_s,
-                noise.angle_random_walk_share_sqrt_s,
-                self.rate_squared_dt,
-            ),
-            (GyroBias, noise.gyro_bias_random_walk_rad_s_sqrt_s, 0.0, Vector3::zeros()),
-            (
-                Velocity,
-                noise.velocity_random_walk_m_s_sqrt_s,
-                noise.velocity_random_walk_share_sqrt_s,
-                self.acceleration_squared_dt,
-            ),
-            (AccelerometerBias, noise.accelerometer_bias_random_walk_m_s2_sqrt_s, 0.0, Vector3::zeros()),
-        ] {
-            let white = Vector3::repeat(density * density * dt_s);
-            covariance.add_noise(state.of(sensor), &(white + motion_squared_dt * (share * share)));
-        }
+        let turning = self.rate_squared_dt * noise.angle_random_walk_share_sqrt_s.powi(2);
+        let pushing = self.acceleration_squared_dt * noise.velocity_random_walk_share_sqrt_s.powi(2);
         let height = noise.height_random_walk_m_sqrt_s;
-        covariance.add_noise(position, &Vector3::new(0.0, 0.0, height * height * dt_s));
+        [
+            (Attitude, white(noise.angle_random_walk_rad_sqrt_s) + turning),
+            (GyroBias, white(noise.gyro_bias_random_walk_rad_s_sqrt_s)),
+            (Velocity, white(noise.velocity_random_walk_m_s_sqrt_s) + pushing),
+            (AccelerometerBias, white(noise.accelerometer_bias_random_walk_m_s2_sqrt_s)),
+            (Position, Vector3::new(0.0, 0.0, height * height * self.dt_s)),
+        ]
+        .map(|(state, variance)| (state.of(sensor), variance))
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::ins::block_covariance::BlockCovariance;
+    use crate::ins::layout::ErrorState;
     use crate::ins::mechanization::advance;
     use crate::ins::nav_state::NavState;
     use crate::rotation::{cayley, skew};
@@ -244,7 +261,7 @@ mod tests {
             let mut covariance = BlockCovariance::<10>::zeros();
             for i in 0..10 {
                 for j in i..10 {
-                    *covariance.upper_mut(i, j) = Matrix3::from_fn(|r, c| p[(3 * i + r, 3 * j + c)]);
+                    covariance.set(i, j, &Matrix3::from_fn(|r, c| p[(3 * i + r, 3 * j + c)]));
                 }
             }
             let mut transition = Transition::none();

@@ -7,7 +7,7 @@ use super::block_covariance::BlockCovariance;
 use super::error_model::Transition;
 use super::imu_noise::ImuNoise;
 use super::observation::Observation;
-use super::operations::ErrorOperations as _;
+use super::operations::Factor;
 use super::tape::Tape;
 
 /// The error filter of `B` three-vectors (10 for two feet, 5 for one).
@@ -50,7 +50,7 @@ impl<const B: usize> Eskf<B> {
 
     /// Adds `factor` times the error of vector `b` to that of vector `a`.
     pub fn add_multiple(&mut self, a: usize, b: usize, factor: &Matrix3<f64>) {
-        self.covariance.add_multiple(a, b, factor);
+        self.covariance.add_multiple(a, b, &Factor::Matrix(*factor));
         self.tape.add_multiple(a, b, factor);
     }
 
@@ -86,15 +86,10 @@ impl<const B: usize> Eskf<B> {
     /// over millions of steps of two feet; Joseph's form is the tests' oracle.
     #[inline]
     pub fn update<const M: usize>(&mut self, observation: &Observation<M>, gate: f64) -> Update<B> {
-        let mut cross_covariance = [SMatrix::<f64, 3, M>::zeros(); B];
-        for (i, cross) in cross_covariance.iter_mut().enumerate() {
-            for (block, jacobian) in observation.jacobians() {
-                *cross += self.covariance.block(i, *block) * jacobian.transpose();
-            }
-        }
+        let cross_covariance = self.covariance.seen_by(observation.jacobians());
         let mut innovation_covariance = observation.noise;
         for (block, jacobian) in observation.jacobians() {
-            innovation_covariance += jacobian * cross_covariance[*block];
+            innovation_covariance += jacobian * cross_covariance.block(*block).transpose();
         }
         let Some(information) = inverse_of_symmetric(&innovation_covariance) else {
             return Update { nis: f64::INFINITY, correction: None };
@@ -108,12 +103,8 @@ impl<const B: usize> Eskf<B> {
         if (0..M).any(|k| innovation_covariance[(k, k)] > SHARPEST * observation.noise[(k, k)]) {
             return Update { nis, correction: self.update_in_two_steps(observation) };
         }
-        let mut gain = cross_covariance;
-        let mut correction = [Vector3::zeros(); B];
-        for i in 0..B {
-            gain[i] = cross_covariance[i] * information;
-            correction[i] = cross_covariance[i] * weighted;
-        }
+        let gain = cross_covariance.times(&information);
+        let correction = cross_covariance.transposed_times(&weighted);
         self.covariance.subtract_product(&gain, &cross_covariance);
         self.tape.update(observation, &gain, &information, &weighted);
         Update { nis, correction: Some(correction) }
@@ -196,7 +187,7 @@ mod tests {
         let mut filter = Eskf::new();
         for i in 0..10 {
             for j in i..10 {
-                *filter.covariance.upper_mut(i, j) = Matrix3::from_fn(|r, c| p[(3 * i + r, 3 * j + c)]);
+                filter.covariance.set(i, j, &Matrix3::from_fn(|r, c| p[(3 * i + r, 3 * j + c)]));
             }
         }
         filter
@@ -251,7 +242,8 @@ mod tests {
         let scale = 1e9;
         for i in 0..10 {
             for j in i..10 {
-                *filter.covariance.upper_mut(i, j) *= scale;
+                let block = filter.covariance.block(i, j) * scale;
+                filter.covariance.set(i, j, &block);
             }
         }
         let noise = 1e-3;

@@ -10,5 +10,6 @@ pub mod layout;
 pub mod mechanization;
 pub mod nav_state;
 pub mod observation;
-pub mod operations;
+mod operations;
+pub mod rows;
 pub(crate) mod tape;

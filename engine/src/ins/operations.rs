@@ -1,103 +1,145 @@
 //! What may happen to errors from one moment to the next, as a few linear operations.
 //!
-//! A filter applies them to its covariance; a smoother goes back over them, one by one ([`super::adjoint`]).
+//! A filter applies them to its covariance; a smoother goes back over them, transposed and from the last
+//! to the first ([`super::adjoint`]).
 
 use nalgebra::{Matrix3, Vector3};
 
+use super::rows::add_multiples;
+
 /// What the error of one vector is multiplied by before it is added to that of another.
-pub trait Factor {
-    /// The factor times a block.
-    fn times(&self, block: &Matrix3<f64>) -> Matrix3<f64>;
-
-    /// The factor as a value that can be kept.
-    fn kept(&self) -> KeptFactor;
-}
-
-impl Factor for Matrix3<f64> {
-    #[inline(always)]
-    fn times(&self, block: &Matrix3<f64>) -> Matrix3<f64> {
-        self * block
-    }
-
-    fn kept(&self) -> KeptFactor {
-        KeptFactor::Matrix(*self)
-    }
-}
-
-impl Factor for f64 {
-    #[inline(always)]
-    fn times(&self, block: &Matrix3<f64>) -> Matrix3<f64> {
-        block * *self
-    }
-
-    fn kept(&self) -> KeptFactor {
-        KeptFactor::Scalar(*self)
-    }
-}
-
-/// The factor `[v×]`: a cross product costs two thirds of a matrix product.
 #[derive(Clone, Copy, Debug)]
-pub struct Cross(pub Vector3<f64>);
-
-impl Factor for Cross {
-    #[inline(always)]
-    fn times(&self, block: &Matrix3<f64>) -> Matrix3<f64> {
-        let v = &self.0;
-        let mut product = Matrix3::zeros();
-        for c in 0..3 {
-            product[(0, c)] = v.y * block[(2, c)] - v.z * block[(1, c)];
-            product[(1, c)] = v.z * block[(0, c)] - v.x * block[(2, c)];
-            product[(2, c)] = v.x * block[(1, c)] - v.y * block[(0, c)];
-        }
-        product
-    }
-
-    fn kept(&self) -> KeptFactor {
-        KeptFactor::Cross(self.0)
-    }
-}
-
-/// A factor that was taken down.
-#[derive(Clone, Copy, Debug)]
-pub enum KeptFactor {
+pub(super) enum Factor {
     /// A number.
     Scalar(f64),
-    /// `[v×]`.
+    /// `[v×]`: a cross product costs two thirds of a matrix product.
     Cross(Vector3<f64>),
     /// A matrix.
     Matrix(Matrix3<f64>),
 }
 
-/// The operations that a transition is made of.
-pub trait ErrorOperations {
-    /// Adds `factor` times the error of vector `b` to that of vector `a`.
-    fn add_multiple(&mut self, a: usize, b: usize, factor: &impl Factor);
+impl Factor {
+    #[inline]
+    pub(super) fn transposed(&self) -> Factor {
+        match self {
+            Factor::Scalar(by) => Factor::Scalar(*by),
+            Factor::Cross(v) => Factor::Cross(-v),
+            Factor::Matrix(by) => Factor::Matrix(by.transpose()),
+        }
+    }
 
-    /// Scales the error of vector `i`, axis by axis.
-    fn scale(&mut self, i: usize, by: &Vector3<f64>);
+    #[inline]
+    pub(super) fn times(&self, v: &Vector3<f64>) -> Vector3<f64> {
+        match self {
+            Factor::Scalar(by) => v * *by,
+            Factor::Cross(by) => by.cross(v),
+            Factor::Matrix(by) => by * v,
+        }
+    }
 
-    /// Adds noise of this variance, by axis, to the error of vector `i`.
-    fn add_noise(&mut self, i: usize, variance: &Vector3<f64>);
+    /// Adds the factor times the three rows `from` to the three rows `to`.
+    #[inline]
+    pub(super) fn add_to<const W: usize>(&self, to: &mut [[[f64; 3]; W]; 3], from: &[[[f64; 3]; W]; 3]) {
+        let [x, y, z] = from.each_ref().map(|row| row.as_flattened());
+        let [to_x, to_y, to_z] = to.each_mut().map(|row| row.as_flattened_mut());
+        match self {
+            Factor::Scalar(by) => {
+                add_multiples(to_x, &[*by], &[x]);
+                add_multiples(to_y, &[*by], &[y]);
+                add_multiples(to_z, &[*by], &[z]);
+            }
+            Factor::Cross(v) => {
+                add_multiples(to_x, &[-v.z, v.y], &[y, z]);
+                add_multiples(to_y, &[v.z, -v.x], &[x, z]);
+                add_multiples(to_z, &[-v.y, v.x], &[x, y]);
+            }
+            Factor::Matrix(by) => {
+                add_multiples(to_x, &[by[(0, 0)], by[(0, 1)], by[(0, 2)]], &[x, y, z]);
+                add_multiples(to_y, &[by[(1, 0)], by[(1, 1)], by[(1, 2)]], &[x, y, z]);
+                add_multiples(to_z, &[by[(2, 0)], by[(2, 1)], by[(2, 2)]], &[x, y, z]);
+            }
+        }
+    }
 }
 
-/// One operation that was taken down.
+/// One operation.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Operation {
-    AddMultiple { a: usize, b: usize, factor: KeptFactor },
+    /// Adds `factor` times the error of vector `b` to that of vector `a`.
+    AddMultiple { a: usize, b: usize, factor: Factor },
+    /// Scales the error of vector `i`, axis by axis.
     Scale { i: usize, by: Vector3<f64> },
-    AddNoise { i: usize, variance: Vector3<f64> },
 }
 
-impl ErrorOperations for Vec<Operation> {
-    fn add_multiple(&mut self, a: usize, b: usize, factor: &impl Factor) {
-        self.push(Operation::AddMultiple { a, b, factor: factor.kept() });
+impl Operation {
+    #[inline]
+    pub(super) fn transposed(&self) -> Operation {
+        match self {
+            Operation::AddMultiple { a, b, factor } => {
+                Operation::AddMultiple { a: *b, b: *a, factor: factor.transposed() }
+            }
+            Operation::Scale { .. } => *self,
+        }
     }
 
-    fn scale(&mut self, i: usize, by: &Vector3<f64>) {
-        self.push(Operation::Scale { i, by: *by });
+    /// Applies it from the left to a matrix that has three rows for each of the vectors from number
+    /// `first` on; it touches no others.
+    #[inline]
+    pub(super) fn apply<const W: usize, const G: usize>(
+        &self,
+        first: usize,
+        rows: &mut [[[[f64; 3]; W]; 3]; G],
+    ) {
+        match self {
+            Operation::AddMultiple { a, b, factor } => {
+                if let Ok([to, from]) = rows.get_disjoint_mut([a - first, b - first]) {
+                    factor.add_to(to, from);
+                }
+            }
+            Operation::Scale { i, by } => {
+                for (row, by) in rows[i - first].iter_mut().zip(by) {
+                    row.as_flattened_mut().iter_mut().for_each(|cell| *cell *= by);
+                }
+            }
+        }
     }
 
-    fn add_noise(&mut self, i: usize, variance: &Vector3<f64>) {
-        self.push(Operation::AddNoise { i, variance: *variance });
+    /// Applies its transpose from the right to rows of a matrix that has three columns for each vector.
+    #[inline]
+    pub(super) fn apply_right<const W: usize>(&self, rows: &mut [[[f64; 3]; W]]) {
+        match *self {
+            Operation::AddMultiple { a, b, factor } => match factor {
+                Factor::Scalar(by) => add_to_columns(rows, a, b, |from| from.map(|x| x * by)),
+                Factor::Cross(v) => add_to_columns(rows, a, b, |[x, y, z]| {
+                    [v.y * z - v.z * y, v.z * x - v.x * z, v.x * y - v.y * x]
+                }),
+                Factor::Matrix(by) => add_to_columns(rows, a, b, |[x, y, z]| {
+                    [0, 1, 2].map(|r| by[(r, 0)] * x + by[(r, 1)] * y + by[(r, 2)] * z)
+                }),
+            },
+            Operation::Scale { i, by } => {
+                for row in rows {
+                    for (cell, by) in row[i].iter_mut().zip(&by) {
+                        *cell *= by;
+                    }
+                }
+            }
+        }
+    }
+}
+
+/// Adds the product with the columns of vector b to those of vector a.
+#[inline(always)]
+fn add_to_columns<const W: usize>(
+    rows: &mut [[[f64; 3]; W]],
+    a: usize,
+    b: usize,
+    product: impl Fn([f64; 3]) -> [f64; 3],
+) {
+    for row in rows {
+        let from = product(row[b]);
+        for (cell, x) in row[a].iter_mut().zip(from) {
+            *cell += x;
+        }
     }
 }

@@ -7,6 +7,7 @@ use nalgebra::{Matrix3, SMatrix, SVector, Vector3};
 use super::block_covariance::BlockCovariance;
 use super::error_model::Transition;
 use super::observation::{MOST_BLOCKS, Observation};
+use super::rows::Rows;
 
 /// Updates of at most this many numbers can be taken down.
 pub(super) const MOST_ROWS: usize = 3;
@@ -112,7 +113,7 @@ impl Tape {
     pub(super) fn update<const B: usize, const M: usize>(
         &mut self,
         observation: &Observation<M>,
-        gain: &[SMatrix<f64, 3, M>; B],
+        gain: &Rows<M, B>,
         information: &SMatrix<f64, M, M>,
         weighted: &SVector<f64, M>,
     ) {
@@ -125,9 +126,7 @@ impl Tape {
             *place = *block as u8;
             self.numbers.extend_from_slice(jacobian.as_slice());
         }
-        for block in gain {
-            self.numbers.extend_from_slice(block.as_slice());
-        }
+        self.numbers.extend_from_slice(gain.0.as_flattened().as_flattened());
         self.numbers.extend_from_slice(information.as_slice());
         self.numbers.extend_from_slice(weighted.as_slice());
         self.numbers.extend_from_slice(observation.innovation.as_slice());

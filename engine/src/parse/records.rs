@@ -17,6 +17,8 @@ pub(super) struct Record<'a> {
     pub(super) line: u64,
     bytes: &'a [u8],
     ends: &'a [usize],
+    /// Bytes between the end of a field and the next field.
+    gap: usize,
 }
 
 impl<'a> Record<'a> {
@@ -26,7 +28,7 @@ impl<'a> Record<'a> {
 
     /// The field at an index that is below [`Record::len`].
     pub(super) fn field(&self, index: usize) -> &'a [u8] {
-        let start = if index == 0 { 0 } else { self.ends[index - 1] };
+        let start = if index == 0 { 0 } else { self.ends[index - 1] + self.gap };
         &self.bytes[start..self.ends[index]]
     }
 
@@ -47,6 +49,8 @@ pub(super) struct Records {
     ends: Vec<usize>,
     byte_count: usize,
     end_count: usize,
+    /// The reader may be in the middle of a record.
+    mid_record: bool,
     head: Vec<u8>,
 }
 
@@ -58,6 +62,7 @@ impl Records {
             ends: vec![0; MOST_FIELDS],
             byte_count: 0,
             end_count: 0,
+            mid_record: false,
             head: Vec::with_capacity(HEAD_BYTES),
         }
     }
@@ -71,9 +76,51 @@ impl Records {
         let missing = HEAD_BYTES - self.head.len();
         self.head.extend_from_slice(&input[..input.len().min(missing)]);
         while !input.is_empty() {
-            input = &input[self.step(input, &mut each)?..];
+            let read = match self.plain_line(input, &mut each)? {
+                0 => self.step(input, &mut each)?,
+                read => read,
+            };
+            input = &input[read..];
         }
         Ok(())
+    }
+
+    /// Takes a line that is all there and holds nothing but fields and commas, as nearly all do: that
+    /// needs no copy and a third of the time. The number of bytes read, or 0 where the reader has to look.
+    fn plain_line(
+        &mut self,
+        input: &[u8],
+        each: &mut impl FnMut(&Record<'_>) -> Result<(), ParseError>,
+    ) -> Result<usize, ParseError> {
+        // The first line may begin with a byte order mark.
+        if self.mid_record || self.reader.line() == 1 {
+            return Ok(0);
+        }
+        let mut fields = 0;
+        for (k, byte) in input.iter().enumerate().take(MOST_RECORD_BYTES) {
+            match byte {
+                b',' | b'\n' if fields < MOST_FIELDS => {
+                    self.ends[fields] = k;
+                    fields += 1;
+                    if *byte == b'\n' {
+                        break;
+                    }
+                }
+                b',' | b'\n' | b'"' | b'\r' => return Ok(0),
+                _ => {}
+            }
+        }
+        let end = if fields > 0 { self.ends[fields - 1] } else { input.len() };
+        if input.get(end) != Some(&b'\n') {
+            return Ok(0);
+        }
+        let line = self.reader.line();
+        self.reader.set_line(line + 1);
+        let record = Record { line, bytes: &input[..end], ends: &self.ends[..fields], gap: 1 };
+        if end > 0 && !record.is_blank() {
+            each(&record)?;
+        }
+        Ok(end + 1)
     }
 
     /// Hands on the last record, when no line feed ends it.
@@ -102,6 +149,7 @@ impl Records {
         );
         self.byte_count += written;
         self.end_count += ended;
+        self.mid_record = !matches!(result, ReadRecordResult::Record);
         match result {
             ReadRecordResult::InputEmpty | ReadRecordResult::End => {}
             ReadRecordResult::OutputFull => {
@@ -117,6 +165,7 @@ impl Records {
                     line: self.reader.line() - u64::from(after_line_feed),
                     bytes: &self.bytes[..self.byte_count],
                     ends: &self.ends[..self.end_count],
+                    gap: 0,
                 };
                 self.byte_count = 0;
                 self.end_count = 0;
@@ -198,6 +247,17 @@ mod tests {
             }
         }
         assert_eq!(all("a\n1", 1)[1], (2, vec!["1".to_owned()]));
+    }
+
+    #[test]
+    fn plain_lines_and_others_give_the_same_fields_wherever_they_are_cut() {
+        let text = "a,b\n1,2\n,\n\"3\n,3\",4\n\n5,\"\"\r\n6,7\r\n8,9\n \n10,11\n12,13";
+        let byte_by_byte = all(text, 1);
+        assert_eq!(byte_by_byte[3], (5, vec!["3\n,3".to_owned(), "4".to_owned()]));
+        assert_eq!(byte_by_byte.last(), Some(&(12, vec!["12".to_owned(), "13".to_owned()])));
+        for chunk in 2..=text.len() {
+            assert_eq!(all(text, chunk), byte_by_byte, "chunk {chunk}");
+        }
     }
 
     #[test]

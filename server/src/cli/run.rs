@@ -2,13 +2,13 @@
 
 use std::time::Instant;
 
-use anyhow::{Context, Result};
+use anyhow::Result;
 use lodestep_engine::sample::Foot;
 use lodestep_engine::session::{SessionConfig, Summary, Visit};
 use lodestep_engine::track::Track;
 
 use crate::sessions::in_time_order::{FootSamples, InTimeOrder};
-use crate::sessions::run;
+use crate::sessions::run::{Run, feed};
 
 /// What a walk came to.
 pub(super) struct Walked {
@@ -25,7 +25,9 @@ pub(super) fn run<S: FootSamples>(
     feet: impl IntoIterator<Item = (Foot, S)>,
 ) -> Result<Walked> {
     let begin = Instant::now();
-    let run = run::run(config, visits, InTimeOrder::new(feet), |_| true, |_| {})?
-        .context("the run stopped although nobody had asked it to")?;
-    Ok(Walked { track: run.track, summary: run.summary, process_seconds: begin.elapsed().as_secs_f64() })
+    let mut run = Run::new(config, visits);
+    feed(&mut run, InTimeOrder::new(feet), |_| true)?;
+    run.smooth(|_| true);
+    let (summary, process_seconds) = (run.summary(), begin.elapsed().as_secs_f64());
+    Ok(Walked { track: run.track, summary, process_seconds })
 }

@@ -12,7 +12,6 @@ use flate2::write::GzEncoder;
 use lodestep_engine::geo::{Site, terrain};
 use lodestep_engine::parse::visits_csv::VisitRow;
 use lodestep_engine::parse::{imu_csv, markers_csv, visits_csv};
-use lodestep_engine::sample::ImuSample;
 use lodestep_engine::sim::{Epoch, SensorModel, Simulator, WalkKind};
 use lodestep_engine::track::csv::push_seconds;
 
@@ -104,7 +103,11 @@ pub(super) fn simulate(args: &SimulateArgs) -> Result<()> {
     while let Some(epoch) = simulator.next_epoch() {
         for (log, sample) in [(&mut left, &epoch.samples[0]), (&mut right, &epoch.samples[1])] {
             text.clear();
-            imu_csv::write(&[as_logged(sample, args.sensors)], first, &mut text);
+            let logged = match args.sensors {
+                Sensors::Cmp10a => sample.as_logged(),
+                Sensors::Perfect => *sample,
+            };
+            imu_csv::write(&[logged], first, &mut text);
             log.push(&text)?;
         }
         text.clear();
@@ -157,21 +160,6 @@ fn push_truth(epoch: &Epoch, text: &mut String) {
         text.push_str(if foot.stance { ",1" } else { ",0" });
     }
     text.push('\n');
-}
-
-/// A reading with the decimals that a logger writes: far finer than the sensor's own steps, and a
-/// third of the bytes. A perfect sensor keeps all of them.
-fn as_logged(sample: &ImuSample, sensors: Sensors) -> ImuSample {
-    if sensors == Sensors::Perfect {
-        return *sample;
-    }
-    ImuSample {
-        t_ns: sample.t_ns,
-        w_ib_b_rad_s: sample.w_ib_b_rad_s.map(|value| rounded(value, 1e6)),
-        f_b_m_s2: sample.f_b_m_s2.map(|value| rounded(value, 1e5)),
-        mag_b_ut: sample.mag_b_ut.map(|mag| mag.map(|value| rounded(value, 1e3))),
-        pressure_hpa: sample.pressure_hpa.map(|value| rounded(value, 1e4)),
-    }
 }
 
 fn rounded(value: f64, steps_per_unit: f64) -> f64 {

@@ -1,20 +1,20 @@
-//! From raw samples to a stored track: with every aid, smoothed and as the filter told it, and again as
-//! if no marker had been visited.
+//! From raw samples to a stored track, with every aid and smoothed; then, to compare it with, as the filter
+//! told it and as if no marker had been visited.
 
 use std::collections::HashMap;
+use std::sync::Arc;
 
 use futures_util::FutureExt;
 use lodestep_engine::event::{Anomaly, AnomalyKind, TrackPoint, VisitOutcome};
 use lodestep_engine::sample::Foot;
 use lodestep_engine::session::{SessionConfig, Solution, Visit};
-use lodestep_engine::track::Track;
 use tokio::runtime::Handle;
 use uuid::Uuid;
 
 use super::engine_config::engine_config;
 use super::in_time_order::InTimeOrder;
-use super::run::{self, Computed, FullRun};
-use super::stored_grid::{self, Grid};
+use super::run::{self, Computed};
+use super::stored_grid;
 use super::stored_samples::{self, Recording, StoredSamples};
 use crate::error::{Error, Result};
 use crate::jobs::progress::Progress;
@@ -60,25 +60,46 @@ struct Walk {
     anomalies: Vec<Anomaly>,
 }
 
-/// Both runs.
-struct Runs {
-    main: Computed,
-    /// The main run's points at the stored rate, as they were before smoothing.
-    filtered: Vec<TrackPoint>,
-    without_markers: Option<Computed>,
+/// Computes a session's track and stores it in place of the former one; then what it is compared with,
+/// which nobody needs to wait for.
+pub(crate) async fn process(app: &App, session_id: Uuid, progress: Progress) -> Result<(), ProcessError> {
+    let walk = Arc::new(Walk::read(app, session_id).await?);
+    let cell_ns = stored_grid::cell_ns(app.config.track_rate_hz);
+    let (main, filtered, mut progress) =
+        blocking(app, &walk, progress, move |store, runtime, walk, progress| {
+            compute(store, runtime, walk, cell_ns, progress)
+        })
+        .await
+        .map(|((main, filtered), progress)| (main, filtered, progress))?;
+    put_in_place(app, &walk, main).await?;
+    progress.tell("comparing", STORED_AT);
+    let without_markers = if walk.visits.is_empty() {
+        None
+    } else {
+        let (points, kept) = blocking(app, &walk, progress, move |store, runtime, walk, progress| {
+            without_markers(store, runtime, walk, cell_ns, progress)
+        })
+        .await?;
+        progress = kept;
+        Some(points)
+    };
+    progress.tell("storing", COMPARED_AT);
+    put_beside(app, session_id, filtered, without_markers).await
 }
 
-/// Computes a session's track and stores it in place of the former one.
-pub(crate) async fn process(app: &App, session_id: Uuid, progress: Progress) -> Result<(), ProcessError> {
-    let walk = Walk::read(app, session_id).await?;
-    let cell_ns = stored_grid::cell_ns(app.config.track_rate_hz);
-    let (store, runtime) = (app.store.clone(), Handle::current());
-    let computing = tokio::task::spawn_blocking(move || {
-        let mut progress = progress;
-        compute(&store, &runtime, &walk, cell_ns, &mut progress).map(|runs| (walk, runs))
+/// Does a piece of the work on a thread that may block.
+async fn blocking<T: Send + 'static>(
+    app: &App,
+    walk: &Arc<Walk>,
+    mut progress: Progress,
+    work: impl FnOnce(&Store, &Handle, &Walk, &mut Progress) -> Result<T, ProcessError> + Send + 'static,
+) -> Result<(T, Progress), ProcessError> {
+    let (store, runtime, walk) = (app.store.clone(), Handle::current(), Arc::clone(walk));
+    let working = tokio::task::spawn_blocking(move || {
+        let done = work(&store, &runtime, &walk, &mut progress)?;
+        Ok((done, progress))
     });
-    let (walk, runs) = computing.await.map_err(|error| ProcessError::Panicked(error.to_string()))??;
-    put_in_place(app, walk, runs).await
+    working.await.map_err(|error| ProcessError::Panicked(error.to_string()))?
 }
 
 impl Walk {
@@ -120,18 +141,15 @@ impl Walk {
         self.recordings.iter().map(|recording| recording.samples).sum()
     }
 
-    /// Computes one run, on a thread that may block.
-    fn run(
-        &self,
-        store: &Store,
-        runtime: &Handle,
-        run: Run,
-        go_on: impl FnMut(u64) -> bool,
-        on_filtered: impl FnOnce(&Track),
-    ) -> anyhow::Result<Option<FullRun>> {
-        let feet = self.recordings.iter().map(|recording| {
+    /// The samples, to be read on a thread that may block.
+    fn samples_in_order(&self, store: &Store, runtime: &Handle) -> InTimeOrder<StoredSamples> {
+        InTimeOrder::new(self.recordings.iter().map(|recording| {
             (recording.foot, StoredSamples::new(store.clone(), runtime.clone(), recording.origin))
-        });
+        }))
+    }
+
+    /// One run, before its first sample.
+    fn begin(&self, run: Run) -> run::Run {
         let mut config = self.config.clone();
         let visits = match run {
             Run::Main => {
@@ -144,7 +162,7 @@ impl Walk {
                 &[]
             }
         };
-        run::run(config, visits, InTimeOrder::new(feet), go_on, on_filtered)
+        run::Run::new(config, visits)
     }
 }
 
@@ -177,43 +195,63 @@ fn unknown_marker(visit: store::visits::Visit) -> VisitOutcome {
     }
 }
 
-/// The runs, one after the other.
+/// What share of the job each stage is; the last percents are storing.
+const FILTERED_AT: f64 = 0.45;
+const SMOOTHED_AT: f64 = 0.7;
+const STORED_AT: f64 = 0.75;
+const COMPARED_AT: f64 = 0.98;
+
+/// The main run, and its points at the stored rate as they were before smoothing.
 fn compute(
     store: &Store,
     runtime: &Handle,
     walk: &Walk,
     cell_ns: i64,
     progress: &mut Progress,
-) -> Result<Runs, ProcessError> {
-    let runs = if walk.visits.is_empty() { 1 } else { 2 };
-    let total = (runs * walk.samples()).max(1) as f64;
-    let mut filtered = Vec::new();
-    let mut one = |run, stage, before: u64| {
-        let go_on = |done| {
-            // The last percent is for storing.
-            progress.tell(stage, 0.99 * (before + done) as f64 / total);
-            !progress.is_stopping()
-        };
-        let on_filtered = |track: &Track| {
-            if run == Run::Main {
-                filtered = run::thinned(&track.points, &mut Grid::new(cell_ns));
-            }
-        };
-        let full = walk.run(store, runtime, run, go_on, on_filtered);
-        full.map_err(ProcessError::Read)?
-            .ok_or(ProcessError::Stopping)
-            .map(|full| full.into_computed(cell_ns))
-    };
-    let main = one(Run::Main, "filtering", 0)?;
-    if main.stored.is_empty() {
+) -> Result<(Computed, Vec<TrackPoint>), ProcessError> {
+    let mut main = walk.begin(Run::Main);
+    let total = walk.samples().max(1) as f64;
+    let fed = run::feed(&mut main, walk.samples_in_order(store, runtime), |done| {
+        progress.tell("filtering", FILTERED_AT * done as f64 / total);
+        !progress.is_stopping()
+    });
+    if !fed.map_err(ProcessError::Read)? {
+        return Err(ProcessError::Stopping);
+    }
+    let filtered = run::thinned(&main.track.points, cell_ns);
+    if filtered.is_empty() {
         return Err(ProcessError::NoTrack { samples: walk.samples() });
     }
-    let without_markers = match runs {
-        1 => None,
-        _ => Some(one(Run::WithoutMarkers, "filtering_without_markers", walk.samples())?),
-    };
-    progress.tell("storing", 0.99);
-    Ok(Runs { main, filtered, without_markers })
+    let finished = main.smooth(|share| {
+        progress.tell("smoothing", FILTERED_AT + (SMOOTHED_AT - FILTERED_AT) * share);
+        !progress.is_stopping()
+    });
+    if !finished {
+        return Err(ProcessError::Stopping);
+    }
+    progress.tell("storing", SMOOTHED_AT);
+    Ok((main.into_computed(cell_ns), filtered))
+}
+
+/// The same walk as if no marker had been visited: its points at the stored rate.
+fn without_markers(
+    store: &Store,
+    runtime: &Handle,
+    walk: &Walk,
+    cell_ns: i64,
+    progress: &mut Progress,
+) -> Result<Vec<TrackPoint>, ProcessError> {
+    let mut run = walk.begin(Run::WithoutMarkers);
+    let total = walk.samples().max(1) as f64;
+    let fed = run::feed(&mut run, walk.samples_in_order(store, runtime), |done| {
+        progress.tell("comparing", STORED_AT + (COMPARED_AT - STORED_AT) * done as f64 / total);
+        !progress.is_stopping()
+    });
+    if fed.map_err(ProcessError::Read)? {
+        Ok(run::thinned(&run.track.points, cell_ns))
+    } else {
+        Err(ProcessError::Stopping)
+    }
 }
 
 /// Every epoch of a run, computed from the raw samples for this one answer, with its visits.
@@ -230,53 +268,78 @@ pub(crate) async fn full_track(
     };
     let (store, runtime) = (app.store.clone(), Handle::current());
     let _permit = app.log_readers.acquire().await;
-    let computing = tokio::task::spawn_blocking(move || walk.run(&store, &runtime, run, |_| true, |_| {}));
-    let full = computing.await.map_err(anyhow::Error::new)??;
-    Ok(full.map(|full| (full.track.points, full.track.visits)).unwrap_or_default())
+    let computing = tokio::task::spawn_blocking(move || {
+        let mut run = walk.begin(run);
+        run::feed(&mut run, walk.samples_in_order(&store, &runtime), |_| true)?;
+        run.smooth(|_| true);
+        Ok::<_, anyhow::Error>(run.track)
+    });
+    let track = computing.await.map_err(anyhow::Error::new)??;
+    Ok((track.points, track.visits))
 }
 
-/// Puts the new result in the place of the former one: all of it or nothing.
-async fn put_in_place(app: &App, walk: Walk, runs: Runs) -> Result<(), ProcessError> {
+/// Puts the new result in the place of the former one: all of it or nothing. What the former was compared
+/// with goes, too.
+async fn put_in_place(app: &App, walk: &Arc<Walk>, main: Computed) -> Result<(), ProcessError> {
     let session_id = walk.session.id;
-    let last_ns = runs.main.stored.last().map_or(0, |point| point.t_ns);
+    let last_ns = main.stored.last().map_or(0, |point| point.t_ns);
     let ended_at = utc::at(walk.session.started_at, last_ns);
+    let walk = Arc::clone(walk);
     let stored = app
         .store
         .writer()
         .run(move |db| {
             async move {
-                let without_markers = runs.without_markers.as_ref().map(|computed| &computed.stored);
-                for (run, points) in [
-                    (Run::Main, Some(&runs.main.stored)),
-                    (Run::Filtered, Some(&runs.filtered)),
-                    (Run::WithoutMarkers, without_markers),
-                ] {
+                for run in [Run::Main, Run::Filtered, Run::WithoutMarkers] {
                     store::track::clear(&mut *db, session_id, run).await?;
-                    if let Some(points) = points {
-                        store::track::upsert(&mut *db, session_id, run, points).await?;
-                    }
                 }
+                store::track::upsert(&mut *db, session_id, Run::Main, &main.stored).await?;
                 store::visits::clear_outcomes(&mut *db, session_id).await?;
-                for outcome in runs.main.visits.iter().chain(&walk.outcomes) {
+                for outcome in main.visits.iter().chain(&walk.outcomes) {
                     store::visits::set_outcome(&mut *db, session_id, outcome).await?;
                 }
                 store::anomalies::clear(&mut *db, session_id).await?;
-                for anomaly in runs.main.anomalies.iter().chain(&walk.anomalies) {
+                for anomaly in main.anomalies.iter().chain(&walk.anomalies) {
                     store::anomalies::insert(&mut *db, session_id, anomaly).await?;
                 }
-                store::sessions::set_summary(&mut *db, session_id, &runs.main.summary).await?;
-                store::sessions::finish(&mut *db, session_id, ended_at, &runs.main.sha256).await?;
+                store::sessions::set_summary(&mut *db, session_id, &main.summary).await?;
+                store::sessions::finish(&mut *db, session_id, ended_at, &main.sha256).await?;
                 Ok::<_, StoreError>(())
             }
             .boxed()
         })
         .await;
-    match stored {
-        Err(error) if error.is_dangling() => return Err(ProcessError::SessionGone),
-        other => other?,
-    }
+    stored.map_err(gone_when_dangling)?;
     if let Some(session) = store::sessions::get(app.store.read(), session_id).await? {
         app.hub.publish_all(session_changes(&app.store, session).await?);
     }
     Ok(())
+}
+
+/// Stores the runs that the main one is compared with.
+async fn put_beside(
+    app: &App,
+    session_id: Uuid,
+    filtered: Vec<TrackPoint>,
+    without_markers: Option<Vec<TrackPoint>>,
+) -> Result<(), ProcessError> {
+    let stored = app
+        .store
+        .writer()
+        .run(move |db| {
+            async move {
+                store::track::upsert(&mut *db, session_id, Run::Filtered, &filtered).await?;
+                if let Some(points) = without_markers {
+                    store::track::upsert(&mut *db, session_id, Run::WithoutMarkers, &points).await?;
+                }
+                Ok::<_, StoreError>(())
+            }
+            .boxed()
+        })
+        .await;
+    stored.map_err(gone_when_dangling)
+}
+
+fn gone_when_dangling(error: StoreError) -> ProcessError {
+    if error.is_dangling() { ProcessError::SessionGone } else { error.into() }
 }

@@ -1,6 +1,6 @@
-//! One run of the engine over a stored session: samples in, a track and what was found out.
+//! Runs of the engine over a stored session: samples in, tracks and what was found out.
 
-use lodestep_engine::event::{Anomaly, TrackPoint, VisitOutcome};
+use lodestep_engine::event::{Anomaly, Event, TrackPoint, VisitOutcome};
 use lodestep_engine::session::{Session, SessionConfig, Summary, Visit};
 use lodestep_engine::track::Track;
 
@@ -22,69 +22,98 @@ pub(crate) struct Computed {
     pub(crate) sha256: String,
 }
 
-/// Every epoch of a run, with what was found out.
-pub(crate) struct FullRun {
+/// A run under way: a session of the engine and the track that it has told so far.
+pub(crate) struct Run {
+    session: Session,
+    events: Vec<Event>,
     pub(crate) track: Track,
-    pub(crate) summary: Summary,
 }
 
-/// Runs the engine. `go_on` hears how many samples are done and says whether to continue; `None` when
-/// it said no. `on_filtered` sees the track as the filter left it, before any smoothing.
-pub(crate) fn run<S: FootSamples>(
-    config: SessionConfig,
-    visits: &[Visit],
-    mut samples: InTimeOrder<S>,
-    mut go_on: impl FnMut(u64) -> bool,
-    on_filtered: impl FnOnce(&Track),
-) -> anyhow::Result<Option<FullRun>> {
-    let mut session = Session::new(config);
-    let mut track = Track::default();
-    let mut events = Vec::new();
-    for visit in visits {
-        session.visit(visit.clone(), &mut events);
+impl Run {
+    pub(crate) fn new(config: SessionConfig, visits: &[Visit]) -> Run {
+        let mut run = Run { session: Session::new(config), events: Vec::new(), track: Track::default() };
+        for visit in visits {
+            run.session.visit(visit.clone(), &mut run.events);
+        }
+        run
     }
-    let mut done = 0;
-    while let Some(step) = samples.next()? {
+
+    fn take(&mut self, step: &Step) {
         match step {
-            Step::Sample(foot, sample) => {
-                session.push(foot, &sample, &mut events);
-                done += 1;
-                if done % SAMPLES_A_STRIDE == 0 && !go_on(done) {
-                    return Ok(None);
-                }
-            }
-            Step::End(foot) => session.end_foot(foot, &mut events),
+            Step::Sample(foot, sample) => self.session.push(*foot, sample, &mut self.events),
+            Step::End(foot) => self.session.end_foot(*foot, &mut self.events),
         }
-        events.drain(..).for_each(|event| track.take(event));
+        self.take_events();
     }
-    session.finish_filter(&mut events);
-    events.drain(..).for_each(|event| track.take(event));
-    on_filtered(&track);
-    // Piece by piece, so that the walk is never held twice.
-    while session.smooth_next(&mut events) {
-        events.drain(..).for_each(|event| track.take(event));
-        if !go_on(done) {
-            return Ok(None);
-        }
-    }
-    Ok(Some(FullRun { track, summary: session.summary() }))
-}
 
-impl FullRun {
+    fn take_events(&mut self) {
+        let Run { events, track, .. } = self;
+        events.drain(..).for_each(|event| track.take(event));
+    }
+
+    /// There are no more samples. The track is what the filter told; [`Self::smooth`] makes it better.
+    fn finish_filter(&mut self) {
+        self.session.finish_filter(&mut self.events);
+        self.take_events();
+    }
+
+    /// Smooths the walk, if that was asked for, piece by piece from its end, so that it is never held
+    /// twice. `go_on` hears what share is done and says whether to continue; the answer is no when it
+    /// said so.
+    pub(crate) fn smooth(&mut self, mut go_on: impl FnMut(f64) -> bool) -> bool {
+        let end = |point: Option<&TrackPoint>| point.map_or(0, |point| point.t_ns);
+        let (first_ns, last_ns) = (end(self.track.points.first()), end(self.track.points.last()));
+        while self.session.smooth_next(&mut self.events) {
+            let reached_ns = self.events.iter().find_map(|event| match event {
+                Event::Revision { points } => points.first().map(|point| point.t_ns),
+                _ => None,
+            });
+            self.take_events();
+            let left = reached_ns.unwrap_or(last_ns).saturating_sub(first_ns) as f64;
+            if !go_on(1.0 - left / (last_ns - first_ns).max(1) as f64) {
+                return false;
+            }
+        }
+        true
+    }
+
+    pub(crate) fn summary(&self) -> Summary {
+        self.session.summary()
+    }
+
     /// What is stored of it: of the points the first in each cell of the grid.
     pub(crate) fn into_computed(self, cell_ns: i64) -> Computed {
-        let mut grid = Grid::new(cell_ns);
         Computed {
             sha256: self.track.sha256(),
-            stored: thinned(&self.track.points, &mut grid),
+            stored: thinned(&self.track.points, cell_ns),
+            summary: self.summary(),
             visits: self.track.visits,
             anomalies: self.track.anomalies,
-            summary: self.summary,
         }
     }
+}
+
+/// Feeds all samples to a run. `go_on` hears how many are done and says whether to continue; the answer
+/// is no when it said so.
+pub(crate) fn feed<S: FootSamples>(
+    run: &mut Run,
+    mut samples: InTimeOrder<S>,
+    mut go_on: impl FnMut(u64) -> bool,
+) -> anyhow::Result<bool> {
+    let mut done = 0;
+    while let Some(step) = samples.next()? {
+        run.take(&step);
+        done += 1;
+        if done % SAMPLES_A_STRIDE == 0 && !go_on(done) {
+            return Ok(false);
+        }
+    }
+    run.finish_filter();
+    Ok(true)
 }
 
 /// The first point in each cell of the grid.
-pub(crate) fn thinned(points: &[TrackPoint], grid: &mut Grid) -> Vec<TrackPoint> {
+pub(crate) fn thinned(points: &[TrackPoint], cell_ns: i64) -> Vec<TrackPoint> {
+    let mut grid = Grid::new(cell_ns);
     points.iter().filter(|point| grid.takes(point.t_ns)).copied().collect()
 }

@@ -220,22 +220,23 @@ pub async fn next(
     from_sequence: u64,
     samples: u64,
 ) -> Result<Vec<Samples>, StoreError> {
+    // The driver reads ahead of what it is asked for, so the limit is the statement's.
     let query = match origin {
         Origin::Log(log_id) => sqlx::query(
-            "select * from raw_chunks where log_id = ?2 and first_sequence >= ?1 order by first_sequence",
+            "select * from raw_chunks where log_id = ?2 and first_sequence >= ?1
+             order by first_sequence limit 1",
         )
         .bind(columns::to_column(from_sequence))
         .bind(log_id.to_string()),
         Origin::Stream { session_id, foot } => sqlx::query(
             "select * from raw_chunks
              where session_id = ?2 and foot = ?3 and log_id is null and first_sequence >= ?1
-             order by first_sequence",
+             order by first_sequence limit 500",
         )
         .bind(columns::to_column(from_sequence))
         .bind(session_id.to_string())
         .bind(foot.name()),
     };
-    // Rows come as they are asked for; the rest of them is never read.
     let mut rows = query.fetch(db);
     let (mut chunks, mut held) = (Vec::new(), 0);
     while held < samples

@@ -45,6 +45,8 @@ export function sessionView(app, side, id) {
   let without = null;
   /** @type {import("./track.js").Track | null} */
   let filtered = null;
+  /** @type {string | null} The last job whose end was noticed. */
+  let endedJob = null;
   /** @type {import("../state/live.js").Visit[]} */
   let visits = [];
   /** @type {any} */
@@ -236,9 +238,12 @@ export function sessionView(app, side, id) {
 
   return {
     update(changed) {
-      // The session is still being worked on: its end is worth a new look.
-      const ended = [...app.live.jobs.values()].some((j) => j.session_id === id && (j.state === "finished" || j.state === "failed"));
-      if (changed.has("job") && ended && !main) load();
+      // The session was still being worked on, or what it is compared with was: the end is worth a new look.
+      const ended = [...app.live.jobs.values()].find((j) => j.session_id === id && (j.state === "finished" || j.state === "failed"));
+      if (ended && ended.id !== endedJob) {
+        endedJob = ended.id;
+        if (!main || !filtered) load();
+      }
       if (changed.has("all")) {
         // The inspectors' names come with the feed.
         if (known) showHead(known);

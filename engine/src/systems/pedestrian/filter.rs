@@ -115,7 +115,9 @@ impl<const B: usize, const F: usize> Filter<B, F> {
         let foot = &mut self.feet[sensor];
         foot.t_ns = step.t_ns;
         foot.last_w_ib_b = step.w_ib_b;
-        if foot.transition.dt_s() >= setting.tuning.covariance_interval_s * 0.99 {
+        // A foot that is held is propagated when that happens.
+        let held = step.stance && foot.stance.stands && setting.aids.zupt;
+        if !held && foot.transition.dt_s() >= setting.tuning.covariance_interval_s * 0.99 {
             self.propagate(setting, sensor);
         }
         match (self.feet[sensor].stance.stands, step.stance) {

@@ -2,10 +2,16 @@
 
 use nalgebra::{Matrix3, Vector3};
 
+use super::filter::seconds;
 use crate::detect::stance_magnetics::StanceMagnetics;
 use crate::detect::swing::Swing;
 use crate::ins::error_model::Transition;
 use crate::ins::nav_state::NavState;
+
+/// A foot that has stood for some time is held again after this share of it.
+const HOLD_SHARE: f64 = 0.33;
+/// But after this at the latest: until then the covariance is propagated in one step, s.
+const LONGEST_HOLD_S: f64 = 0.16;
 
 /// A sample with the decision about its stance, ready for the filter.
 #[derive(Clone, Copy, Debug)]
@@ -67,6 +73,8 @@ pub(crate) struct Stance {
     pub(crate) since_ns: i64,
     /// When the velocity was last held at zero, ns.
     pub(crate) held_ns: i64,
+    /// What the samples since then say of it, s²/m².
+    pub(crate) hold_information: f64,
     /// When the heading was last taken in this stance, ns.
     pub(crate) heading_ns: i64,
     pub(crate) nis_sum: f64,
@@ -112,6 +120,7 @@ impl Stance {
         self.stands = true;
         self.since_ns = t_ns;
         self.held_ns = i64::MIN;
+        self.hold_information = 0.0;
         self.heading_ns = t_ns;
         self.nis_sum = 0.0;
         self.updates = 0;
@@ -120,5 +129,17 @@ impl Stance {
         self.samples = 0;
         self.pressure = (0.0, 0);
         self.magnetics.begin();
+    }
+
+    /// Whether the velocity is to be held at zero: at touch-down, then once in `interval_s`, and the
+    /// longer the foot has stood, the longer not again.
+    #[inline]
+    pub(crate) fn is_hold_due(&self, t_ns: i64, interval_s: f64) -> bool {
+        if self.held_ns == i64::MIN {
+            return true;
+        }
+        let stood_s = seconds(t_ns - self.since_ns);
+        let least_s = (HOLD_SHARE * stood_s).clamp(interval_s, LONGEST_HOLD_S.max(interval_s));
+        seconds(t_ns - self.held_ns) >= least_s * 0.99
     }
 }

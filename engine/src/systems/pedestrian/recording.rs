@@ -1,12 +1,13 @@
 //! What a smoother needs of a stretch of the walk: the tape of its errors, and what the filter told.
 
-use nalgebra::{Matrix3, SMatrix, Vector3};
+use nalgebra::{SMatrix, Vector3};
 
 use super::filter::{Filter, Setting, seconds};
 use super::slow_errors::{stride, stride_matrix};
 use crate::event::TrackPoint;
 use crate::ins::adjoint::Adjoint;
 use crate::ins::layout::ErrorState;
+use crate::ins::rows::Rows;
 use crate::ins::tape::{Tape, TapeLength};
 use crate::rotation::{azimuth, cayley, wrap};
 use crate::sample::Foot;
@@ -22,7 +23,7 @@ pub(super) struct Recording<const B: usize> {
     points: Vec<Recorded>,
     /// For each point that has it, the covariance of what is told (east, north and up of the middle of
     /// the feet, attitude about the vertical of the first sensor) with all errors.
-    with_errors: Vec<[SMatrix<f64, 4, 3>; B]>,
+    with_errors: Vec<Rows<4, B>>,
 }
 
 /// How long a recording is; it can be cut back to it.
@@ -95,7 +96,7 @@ impl<const B: usize> Recording<B> {
     pub(super) fn bytes(&self) -> usize {
         self.tape.bytes()
             + self.points.capacity() * size_of::<Recorded>()
-            + self.with_errors.capacity() * size_of::<[SMatrix<f64, 4, 3>; B]>()
+            + self.with_errors.capacity() * size_of::<Rows<4, B>>()
     }
 
     /// Takes what the filter has taken down since it was last asked.
@@ -233,20 +234,21 @@ fn set_told(point: &mut TrackPoint, told: &Told) {
 }
 
 impl<const B: usize, const F: usize> Filter<B, F> {
-    /// The covariance of what is told with all errors, block by block.
-    fn told_with_errors(&self) -> [SMatrix<f64, 4, 3>; B] {
-        let feet = self.present().count() as f64;
-        std::array::from_fn(|block| {
-            let mut middle = Matrix3::zeros();
-            for sensor in self.present() {
-                middle += self.eskf.covariance.block(ErrorState::Position.of(sensor), block);
-            }
-            let attitude = self.eskf.covariance.block(ErrorState::Attitude.of(0), block);
-            let mut rows = SMatrix::<f64, 4, 3>::zeros();
-            rows.fixed_view_mut::<3, 3>(0, 0).copy_from(&(middle / feet));
-            rows.fixed_view_mut::<1, 3>(3, 0).copy_from(&attitude.row(2));
-            rows
-        })
+    /// The covariance of what is told with all errors.
+    fn told_with_errors(&self) -> Rows<4, B> {
+        let mut jacobians = [(0, SMatrix::zeros()); 3];
+        let share = 1.0 / self.present().count() as f64;
+        let mut used = 0;
+        for sensor in self.present() {
+            let mut middle = SMatrix::<f64, 4, 3>::zeros();
+            middle.fixed_view_mut::<3, 3>(0, 0).fill_diagonal(share);
+            jacobians[used] = (ErrorState::Position.of(sensor), middle);
+            used += 1;
+        }
+        let mut heading = SMatrix::zeros();
+        heading[(3, 2)] = 1.0;
+        jacobians[used] = (ErrorState::Attitude.of(0), heading);
+        self.eskf.covariance.seen_by(&jacobians[..=used])
     }
 
     /// How much later than its covariance each sensor's place is told at `t_ns`, s.

@@ -37,7 +37,6 @@ const PIECE_OF_A_STAND_S: f64 = 5.0;
 impl<const B: usize, const F: usize> Filter<B, F> {
     pub(super) fn stand(&mut self, setting: &Setting, step: &Step, dt_s: f64, told: &mut Vec<Event>) {
         let sensor = step.sensor;
-        let tuning = &setting.tuning;
         let foot = &mut self.feet[sensor];
         if foot.lost {
             self.find_level(step);
@@ -57,19 +56,8 @@ impl<const B: usize, const F: usize> Filter<B, F> {
             stance.pressure.1 += 1;
         }
         stance.magnetics.extend(&w_nb_b, dt_s, step.mag_b_ut.as_ref());
-        let held_s =
-            if stance.held_ns == i64::MIN { f64::INFINITY } else { seconds(step.t_ns - stance.held_ns) };
-        if setting.aids.zupt && held_s >= tuning.covariance_interval_s * 0.99 {
-            stance.held_ns = step.t_ns;
-            if foot.transition.dt_s() > 0.0 {
-                self.propagate(setting, sensor);
-            }
-            let v_n = self.feet[sensor].nav.v_n;
-            let observation = zero_velocity(sensor, &v_n, step.zupt_sigma_m_s);
-            let (nis, _) = self.update(&observation, f64::INFINITY);
-            let stance = &mut self.feet[sensor].stance;
-            stance.nis_sum += nis;
-            stance.updates += 1;
+        if setting.aids.zupt {
+            self.hold(setting, step, dt_s);
         }
         let stood_s = seconds(step.t_ns - self.feet[sensor].stance.heading_ns);
         if stood_s >= PIECE_OF_A_STAND_S {
@@ -78,6 +66,30 @@ impl<const B: usize, const F: usize> Filter<B, F> {
             self.feet[sensor].stance.begin(step.t_ns);
             self.feet[sensor].stance.since_ns = since_ns;
         }
+    }
+
+    /// Holds the velocity at zero, often when the foot has just come down and then ever less so: what all
+    /// samples say is gathered until the next time.
+    fn hold(&mut self, setting: &Setting, step: &Step, dt_s: f64) {
+        let sensor = step.sensor;
+        let interval_s = setting.tuning.covariance_interval_s;
+        let stance = &mut self.feet[sensor].stance;
+        let share = if stance.held_ns == i64::MIN { 1.0 } else { dt_s / interval_s };
+        stance.hold_information += share / (step.zupt_sigma_m_s * step.zupt_sigma_m_s);
+        if !stance.is_hold_due(step.t_ns, interval_s) {
+            return;
+        }
+        let sigma_m_s = 1.0 / stance.hold_information.sqrt();
+        stance.held_ns = step.t_ns;
+        stance.hold_information = 0.0;
+        if self.feet[sensor].transition.dt_s() > 0.0 {
+            self.propagate(setting, sensor);
+        }
+        let observation = zero_velocity(sensor, &self.feet[sensor].nav.v_n, sigma_m_s);
+        let (nis, _) = self.update(&observation, f64::INFINITY);
+        let stance = &mut self.feet[sensor].stance;
+        stance.nis_sum += nis;
+        stance.updates += 1;
     }
 
     /// What a whole stance has shown: heading, rates, and whether the sensor hangs right.
