@@ -10,10 +10,10 @@
 use nalgebra::{Matrix3, SMatrix, Vector3};
 
 use super::operations::{Factor, Operation};
-use super::rows::{Rows, add_multiples, dot};
+use super::rows::{Rows, add_multiples, dots};
 
 /// The covariance of `B` three-vectors: a symmetric 3B × 3B matrix.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub struct BlockCovariance<const B: usize> {
     /// `upper[i][r]` is row r of the blocks (i, j) for all j. What lies below the diagonal, j < i, is
     /// room to work in: nobody counts on what is there.
@@ -169,15 +169,15 @@ impl<const B: usize> BlockCovariance<B> {
     pub(super) fn times_rows<const M: usize>(&self, a: &Rows<M, B>) -> Rows<M, B> {
         let mut product = Rows::zeros();
         for i in 0..B {
-            for r in 0..3 {
-                let from_i = self.upper[i][r][i..].as_flattened();
-                let (_, beyond) = from_i.split_at(3);
-                for m in 0..M {
-                    // The row itself, and what it is below the diagonal.
-                    let to = product.0[m][i..].as_flattened_mut();
-                    add_multiples(to, &[a.0[m][i][r]], &[from_i]);
-                    product.0[m][i][r] += dot(beyond, a.0[m][i + 1..].as_flattened());
-                }
+            // The rows of a vector from the diagonal on, and what they are below it.
+            let rows = self.upper[i].each_ref().map(|row| row[i..].as_flattened());
+            for m in 0..M {
+                add_multiples(product.0[m][i..].as_flattened_mut(), &a.0[m][i], &rows);
+            }
+            let beyond = rows.map(|row| &row[3..]);
+            let sums = dots(&beyond, &a.0.each_ref().map(|row| row[i + 1..].as_flattened()));
+            for (row, sums) in product.0.iter_mut().zip(&sums) {
+                row[i].iter_mut().zip(sums).for_each(|(cell, sum)| *cell += sum);
             }
         }
         product

@@ -47,7 +47,8 @@ impl<const M: usize, const B: usize> Rows<M, B> {
         for (flat, error) in flat.iter_mut().zip(errors) {
             *flat = (*error).into();
         }
-        SVector::from_fn(|m, _| dot(self.row(m), flat.as_flattened()))
+        let rows = std::array::from_fn::<_, M, _>(|m| self.row(m));
+        SVector::from(dots(&rows, &[flat.as_flattened()])[0])
     }
 
     /// A' v: for each vector, how much the rows weighted by `v` see of it.
@@ -62,7 +63,11 @@ impl<const M: usize, const B: usize> Rows<M, B> {
     /// A · other', from row to row.
     #[inline]
     pub(super) fn times_transposed<const N: usize>(&self, other: &Rows<N, B>) -> SMatrix<f64, M, N> {
-        SMatrix::from_fn(|m, n| dot(self.row(m), other.row(n)))
+        let (rows, others) = (
+            std::array::from_fn::<_, M, _>(|m| self.row(m)),
+            std::array::from_fn::<_, N, _>(|n| other.row(n)),
+        );
+        SMatrix::from(dots(&rows, &others))
     }
 }
 
@@ -80,16 +85,26 @@ pub(super) fn add_multiples<const K: usize>(to: &mut [f64], factors: &[f64; K], 
     }
 }
 
-/// The sum of products, in four partial sums: the same order on every processor.
+/// The sums of products of each of `N` rows with each of `M`, m first. Even and odd places are summed apart:
+/// the same order on every processor.
 #[inline(always)]
-pub(super) fn dot(a: &[f64], b: &[f64]) -> f64 {
-    let mut sums = [0.0; 4];
-    let (a, b) = (a.chunks_exact(4), b.chunks_exact(4));
-    let rest: f64 = a.remainder().iter().zip(b.remainder()).map(|(a, b)| a * b).sum();
-    for (a, b) in a.zip(b) {
-        for (sum, (a, b)) in sums.iter_mut().zip(a.iter().zip(b)) {
-            *sum += a * b;
+pub(super) fn dots<const N: usize, const M: usize>(of: &[&[f64]; N], with: &[&[f64]; M]) -> [[f64; N]; M] {
+    let length = of[0].len();
+    let (of, with) = (of.map(|row| &row[..length]), with.map(|row| &row[..length]));
+    let mut sums = [[[0.0; 2]; N]; M];
+    for k in (0..length / 2).map(|half| 2 * half) {
+        for (sums, with) in sums.iter_mut().zip(&with) {
+            for (sum, of) in sums.iter_mut().zip(&of) {
+                sum[0] += with[k] * of[k];
+                sum[1] += with[k + 1] * of[k + 1];
+            }
         }
     }
-    ((sums[0] + sums[2]) + (sums[1] + sums[3])) + rest
+    let last = length - length % 2;
+    std::array::from_fn(|m| {
+        std::array::from_fn(|n| {
+            let odd = if last < length { with[m][last] * of[n][last] } else { 0.0 };
+            sums[m][n][0] + sums[m][n][1] + odd
+        })
+    })
 }

@@ -73,8 +73,6 @@ pub(crate) struct Stance {
     pub(crate) since_ns: i64,
     /// When the velocity was last held at zero, ns.
     pub(crate) held_ns: i64,
-    /// What the samples since then say of it, s²/m².
-    pub(crate) hold_information: f64,
     /// When the heading was last taken in this stance, ns.
     pub(crate) heading_ns: i64,
     pub(crate) nis_sum: f64,
@@ -120,7 +118,6 @@ impl Stance {
         self.stands = true;
         self.since_ns = t_ns;
         self.held_ns = i64::MIN;
-        self.hold_information = 0.0;
         self.heading_ns = t_ns;
         self.nis_sum = 0.0;
         self.updates = 0;

@@ -14,7 +14,7 @@ use crate::sample::Foot;
 
 /// Smoothed covariances are worked out this often, and lie on a line in between: they change slowly,
 /// and are the same on both sides of a correction, ns.
-const SIGMAS_NS: i64 = 200_000_000;
+const SIGMAS_NS: i64 = 400_000_000;
 
 /// Tape and points, in the order in which they came.
 #[derive(Clone, Debug)]
@@ -163,7 +163,8 @@ impl<const B: usize> Recording<B> {
             let here = less(&filtered, &way.adjoint.taken_off(&with_errors));
             for point in &mut smoothed[without_sigmas..] {
                 let share = (point.t_ns - t_ns) as f64 / (later_ns - t_ns) as f64;
-                set_told(point, &std::array::from_fn(|k| here[k] + (later[k] - here[k]) * share));
+                let between = std::array::from_fn(|k| here[k] + (later[k] - here[k]) * share);
+                set_told(point, &no_less_sure(&between, &told(point)));
             }
             without_sigmas = smoothed.len();
             way.later = Some((t_ns, here));
@@ -224,6 +225,12 @@ fn less(filtered: &Told, off: &SMatrix<f64, 4, 4>) -> Told {
     let most = (e * n).sqrt();
     let rest = filtered[3] - off[(0, 1)];
     [e, n, u, if rest.is_finite() { rest.clamp(-most, most) } else { filtered[3] }, heading]
+}
+
+/// What lies on a line between two moments is never less sure than the filter was.
+fn no_less_sure(between: &Told, filtered: &Told) -> Told {
+    const COVARIANCE: usize = 3;
+    std::array::from_fn(|k| if k == COVARIANCE { between[k] } else { between[k].min(filtered[k]) })
 }
 
 fn set_told(point: &mut TrackPoint, told: &Told) {

@@ -57,7 +57,7 @@ impl<const B: usize, const F: usize> Filter<B, F> {
         }
         stance.magnetics.extend(&w_nb_b, dt_s, step.mag_b_ut.as_ref());
         if setting.aids.zupt {
-            self.hold(setting, step, dt_s);
+            self.hold(setting, step);
         }
         let stood_s = seconds(step.t_ns - self.feet[sensor].stance.heading_ns);
         if stood_s >= PIECE_OF_A_STAND_S {
@@ -68,20 +68,19 @@ impl<const B: usize, const F: usize> Filter<B, F> {
         }
     }
 
-    /// Holds the velocity at zero, often when the foot has just come down and then ever less so: what all
-    /// samples say is gathered until the next time.
-    fn hold(&mut self, setting: &Setting, step: &Step, dt_s: f64) {
+    /// Holds the velocity at zero, often when the foot has just come down and then ever less so, but as much
+    /// the firmer: in all, a stance says as much as if it were held once in every interval.
+    fn hold(&mut self, setting: &Setting, step: &Step) {
         let sensor = step.sensor;
         let interval_s = setting.tuning.covariance_interval_s;
         let stance = &mut self.feet[sensor].stance;
-        let share = if stance.held_ns == i64::MIN { 1.0 } else { dt_s / interval_s };
-        stance.hold_information += share / (step.zupt_sigma_m_s * step.zupt_sigma_m_s);
         if !stance.is_hold_due(step.t_ns, interval_s) {
             return;
         }
-        let sigma_m_s = 1.0 / stance.hold_information.sqrt();
+        let since_s =
+            if stance.held_ns == i64::MIN { interval_s } else { seconds(step.t_ns - stance.held_ns) };
+        let sigma_m_s = step.zupt_sigma_m_s * (interval_s / since_s).min(1.0).sqrt();
         stance.held_ns = step.t_ns;
-        stance.hold_information = 0.0;
         if self.feet[sensor].transition.dt_s() > 0.0 {
             self.propagate(setting, sensor);
         }
