@@ -123,7 +123,7 @@ impl Walk {
                 Event::Visit(outcome) => findings.visits.push(outcome),
                 Event::Anomaly(anomaly) => findings.anomalies.push(anomaly),
                 // Of interest to a navigation engineer, who has the report of the final run.
-                Event::Aligned(_) | Event::Aid(_) => {}
+                Event::Aligned(_) | Event::Aid(_) | Event::Stand(_) => {}
             }
         }
         self.events = events;
