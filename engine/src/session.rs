@@ -189,10 +189,14 @@ impl Session {
             config.feet.iter().map(|foot| FootLine::new(*foot, config.tuning.longest_alignment_s)).collect();
         Session {
             stands: config.identification.as_ref().map(|told| Box::new(Stands::new(told))),
+            early_visits: config
+                .identification
+                .iter()
+                .flat_map(|told| told.automatic_visits.clone())
+                .collect(),
             config,
             lines,
             walk: Walk::Waiting,
-            early_visits: Vec::new(),
             summary: Summary::default(),
             merged_ns: i64::MIN,
             epoch: EpochGrouping::default(),
@@ -225,19 +229,9 @@ impl Session {
     /// Tells of a visit, before or after its time; one that is older than the history is turned
     /// down with a reason, and a run over the stored log will use it.
     pub fn visit(&mut self, visit: Visit, events: &mut Vec<Event>) {
-        self.take_visit(visit, false, events);
-    }
-
-    /// Tells of a visit that automatic mode has made of a stand (in an earlier run): the track is
-    /// corrected by it, but it is no evidence of which marker it was.
-    pub fn automatic_visit(&mut self, visit: Visit, events: &mut Vec<Event>) {
-        self.take_visit(visit, true, events);
-    }
-
-    fn take_visit(&mut self, visit: Visit, automatic: bool, events: &mut Vec<Event>) {
         let known = events.len();
         if let Some(stands) = &mut self.stands {
-            stands.note_visit(&visit, automatic);
+            stands.note_visit(&visit);
         }
         self.apply_visit(visit, events);
         self.identify(known, events);
@@ -313,6 +307,9 @@ impl Session {
             Walk::TwoFeet(history) => history.finish(events),
         }
         self.identify(known, events);
+        if let Some(stands) = &mut self.stands {
+            stands.finish(events);
+        }
         self.sum_up(&events[known..]);
     }
 

@@ -52,7 +52,7 @@ impl Stands {
             detector: StandingDetector::default(),
             hypotheses: Hypotheses::new(identification.tuning.clone()),
             told: Vec::new(),
-            visits: Vec::new(),
+            visits: identification.automatic_visits.iter().map(|visit| (visit.clone(), true)).collect(),
             used: Vec::new(),
             stretches: Vec::new(),
             from_n_m: None,
@@ -63,9 +63,18 @@ impl Stands {
         }
     }
 
-    /// The session was told of a visit, by somebody or automatically.
-    pub(crate) fn note_visit(&mut self, visit: &Visit, automatic: bool) {
-        self.visits.push((visit.clone(), automatic));
+    /// Somebody told the session of a visit.
+    pub(crate) fn note_visit(&mut self, visit: &Visit) {
+        self.visits.push((visit.clone(), false));
+    }
+
+    /// The walk is over, and with it a stand that lasted.
+    pub(crate) fn finish(&mut self, events: &mut Vec<Event>) {
+        if let Some(stand) = self.told.last_mut().filter(|stand| stand.lasts) {
+            stand.lasts = false;
+            stand.t_end_ns = self.last.map_or(stand.t_end_ns, |point| point.t_ns);
+            events.push(Event::Stand(stand.clone()));
+        }
     }
 
     /// Takes what a session has told. Appends stands to `events`, and visits that are to be made to

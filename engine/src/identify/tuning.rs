@@ -3,6 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::markers::Marker;
+use crate::session::Visit;
 
 /// What a session needs to name the markers at which its inspector stands.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -14,6 +15,9 @@ pub struct Identification {
     pub automatic: bool,
     /// Stands whose automatic visit was undone, by their `t_start_ns`: they are left to people.
     pub undone_ns: Vec<i64>,
+    /// Visits that automatic mode made of this walk's stands in an earlier run: they correct the track,
+    /// but are no evidence of which marker it was.
+    pub automatic_visits: Vec<Visit>,
     /// The parameters.
     pub tuning: IdentificationTuning,
 }

@@ -5,6 +5,7 @@ use std::collections::HashMap;
 
 use futures_util::FutureExt;
 use lodestep_engine::event::{Anomaly, AnomalyKind, TrackPoint, VisitOutcome};
+use lodestep_engine::identify::automatic_visits;
 use lodestep_engine::sample::Foot;
 use lodestep_engine::session::{SessionConfig, Solution, Visit};
 use lodestep_engine::track::Track;
@@ -12,6 +13,7 @@ use tokio::runtime::Handle;
 use uuid::Uuid;
 
 use super::engine_config::engine_config;
+use super::identification::identification;
 use super::in_time_order::InTimeOrder;
 use super::run::{self, Computed, FullRun};
 use super::stored_grid::{self, Grid};
@@ -22,8 +24,10 @@ use crate::live::session_changes;
 use crate::state::App;
 use crate::store::sessions::Session;
 use crate::store::track::Run;
+use crate::store::visits::Origin;
 use crate::store::{self, Store, StoreError};
 use crate::utc;
+use crate::wire::Change;
 
 /// Why a session's track could not be computed. The former track stays.
 #[derive(Debug, thiserror::Error)]
@@ -54,6 +58,8 @@ struct Walk {
     config: SessionConfig,
     recordings: Vec<Recording>,
     visits: Vec<Visit>,
+    /// Visits that automatic mode had made of the walk.
+    automatic: Vec<store::visits::Visit>,
     /// Told about visits that cannot be used.
     outcomes: Vec<VisitOutcome>,
     /// Told about feet that have no samples.
@@ -74,8 +80,8 @@ pub(crate) async fn process(app: &App, session_id: Uuid, progress: Progress) -> 
     let cell_ns = stored_grid::cell_ns(app.config.track_rate_hz);
     let (store, runtime) = (app.store.clone(), Handle::current());
     let computing = tokio::task::spawn_blocking(move || {
-        let mut progress = progress;
-        compute(&store, &runtime, &walk, cell_ns, &mut progress).map(|runs| (walk, runs))
+        let (mut walk, mut progress) = (walk, progress);
+        compute(&store, &runtime, &mut walk, cell_ns, &mut progress).map(|runs| (walk, runs))
     });
     let (walk, runs) = computing.await.map_err(|error| ProcessError::Panicked(error.to_string()))??;
     put_in_place(app, walk, runs).await
@@ -98,22 +104,39 @@ impl Walk {
         }
         let markers: HashMap<_, _> =
             store::markers::list(db).await?.into_iter().map(|marker| (marker.name.clone(), marker)).collect();
-        let mut visits = Vec::new();
+        let (mut visits, mut automatic) = (Vec::new(), Vec::new());
         let mut outcomes = Vec::new();
+        let mut identification = identification(&app.store, &session).await?.unwrap_or_default();
+        // What is nearly certain is decided when the whole walk is known, by `make_automatically`.
+        identification.automatic = false;
         for visit in store::visits::of_session(db, session_id).await? {
+            let made = visit.origin == Origin::Automatic;
+            if made {
+                automatic.push(visit.clone());
+            }
             match markers.get(&visit.marker) {
-                Some(marker) => visits.push(Visit {
-                    marker: visit.marker,
-                    t_start_ns: visit.t_start_ns,
-                    t_end_ns: visit.t_end_ns,
-                    position_n_m: (marker.e_m, marker.n_m, marker.u_m),
-                }),
+                Some(marker) => {
+                    let list = if made { &mut identification.automatic_visits } else { &mut visits };
+                    list.push(Visit {
+                        marker: visit.marker,
+                        t_start_ns: visit.t_start_ns,
+                        t_end_ns: visit.t_end_ns,
+                        position_n_m: (marker.e_m, marker.n_m, marker.u_m),
+                    });
+                }
+                None if made => {}
                 None => outcomes.push(unknown_marker(visit)),
             }
         }
         let feet = recordings.iter().map(|recording| recording.foot).collect();
-        let config = engine_config(&app.site, &session, feet);
-        Ok(Walk { session, config, recordings, visits, outcomes, anomalies })
+        let mut config = engine_config(&app.site, &session, feet);
+        config.identification = (!identification.markers.is_empty()).then_some(identification);
+        Ok(Walk { session, config, recordings, visits, automatic, outcomes, anomalies })
+    }
+
+    /// The visits that automatic mode has made.
+    fn made(&self) -> &[Visit] {
+        self.config.identification.as_ref().map_or(&[], |identification| &identification.automatic_visits)
     }
 
     fn samples(&self) -> u64 {
@@ -141,6 +164,7 @@ impl Walk {
             Run::Filtered => &self.visits[..],
             Run::WithoutMarkers => {
                 config.aids.markers = false;
+                config.identification = None;
                 &[]
             }
         };
@@ -177,15 +201,31 @@ fn unknown_marker(visit: store::visits::Visit) -> VisitOutcome {
     }
 }
 
+/// A visit that automatic mode has made, as it is stored.
+fn automatic_row(session_id: Uuid, visit: &Visit) -> store::visits::Visit {
+    store::visits::Visit {
+        id: Uuid::now_v7(),
+        session_id,
+        marker: visit.marker.clone(),
+        t_start_ns: visit.t_start_ns,
+        t_end_ns: visit.t_end_ns,
+        origin: Origin::Automatic,
+        created_at: utc::now(),
+        outcome: None,
+    }
+}
+
 /// The runs, one after the other.
 fn compute(
     store: &Store,
     runtime: &Handle,
-    walk: &Walk,
+    walk: &mut Walk,
     cell_ns: i64,
     progress: &mut Progress,
 ) -> Result<Runs, ProcessError> {
-    let runs = if walk.visits.is_empty() { 1 } else { 2 };
+    make_automatically(store, runtime, walk, progress)?;
+    let walk = &*walk;
+    let runs = if walk.visits.is_empty() && walk.made().is_empty() { 1 } else { 2 };
     let total = (runs * walk.samples()).max(1) as f64;
     let mut filtered = Vec::new();
     let mut one = |run, stage, before: u64| {
@@ -216,6 +256,31 @@ fn compute(
     Ok(Runs { main, filtered, without_markers })
 }
 
+/// In automatic mode, finds in a run of its own which stands are nearly certain by all of the walk.
+fn make_automatically(
+    store: &Store,
+    runtime: &Handle,
+    walk: &mut Walk,
+    progress: &mut Progress,
+) -> Result<(), ProcessError> {
+    let Some(identification) = &mut walk.config.identification else { return Ok(()) };
+    identification.automatic_visits.clear();
+    if !walk.session.automatic_visits {
+        return Ok(());
+    }
+    let total = walk.samples().max(1) as f64;
+    let go_on = |done| {
+        progress.tell("identifying", 0.99 * done as f64 / total);
+        !progress.is_stopping()
+    };
+    let full = walk.run(store, runtime, Run::Filtered, go_on, |_| {}).map_err(ProcessError::Read)?;
+    let stands = full.ok_or(ProcessError::Stopping)?.track.stands;
+    if let Some(identification) = &mut walk.config.identification {
+        identification.automatic_visits = automatic_visits(&stands, identification);
+    }
+    Ok(())
+}
+
 /// Every epoch of a run, computed from the raw samples for this one answer, with its visits.
 pub(crate) async fn full_track(
     app: &App,
@@ -240,6 +305,13 @@ async fn put_in_place(app: &App, walk: Walk, runs: Runs) -> Result<(), ProcessEr
     let session_id = walk.session.id;
     let last_ns = runs.main.stored.last().map_or(0, |point| point.t_ns);
     let ended_at = utc::at(walk.session.started_at, last_ns);
+    let made: Vec<_> = walk.made().iter().map(|visit| automatic_row(session_id, visit)).collect();
+    let is_made = |known: &store::visits::Visit| {
+        made.iter().any(|made| made.marker == known.marker && made.t_start_ns == known.t_start_ns)
+    };
+    let removed: Vec<Uuid> =
+        walk.automatic.iter().filter(|known| !is_made(known)).map(|known| known.id).collect();
+    let gone = removed.clone();
     let stored = app
         .store
         .writer()
@@ -256,6 +328,15 @@ async fn put_in_place(app: &App, walk: Walk, runs: Runs) -> Result<(), ProcessEr
                         store::track::upsert(&mut *db, session_id, run, points).await?;
                     }
                 }
+                for visit in gone {
+                    store::visits::delete(&mut *db, visit).await?;
+                }
+                for visit in &made {
+                    store::visits::insert(&mut *db, visit).await?;
+                }
+                store::stands::clear(&mut *db, session_id).await?;
+                let stands: Vec<_> = runs.main.stands.iter().map(store::stands::Stand::from).collect();
+                store::stands::upsert(&mut *db, session_id, &stands).await?;
                 store::visits::clear_outcomes(&mut *db, session_id).await?;
                 for outcome in runs.main.visits.iter().chain(&walk.outcomes) {
                     store::visits::set_outcome(&mut *db, session_id, outcome).await?;
@@ -275,6 +356,7 @@ async fn put_in_place(app: &App, walk: Walk, runs: Runs) -> Result<(), ProcessEr
         Err(error) if error.is_dangling() => return Err(ProcessError::SessionGone),
         other => other?,
     }
+    app.hub.publish_all(removed.into_iter().map(|id| Change::VisitRemoved { session_id, id }));
     if let Some(session) = store::sessions::get(app.store.read(), session_id).await? {
         app.hub.publish_all(session_changes(&app.store, session).await?);
     }

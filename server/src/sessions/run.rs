@@ -1,6 +1,6 @@
 //! One run of the engine over a stored session: samples in, a track and what was found out.
 
-use lodestep_engine::event::{Anomaly, TrackPoint, VisitOutcome};
+use lodestep_engine::event::{Anomaly, Stand, TrackPoint, VisitOutcome};
 use lodestep_engine::session::{Session, SessionConfig, Summary, Visit};
 use lodestep_engine::track::Track;
 
@@ -16,6 +16,7 @@ pub(crate) struct Computed {
     /// The track at the stored rate.
     pub(crate) stored: Vec<TrackPoint>,
     pub(crate) visits: Vec<VisitOutcome>,
+    pub(crate) stands: Vec<Stand>,
     pub(crate) anomalies: Vec<Anomaly>,
     pub(crate) summary: Summary,
     /// Over every epoch, lower-case hex.
@@ -78,6 +79,7 @@ impl FullRun {
             sha256: self.track.sha256(),
             stored: thinned(&self.track.points, &mut grid),
             visits: self.track.visits,
+            stands: self.track.stands,
             anomalies: self.track.anomalies,
             summary: self.summary,
         }
