@@ -145,7 +145,15 @@ export class MockSite {
         if (k !== 1250) drift = off;
       }
     }
-    return { main: { run: "main", columns, rows: main }, without_markers: { run: "without_markers", columns, rows: without }, visits };
+    const stands = visits.slice(0, 2).map((visit, i) => ({
+      number: i + 1, t_start_ns: visit.t_start_ns - 1e9, t_end_ns: visit.t_end_ns + 1e9, lasts: false, position_m: [0, 0, 0],
+      candidates: [{ marker: visit.marker, probability: 0.97, distance_m: 1.1 }, { marker: null, probability: 0.03, distance_m: null }],
+    }));
+    stands.push({
+      number: 3, t_start_ns: 40e9, t_end_ns: 52e9, lasts: false, position_m: [0, 0, 0],
+      candidates: [{ marker: "A17", probability: 0.62, distance_m: 2.4 }, { marker: "A18", probability: 0.3, distance_m: 7.9 }, { marker: null, probability: 0.08, distance_m: null }],
+    });
+    return { stands, main: { run: "main", columns, rows: main }, without_markers: { run: "without_markers", columns, rows: without }, visits };
   }
 }
 
