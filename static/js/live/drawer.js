@@ -67,7 +67,7 @@ export function makeDrawer(app, el) {
       <header data-id="${person.inspector.id}"><span class="state"></span><h2></h2><button type="button" class="quiet icon" data-close-drawer data-t-label="close">✕</button></header>
       <section class="actions"><button type="button" data-follow data-t="map.follow"></button><button type="button" data-report data-testid="report-fault" data-t="fault.report"></button></section>
       <section><h3 data-t="drawer.position"></h3><div class="enu"></div><dl class="facts"></dl></section>
-      <section><h3 data-t="drawer.near"></h3>${Array.from({ length: CANDIDATES }, () => html`<div class="candidate"><button type="button" data-place=""></button><progress max="1" value="0" aria-hidden="true"></progress><span class="num p"></span><span class="num d"></span></div>`)}<p class="muted near-rest"></p></section>
+      <section class="near"><h3 data-t="drawer.near"></h3>${Array.from({ length: CANDIDATES }, () => html`<div class="candidate"><button type="button" data-place=""></button><progress max="1" value="0" aria-hidden="true"></progress><span class="num p"></span><span class="num d"></span></div>`)}<p class="muted near-rest"></p></section>
       <section><h3 data-t="stand.title"></h3><div class="stands"></div><div class="stand-problem"></div></section>
       <section><h3 data-t="drawer.visits"></h3><div class="visits"></div></section>
       <section><h3 data-t="drawer.anomalies"></h3><div class="anomalies"></div></section>`);
@@ -93,7 +93,7 @@ export function makeDrawer(app, el) {
       <dt>${t("drawer.started")}</dt><dd>${session?.started_at ? dateTime(session.started_at) : "–"}</dd>`);
 
     const near = candidates(person);
-    [...el.querySelectorAll(".candidate")].forEach((line, i) => {
+    [...el.querySelectorAll(".near .candidate")].forEach((line, i) => {
       const candidate = near[i];
       /** @type {HTMLElement} */ (line).hidden = !candidate;
       if (!candidate) return;

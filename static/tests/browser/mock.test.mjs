@@ -106,6 +106,13 @@ describe("the page", { skip }, () => {
     await tab.page.getByTestId("figures").filter({ hasText: /1440 m.*8 \/ 9/s }).waitFor();
   });
 
+  test("the details say where somebody stood last", async () => {
+    await row("i3").click();
+    const stand = tab.page.getByTestId("drawer").getByTestId("stand");
+    await becomes(() => stand.locator(".candidate:visible").count(), 3);
+    await stand.getByRole("button", { name: "Accept A58" }).waitFor();
+  });
+
   test("a stand's marker is accepted and taken back", async () => {
     await visit("#/sessions/s9");
     const stand = tab.page.locator('[data-stand="3"]');
