@@ -24,6 +24,9 @@ pub enum Event {
     Anomaly(Anomaly),
     /// A measurement has been weighed: its innovation and whether it was used.
     Aid(AidOutcome),
+    /// The inspector stands somewhere, or stood: told again, with the same number, when the stand has
+    /// ended and whenever hindsight knows more of its candidates.
+    Stand(Stand),
 }
 
 /// How a session's first attitude and biases were found.
@@ -194,4 +197,43 @@ pub struct AidOutcome {
     pub updates: u32,
     /// Whether it was used.
     pub accepted: bool,
+}
+
+/// A place at which the inspector stands or stood, and the markers that it may be.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Stand {
+    /// Counts the stands of a session from 1.
+    pub number: u32,
+    /// When the feet came to rest, ns.
+    pub t_start_ns: i64,
+    /// When the first foot lifted, ns; the latest time known while it lasts.
+    pub t_end_ns: i64,
+    /// Whether the inspector still stands there.
+    pub lasts: bool,
+    /// Where the track had it when it was first told, east-north-up, m.
+    pub position_n_m: [f64; 3],
+    /// Likeliest first, and last the share of standing at none of those named. They add up to 1.
+    pub candidates: Vec<MarkerCandidate>,
+    /// The visit that was made of it, if one was used.
+    pub visit: Option<StandVisit>,
+}
+
+/// A marker that a place may be.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct MarkerCandidate {
+    /// Its name; `None` for the share of everything that is not named.
+    pub marker: Option<String>,
+    /// How probable it is, 0 to 1.
+    pub probability: f64,
+    /// How far it is from the place in plan, m.
+    pub distance_m: Option<f64>,
+}
+
+/// A visit that belongs to a stand.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct StandVisit {
+    /// The marker's name.
+    pub marker: String,
+    /// Whether the engine made it, as it was nearly certain; otherwise somebody keyed it in.
+    pub automatic: bool,
 }

@@ -115,6 +115,7 @@ pub mod detect;
 pub mod evaluate;
 pub mod event;
 pub mod geo;
+pub mod identify;
 pub mod ins;
 pub mod measure;
 pub mod parse;

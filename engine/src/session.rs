@@ -3,6 +3,8 @@
 use serde::{Deserialize, Serialize};
 
 use crate::event::{Anomaly, AnomalyKind, Event};
+use crate::identify::Identification;
+use crate::identify::stands::Stands;
 use crate::sample::{Foot, ImuSample};
 use crate::systems::pedestrian::history::History;
 use crate::systems::pedestrian::line::FootLine;
@@ -34,6 +36,8 @@ pub struct SessionConfig {
     pub solution: Solution,
     /// The parameters of the filter and its detectors.
     pub tuning: Tuning,
+    /// The markers to choose from where the inspector stands; without them stands are not told.
+    pub identification: Option<Identification>,
 }
 
 /// What a session tells in the end.
@@ -63,6 +67,7 @@ impl Default for SessionConfig {
             max_lead_ns: None,
             solution: Solution::default(),
             tuning: Tuning::default(),
+            identification: None,
         }
     }
 }
@@ -145,6 +150,7 @@ pub struct Session {
     merged_ns: i64,
     epoch: EpochGrouping,
     first_point_ns: Option<i64>,
+    stands: Option<Box<Stands>>,
 }
 
 /// The filter, for as many feet as there are.
@@ -182,10 +188,15 @@ impl Session {
         let lines =
             config.feet.iter().map(|foot| FootLine::new(*foot, config.tuning.longest_alignment_s)).collect();
         Session {
+            stands: config.identification.as_ref().map(|told| Box::new(Stands::new(told))),
+            early_visits: config
+                .identification
+                .iter()
+                .flat_map(|told| told.automatic_visits.clone())
+                .collect(),
             config,
             lines,
             walk: Walk::Waiting,
-            early_visits: Vec::new(),
             summary: Summary::default(),
             merged_ns: i64::MIN,
             epoch: EpochGrouping::default(),
@@ -211,6 +222,7 @@ impl Session {
         }
         line.push(&sample.in_single_precision(), events);
         self.go_on(events);
+        self.identify(known, events);
         self.sum_up(&events[known..]);
     }
 
@@ -218,12 +230,38 @@ impl Session {
     /// down with a reason, and a run over the stored log will use it.
     pub fn visit(&mut self, visit: Visit, events: &mut Vec<Event>) {
         let known = events.len();
+        if let Some(stands) = &mut self.stands {
+            stands.note_visit(&visit);
+        }
+        self.apply_visit(visit, events);
+        self.identify(known, events);
+        self.sum_up(&events[known..]);
+    }
+
+    fn apply_visit(&mut self, visit: Visit, events: &mut Vec<Event>) {
         match &mut self.walk {
             Walk::Waiting => self.early_visits.push(visit),
             Walk::OneFoot(history) => history.visit(visit, events),
             Walk::TwoFeet(history) => history.visit(visit, events),
         }
-        self.sum_up(&events[known..]);
+    }
+
+    /// Looks for stands in what became known since `known`, and makes the visits that are nearly certain.
+    fn identify(&mut self, known: usize, events: &mut Vec<Event>) {
+        let Some(mut stands) = self.stands.take() else { return };
+        let (mut from, mut found, mut visits) = (known, Vec::new(), Vec::new());
+        loop {
+            stands.take(&events[from..], &mut found, &mut visits);
+            events.append(&mut found);
+            from = events.len();
+            if visits.is_empty() {
+                break;
+            }
+            for visit in visits.drain(..) {
+                self.apply_visit(visit, events);
+            }
+        }
+        self.stands = Some(stands);
     }
 
     /// No more samples of this foot will come: the other need not wait for it.
@@ -233,6 +271,7 @@ impl Session {
             line.end(events);
         }
         self.go_on(events);
+        self.identify(known, events);
         self.sum_up(&events[known..]);
     }
 
@@ -266,6 +305,10 @@ impl Session {
             Walk::Waiting => {}
             Walk::OneFoot(history) => history.finish(events),
             Walk::TwoFeet(history) => history.finish(events),
+        }
+        self.identify(known, events);
+        if let Some(stands) = &mut self.stands {
+            stands.finish(events);
         }
         self.sum_up(&events[known..]);
     }

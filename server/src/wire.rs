@@ -11,6 +11,7 @@ use crate::store::inspectors::Inspector;
 use crate::store::jobs::Job;
 use crate::store::logs::Log;
 use crate::store::sessions::Session;
+use crate::store::stands::Stand;
 use crate::store::visits::Visit;
 
 /// A session with what hangs on it: `GET /sessions/{id}`.
@@ -51,6 +52,22 @@ pub enum Change {
     },
     /// A visit was told or weighed.
     Visit(Visit),
+    /// A visit was taken back.
+    VisitRemoved {
+        /// Whose it was.
+        session_id: Uuid,
+        /// Which.
+        id: Uuid,
+    },
+    /// Somebody stands somewhere, or more is known of where somebody stood.
+    Stands {
+        /// Whose they are.
+        session_id: Uuid,
+        /// Whether these are all there are; otherwise they take the place of those of their numbers.
+        all: bool,
+        /// By number.
+        stands: Vec<Stand>,
+    },
     /// A sensor is in trouble.
     Anomaly(Anomaly),
     /// A fault was reported or closed.
@@ -80,7 +97,9 @@ impl Change {
     pub fn session_id(&self) -> Option<Uuid> {
         match self {
             Change::Position(position) => Some(position.session_id),
-            Change::Revision { session_id, .. } => Some(*session_id),
+            Change::Revision { session_id, .. }
+            | Change::VisitRemoved { session_id, .. }
+            | Change::Stands { session_id, .. } => Some(*session_id),
             Change::Session { session, deleted } => session.as_ref().map(|session| session.id).or(*deleted),
             Change::Visit(visit) => Some(visit.session_id),
             Change::Anomaly(anomaly) => Some(anomaly.session_id),

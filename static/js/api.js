@@ -57,9 +57,16 @@ async function get(path) {
  * @param {string} path
  * @param {unknown} [body]
  */
-async function post(path, body) {
+const post = (path, body) => send("POST", path, body);
+
+/**
+ * @param {string} method
+ * @param {string} path
+ * @param {unknown} [body]
+ */
+async function send(method, path, body) {
   const response = await request(path, {
-    method: "POST",
+    method,
     headers: { "Content-Type": "application/json" },
     body: JSON.stringify(body ?? {}),
   });
@@ -84,6 +91,24 @@ export const createSession = (body) => post("/sessions", body);
 export const deleteSession = (id) => request(`/sessions/${seg(id)}`, { method: "DELETE" });
 /** @param {string} id */
 export const visits = (id) => get(`/sessions/${seg(id)}/visits`).then(rows);
+/** @param {string} id */
+export const stands = (id) => get(`/sessions/${seg(id)}/stands`).then(rows);
+/**
+ * @param {string} id
+ * @param {number} stand
+ * @param {string} marker
+ */
+export const chooseMarker = (id, stand, marker) => send("PUT", `/sessions/${seg(id)}/stands/${stand}/choice`, { marker });
+/**
+ * @param {string} id
+ * @param {number} stand
+ */
+export const takeChoiceBack = (id, stand) => request(`/sessions/${seg(id)}/stands/${stand}/choice`, { method: "DELETE" });
+/**
+ * @param {string} id
+ * @param {boolean} automatic
+ */
+export const setAutomaticVisits = (id, automatic) => send("PATCH", `/sessions/${seg(id)}`, { automatic_visits: automatic });
 /** @param {string} id */
 export const anomalies = (id) => get(`/sessions/${seg(id)}/anomalies`).then(rows);
 /**

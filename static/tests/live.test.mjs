@@ -1,6 +1,7 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
 import { people, presenceOf, LOST_AFTER_S, SILENT_AFTER_S } from "../js/state/attention.js";
+import { standChoices, visitOfStand } from "../js/state/findings.js";
 import { apply, emptyState } from "../js/state/live.js";
 import { extend, revise } from "../js/state/trail.js";
 
@@ -76,6 +77,30 @@ test("a visit that has been weighed takes the place of the one that was keyed in
   apply(state, changes(11, visit), NOW);
   apply(state, changes(12, { ...visit, accepted: true, nis: 2 }), NOW);
   assert.deepEqual(state.sessions.get("s1")?.visits.map((v) => v.accepted), [true]);
+});
+
+test("stands come one by one or all at once, and a visit that is taken back is gone", () => {
+  const state = started();
+  const stand = (number, probability) => ({ number, t_start_ns: number * 100e9, t_end_ns: number * 100e9 + 9e9, lasts: false, position_m: [0, 0, 0], candidates: [{ marker: "A17", probability, distance_m: 1 }, { marker: null, probability: 1 - probability, distance_m: null }] });
+  const stands = () => state.sessions.get("s1")?.stands.map((s) => [s.number, s.candidates[0].probability]);
+  apply(state, changes(11, { kind: "stands", session_id: "s1", all: false, stands: [stand(2, 0.6)] }, { kind: "stands", session_id: "s1", all: false, stands: [stand(1, 0.5)] }), NOW);
+  apply(state, changes(12, { kind: "stands", session_id: "s1", all: false, stands: [stand(2, 0.9)] }), NOW);
+  assert.deepEqual(stands(), [[1, 0.5], [2, 0.9]]);
+  apply(state, changes(13, { kind: "visit", id: "v", session_id: "s1", marker: "A17", t_start_ns: 200e9, t_end_ns: 204e9, origin: "automatic" }), NOW);
+  const session = state.sessions.get("s1");
+  assert.equal(session && visitOfStand(session.stands[1], session.visits)?.id, "v");
+  assert.equal(session && visitOfStand(session.stands[0], session.visits), null);
+  const { changed } = apply(state, changes(14, { kind: "visit_removed", session_id: "s1", id: "v" }, { kind: "stands", session_id: "s1", all: true, stands: [stand(1, 0.7)] }), NOW);
+  assert.deepEqual(session?.visits, []);
+  assert.deepEqual(stands(), [[1, 0.7]]);
+  assert.ok(changed.has("stand") && changed.has("visit"));
+});
+
+test("of a stand the likeliest are shown, and none of these is all the rest", () => {
+  const candidates = [0.4, 0.2, 0.15, 0.1, 0.05].map((probability, i) => ({ marker: `A${i}`, probability, distance_m: 1 }));
+  const { named, none } = standChoices({ number: 1, t_start_ns: 0, t_end_ns: 1, lasts: true, position_m: [0, 0, 0], candidates: [...candidates, { marker: null, probability: 0.1, distance_m: null }] });
+  assert.deepEqual(named.map((c) => c.marker), ["A0", "A1", "A2", "A3"]);
+  assert.ok(Math.abs(none - 0.15) < 1e-9);
 });
 
 test("a changed table of inspectors replaces the old one", () => {

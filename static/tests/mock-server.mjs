@@ -41,7 +41,7 @@ export async function startMock({ port = 0, stepMs = 500 } = {}) {
     };
     const problem = (status, code, detail, where) => json({ type: "about:blank", title: code, status, code, detail, where }, status);
     if (!path.startsWith("/api/v1/")) return serveFile(path, response);
-    const [noun, id, part] = path.slice("/api/v1/".length).split("/").map(decodeURIComponent);
+    const [noun, id, part, number] = path.slice("/api/v1/".length).split("/").map(decodeURIComponent);
     const route = `${request.method} ${noun}${id ? "/:id" : ""}${part ? `/${part}` : ""}`;
     const given = () => JSON.parse(body.toString() || "{}");
     switch (route) {
@@ -65,6 +65,18 @@ export async function startMock({ port = 0, stepMs = 500 } = {}) {
         response.writeHead(204).end();
         return;
       case "GET sessions/:id/visits": return json(walks.has(id) && walks.get(id).state === "finished" ? finished.visits : []);
+      case "GET sessions/:id/stands": return json(id === "s9" ? finished.stands : []);
+      case "PATCH sessions/:id": return json(Object.assign(walks.get(id), given()));
+      case "PUT sessions/:id/stands": {
+        const stand = finished.stands.find((s) => s.number === Number(number));
+        const visit = { id: `v-stand-${number}`, session_id: id, marker: given().marker, t_start_ns: stand.t_start_ns, t_end_ns: stand.t_end_ns, origin: "chosen" };
+        finished.visits.push(visit);
+        return json(visit);
+      }
+      case "DELETE sessions/:id/stands":
+        finished.visits = finished.visits.filter((v) => v.id !== `v-stand-${number}`);
+        response.writeHead(204).end();
+        return;
       case "GET sessions/:id/anomalies": return json(id === "s9" ? [{ anomaly: "gap", foot: "left", t_start_ns: 431.2e9, t_end_ns: 431.9e9, samples: 70, detail: "expected a sample every 10 ms, found none for 700 ms" }] : []);
       case "GET sessions/:id/track": return json(finished[url.searchParams.get("run") ?? "main"]);
       case "POST sessions/:id/visits": return json([], 201);

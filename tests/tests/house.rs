@@ -61,7 +61,7 @@ fn none(complaints: &[String], rule: &str) {
 }
 
 /// What each part of the engine may use of the others; a part may always use itself.
-const ENGINE_ARROWS: [(&str, &[&str]); 12] = [
+const ENGINE_ARROWS: [(&str, &[&str]); 13] = [
     ("rotation", &[]),
     ("sample", &[]),
     ("event", &["sample"]),
@@ -69,6 +69,7 @@ const ENGINE_ARROWS: [(&str, &[&str]); 12] = [
     ("ins", &["geo", "rotation", "sample"]),
     ("measure", &["ins", "geo", "rotation"]),
     ("detect", &["measure", "event", "rotation", "sample"]),
+    ("identify", &["detect", "event", "rotation", "session"]),
     ("track", &["event", "geo", "sample"]),
     ("parse", &["geo", "sample", "track"]),
     ("evaluate", &["event", "parse", "track", "rotation", "sample"]),

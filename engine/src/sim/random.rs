@@ -21,6 +21,7 @@ pub(crate) enum Purpose {
     Weather,
     Fault,
     WhiteNoise,
+    Pauses,
 }
 
 /// A stream of random numbers.

@@ -16,12 +16,18 @@ use crate::geo::terrain::{Anchor, anchors, road};
 const VISIT_EVERY_M: f64 = 150.0;
 const VISITS: usize = 22;
 const VISIT_S: f64 = 12.0;
+/// Of the stretches between visits, the share with a pause in it; how long it is, s; and how far from
+/// any actuator, m.
+const PAUSES_SHARE: f64 = 0.4;
+const PAUSE_S: (f64, f64) = (6.0, 20.0);
+const CLEAR_OF_ACTUATORS_M: f64 = 3.0;
 /// The spiral lasts so long: 270,000 epochs at 100 Hz.
 const SPIRAL_S: f64 = 2700.0;
 
 /// FAST's road. Every 150 m the inspector leaves it to stand beside an anchor: a metre (1σ on each
-/// axis) from it, the ground being where the feet then are.
-pub(super) fn spiral(seed: u64, site: &Site, walker: &mut Walker) -> Course {
+/// axis) from it, the ground being where the feet then are. With `pauses` there are stops on the road
+/// as well, from a stream of their own.
+pub(super) fn spiral(seed: u64, site: &Site, walker: &mut Walker, pauses: bool) -> Course {
     const SPACING_M: f64 = 0.5;
     let anchors = anchors(site);
     let mut random = Random::new(seed, 2, Purpose::Course);
@@ -66,7 +72,7 @@ pub(super) fn spiral(seed: u64, site: &Site, walker: &mut Walker) -> Course {
     points.truncate(stops.last().map_or(points.len(), |&(index, _)| index + 1));
 
     let path = Path::from_points(points);
-    let legs: Vec<Leg> = stops
+    let mut legs: Vec<Leg> = stops
         .into_iter()
         .map(|(index, anchor)| Leg {
             until_m: path.along_m(index),
@@ -75,6 +81,9 @@ pub(super) fn spiral(seed: u64, site: &Site, walker: &mut Walker) -> Course {
             stop: Some(Stop { seconds: VISIT_S + random.uniform(-1.5, 1.5), marker: Some(anchor) }),
         })
         .collect();
+    if pauses {
+        legs = with_pauses(legs, seed, &path, &anchors);
+    }
     // The pace that fills the time: each stop costs the joining step and the slow first one, and a
     // few seconds are left to stand at the end.
     let stopped_s = STANDING_START_S
@@ -92,4 +101,38 @@ pub(super) fn spiral(seed: u64, site: &Site, walker: &mut Walker) -> Course {
         stand_until_s: Some(SPIRAL_S),
         starts_at_origin: false,
     }
+}
+
+/// Puts pauses into some of the stretches between the visits.
+fn with_pauses(visits: Vec<Leg>, seed: u64, path: &Path, anchors: &[Anchor]) -> Vec<Leg> {
+    const TRIES: usize = 20;
+    let mut random = Random::new(seed, 2, Purpose::Pauses);
+    let mut legs = Vec::with_capacity(2 * visits.len());
+    let mut from_m = 0.0;
+    for visit in visits {
+        let until_m = visit.until_m;
+        if random.uniform(0.0, 1.0) < PAUSES_SHARE {
+            let seconds = random.uniform(PAUSE_S.0, PAUSE_S.1);
+            let clear = (0..TRIES).find_map(|_| {
+                let along_m = from_m + random.uniform(0.2, 0.8) * (until_m - from_m);
+                let at = path.at(along_m).position_n_m;
+                let is_clear = anchors.iter().all(|anchor| {
+                    let [e_m, n_m, _] = anchor.position_n_m;
+                    libm::hypot(e_m - at.x, n_m - at.y) >= CLEAR_OF_ACTUATORS_M
+                });
+                is_clear.then_some(along_m)
+            });
+            if let Some(along_m) = clear {
+                legs.push(Leg {
+                    until_m: along_m,
+                    gait: Gait::Walk,
+                    steps: None,
+                    stop: Some(Stop { seconds, marker: None }),
+                });
+            }
+        }
+        legs.push(visit);
+        from_m = until_m;
+    }
+    legs
 }

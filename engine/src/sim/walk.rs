@@ -20,6 +20,8 @@ pub enum WalkKind {
     Rectangle,
     /// FAST's spiral road, 3.3 km in 45 minutes, with a stop at an actuator about every 150 m.
     Spiral,
+    /// The same, with stops away from any actuator in between: somebody ties a shoe.
+    SpiralWithPauses,
     /// Six flights of twelve treads up, and as many down.
     Stairs,
     /// Two laps of 260 m: one walked, most of the second run.
@@ -43,13 +45,14 @@ const LONGEST_STAND_S: f64 = 86_400.0;
 impl FromStr for WalkKind {
     type Err = String;
 
-    /// `rectangle`, `spiral`, `stairs`, `running`, `line:100` (metres) or `standing:60` (seconds).
+    /// `rectangle`, `spiral`, `spiral_with_pauses`, `stairs`, `running`, `line:100` (metres) or `standing:60` (seconds).
     fn from_str(text: &str) -> Result<WalkKind, String> {
         let number = |text: &str, most: f64| text.parse::<f64>().ok().filter(|v| *v > 0.0 && *v <= most);
         match text.split_once(':') {
             None => match text {
                 "rectangle" => Some(WalkKind::Rectangle),
                 "spiral" => Some(WalkKind::Spiral),
+                "spiral_with_pauses" => Some(WalkKind::SpiralWithPauses),
                 "stairs" => Some(WalkKind::Stairs),
                 "running" => Some(WalkKind::Running),
                 _ => None,
@@ -62,7 +65,7 @@ impl FromStr for WalkKind {
         }
         .ok_or_else(|| {
             format!(
-                "there is no walk «{text}»: choose rectangle, spiral, stairs, running, line:METRES (at most \
+                "there is no walk «{text}»: choose rectangle, spiral, spiral_with_pauses, stairs, running, line:METRES (at most \
                  {LONGEST_LINE_M}) or standing:SECONDS (at most {LONGEST_STAND_S})"
             )
         })
@@ -126,7 +129,8 @@ impl WalkKind {
     pub(crate) fn course(&self, seed: u64, site: &Site, walker: &mut Walker) -> Course {
         match *self {
             WalkKind::Rectangle => level(rounded_rectangle(200.0, 500.0, 1.5, 1), &[]),
-            WalkKind::Spiral => spiral(seed, site, walker),
+            WalkKind::Spiral => spiral(seed, site, walker, false),
+            WalkKind::SpiralWithPauses => spiral(seed, site, walker, true),
             WalkKind::Stairs => stairs(),
             WalkKind::Running => {
                 let path = rounded_rectangle(50.0, 83.0, 3.0, 2);

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use serde::Serialize;
 
-use crate::event::{AidKind, AidOutcome, Alignment, Anomaly, Event, TrackPoint, VisitOutcome};
+use crate::event::{AidKind, AidOutcome, Alignment, Anomaly, Event, Stand, TrackPoint, VisitOutcome};
 
 /// What a session has told so far, revisions applied.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -20,6 +20,8 @@ pub struct Track {
     pub alignments: Vec<Alignment>,
     /// What became of each aid's measurements.
     pub aids: BTreeMap<AidKind, AidTally>,
+    /// The stands, each as it was told last.
+    pub stands: Vec<Stand>,
     /// How many points were told again, counted each time.
     pub revised_points: u64,
 }
@@ -50,6 +52,10 @@ impl Track {
                 let at = self.anomalies.partition_point(|other| order(other) <= order(&anomaly));
                 self.anomalies.insert(at, anomaly);
             }
+            Event::Stand(stand) => match self.stands.iter_mut().find(|known| known.number == stand.number) {
+                Some(known) => *known = stand,
+                None => self.stands.push(stand),
+            },
             Event::Aid(outcome) => self.aids.entry(outcome.aid).or_default().take(&outcome),
         }
     }

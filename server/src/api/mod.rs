@@ -28,6 +28,7 @@ mod jobs;
 mod markers;
 pub mod sessions;
 mod site;
+mod stands;
 mod tracks;
 mod uploads;
 mod visits;
@@ -51,6 +52,7 @@ pub fn router(app: App) -> Router {
         .merge(jobs::routes())
         .merge(tracks::routes())
         .merge(visits::routes())
+        .merge(stands::routes())
         .merge(anomalies::routes())
         .merge(live::routes())
         .layer(timeout);

@@ -11,7 +11,7 @@ use uuid::Uuid;
 
 use super::extract::{Json, Path, Query};
 use crate::error::{Error, Result};
-use crate::sessions::uploads;
+use crate::sessions::{stand_choice, uploads};
 use crate::state::App;
 use crate::store::sessions::{self, Filter, Session, SessionState, Start};
 use crate::store::{anomalies, inspectors, logs, markers, visits};
@@ -19,7 +19,9 @@ use crate::utc;
 use crate::wire::{Change, SessionView};
 
 pub(super) fn routes() -> Router<App> {
-    Router::new().route("/sessions", get(list).post(create)).route("/sessions/{id}", get(show).delete(remove))
+    Router::new()
+        .route("/sessions", get(list).post(create))
+        .route("/sessions/{id}", get(show).patch(change).delete(remove))
 }
 
 /// Letters in a title.
@@ -48,6 +50,9 @@ pub struct NewSession {
     /// Heading of the first sensor's x axis, clockwise from true north, degrees; from the magnetometer,
     /// when it is left out.
     pub initial_heading_deg: Option<f64>,
+    /// Whether a stand that is nearly certain is taken for a visit; not, when it is left out.
+    #[serde(default)]
+    pub automatic_visits: bool,
 }
 
 fn both() -> Vec<Foot> {
@@ -123,6 +128,7 @@ pub(crate) async fn begin(app: &App, new: NewSession, state: SessionState) -> Re
         feet,
         start,
         initial_heading_deg: new.initial_heading_deg,
+        automatic_visits: new.automatic_visits,
         samples: 0,
         epochs: 0,
         duration_s: 0.0,
@@ -168,6 +174,21 @@ async fn show(State(app): State<App>, Path(id): Path<Uuid>) -> Result<axum::Json
         visits: visits::count(db, id).await?,
         anomalies: anomalies::count(db, id).await?,
     }))
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct SessionChange {
+    automatic_visits: bool,
+}
+
+/// Switches automatic mode; the track is worked out again.
+async fn change(
+    State(app): State<App>,
+    Path(id): Path<Uuid>,
+    Json(change): Json<SessionChange>,
+) -> Result<axum::Json<Session>> {
+    Ok(axum::Json(stand_choice::set_automatic(&app, id, change.automatic_visits).await?))
 }
 
 /// Removes a walk with its samples; not while a device or a job works on it.

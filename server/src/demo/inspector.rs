@@ -102,6 +102,7 @@ impl Walk {
             title: "Spiral road (demo)".to_owned(),
             feet: Foot::BOTH.to_vec(),
             start: Some(NewStart::PositionM(simulator.start_n_m())),
+            automatic_visits: false,
             initial_heading_deg: None,
         };
         let session = begin(app, new, SessionState::Created).await?;

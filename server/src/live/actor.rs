@@ -25,9 +25,10 @@ use crate::error::{Error, Result};
 use crate::state::App;
 use crate::store::raw_chunks::Samples;
 use crate::store::sessions::{Session, SessionState};
+use crate::store::stands::Stand;
 use crate::store::stream_visits::StreamVisit;
-use crate::store::visits::Visit;
-use crate::store::{Record, sessions};
+use crate::store::visits::{self, Origin, Visit};
+use crate::store::{Record, StoreError, sessions};
 use crate::utc;
 use crate::wire::{Change, Motion, Position};
 use crate::{api, jobs};
@@ -54,6 +55,8 @@ pub(crate) enum Command {
     Visit(VisitMessage),
     /// Visits that were told in another way, and are on disk.
     StoredVisits(Vec<Visit>),
+    /// A visit was taken back, or automatic mode was switched.
+    Again,
     /// The inspector found a fault.
     Fault(FaultMessage),
     /// The walk is over.
@@ -62,9 +65,8 @@ pub(crate) enum Command {
 
 /// Runs a live session until it is finished, put away, or the disk fails.
 pub(super) async fn run(app: App, session: Session, mut inbox: mpsc::Receiver<Command>) {
-    let config = super::opening::session_config(&app, &session);
-    match rebuild::from_store(&app.store, session.id, config, app.config.track_rate_hz).await {
-        Ok(rebuilt) => Actor::new(app, session, rebuilt).run(inbox).await,
+    match from_disk(&app, &session).await {
+        Ok((rebuilt, automatic)) => Actor::new(app, session, rebuilt, automatic).run(inbox).await,
         Err(error) => {
             let told = device::told(Error::from(error).into_problem());
             inbox.close();
@@ -77,13 +79,29 @@ pub(super) async fn run(app: App, session: Session, mut inbox: mpsc::Receiver<Co
     }
 }
 
+/// A session's walk, and the visits that automatic mode has made of it.
+pub(super) async fn from_disk(
+    app: &App,
+    session: &Session,
+) -> Result<(rebuild::Rebuilt, Vec<Visit>), StoreError> {
+    let config = super::opening::session_config(app, session).await?;
+    let rebuilt = rebuild::from_store(&app.store, session.id, config, app.config.track_rate_hz).await?;
+    let mut automatic = visits::of_session(app.store.read(), session.id).await?;
+    automatic.retain(|visit| visit.origin == Origin::Automatic);
+    Ok((rebuilt, automatic))
+}
+
 pub(super) struct Actor {
     pub(super) app: App,
     pub(super) session: Session,
     pub(super) walk: Walk,
-    sequences: [Sequence; 2],
+    pub(super) sequences: [Sequence; 2],
     /// Visits that the walk has been told, with what became of them.
     pub(super) told: Vec<StreamVisit>,
+    /// Visits that automatic mode has made.
+    pub(super) automatic: Vec<Visit>,
+    /// Something was decided that changes what came before.
+    pub(super) wants_again: bool,
     device: Option<Device>,
     underway: FuturesOrdered<BoxFuture<'static, Written>>,
     /// Where the inspector was shown last.
@@ -109,19 +127,21 @@ pub(super) struct Then {
 }
 
 /// Whether the actor goes on.
-enum Go {
+pub(super) enum Go {
     On,
     Ended,
 }
 
 impl Actor {
-    fn new(app: App, session: Session, rebuilt: rebuild::Rebuilt) -> Actor {
+    fn new(app: App, session: Session, rebuilt: rebuild::Rebuilt, automatic: Vec<Visit>) -> Actor {
         Actor {
             app,
             session,
             walk: rebuilt.walk,
             sequences: rebuilt.sequences,
             told: rebuilt.told,
+            automatic,
+            wants_again: false,
             device: None,
             underway: FuturesOrdered::new(),
             newest: None,
@@ -172,10 +192,11 @@ impl Actor {
             Command::Batch(batch, received_at) => self.on_batch(batch, received_at),
             Command::Visit(visit) => self.on_visit(visit).await,
             Command::StoredVisits(visits) => self.on_stored_visits(visits).await,
+            Command::Again => self.wants_again = true,
             Command::Fault(fault) => self.on_fault(fault).await,
             Command::Finish => unreachable!("the loop takes it"),
         }
-        Go::On
+        if std::mem::take(&mut self.wants_again) { self.work_out_again().await } else { Go::On }
     }
 
     fn on_attach(&mut self, device: Device) {
@@ -235,19 +256,20 @@ impl Actor {
                 metrics::counter!("lodestep_live_batches_total").increment(1);
                 metrics::counter!("lodestep_live_samples_total").increment(samples.len() as u64);
                 let findings = self.walk.take(foot, &samples);
+                let automatic = self.note_automatic(&findings);
                 let then = Then {
                     batch: Some((foot, sequence)),
                     changes: self.changes(&findings, received_at),
                     ..Then::default()
                 };
                 let raw = vec![Samples { foot, first_sequence: sequence, sequences: 1, samples }];
-                self.record(raw, findings, then);
+                self.record(raw, findings, automatic, then);
             }
         }
     }
 
     /// Hands samples and what came out of them to the writer.
-    fn record(&mut self, raw: Vec<Samples>, findings: Findings, then: Then) {
+    fn record(&mut self, raw: Vec<Samples>, findings: Findings, automatic: Vec<Visit>, then: Then) {
         let summary = (then.finished || self.summary_at.elapsed() >= SUMMARY_EVERY).then(|| {
             self.summary_at = Instant::now();
             self.walk.summary()
@@ -257,6 +279,8 @@ impl Actor {
             raw,
             points: findings.points.into_values().collect(),
             revised: Vec::new(),
+            stands: findings.stands.values().map(Stand::from).collect(),
+            automatic,
             visits: findings.visits,
             anomalies: findings.anomalies,
             summary,
@@ -312,12 +336,20 @@ impl Actor {
         go
     }
 
-    async fn on_fault(&mut self, message: FaultMessage) {
-        // What is underway may hold the inspector's position at that time.
+    /// Waits for what is underway.
+    pub(super) async fn all_on_disk(&mut self) -> Go {
         while let Some(written) = self.underway.next().await {
             if let Go::Ended = self.on_written(written) {
-                return;
+                return Go::Ended;
             }
+        }
+        Go::On
+    }
+
+    async fn on_fault(&mut self, message: FaultMessage) {
+        // What is underway may hold the inspector's position at that time.
+        if let Go::Ended = self.all_on_disk().await {
+            return;
         }
         let told = match api::faults::report_live(&self.app, &self.session, message).await {
             Ok(fault) => device::event(&Change::Fault { fault }),
@@ -328,8 +360,9 @@ impl Actor {
 
     fn on_finish(&mut self) -> Go {
         let findings = self.walk.finish();
+        let automatic = self.note_automatic(&findings);
         let changes = self.changes(&findings, utc::now());
-        self.record(Vec::new(), findings, Then { changes, ..Then::default() });
+        self.record(Vec::new(), findings, automatic, Then { changes, ..Then::default() });
         // The stored log is run again from its start, as for an upload: the final track.
         let (app, id) = (self.app.clone(), self.session.id);
         let write = async move { jobs::queue::enqueue_ended_stream(&app, id).await.map(|_job| ()) };
@@ -358,7 +391,7 @@ impl Actor {
         }
     }
 
-    fn last_answer(&mut self, answer: Answer) {
+    pub(super) fn last_answer(&mut self, answer: Answer) {
         if let Some(device) = self.device.take() {
             device.send(ToDevice::Last(answer));
         }

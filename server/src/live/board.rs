@@ -10,12 +10,13 @@ use crate::store::anomalies::Anomaly;
 use crate::store::faults::{Fault, FaultState};
 use crate::store::inspectors::Inspector;
 use crate::store::sessions::{Session, SessionState};
+use crate::store::stands::Stand;
 use crate::store::visits::Visit;
 use crate::wire::{Change, Position};
 
 /// Sessions that nobody streams any more (or not yet) and that are shown all the same.
 pub(super) const RESTING_SHOWN: usize = 20;
-/// Visits and anomalies shown for each session.
+/// Visits, stands and anomalies shown for each session.
 const RECENT_SHOWN: usize = 50;
 
 /// The state of everything that the live page shows.
@@ -34,6 +35,7 @@ struct Walk {
     trail: Trail,
     position: Option<Position>,
     visits: VecDeque<Visit>,
+    stands: BTreeMap<u32, Stand>,
     anomalies: VecDeque<Anomaly>,
 }
 
@@ -54,6 +56,7 @@ struct WalkPicture {
     trail: Vec<TrailPoint>,
     position: Option<Position>,
     visits: Vec<Visit>,
+    stands: Vec<Stand>,
     anomalies: Vec<Anomaly>,
 }
 
@@ -88,6 +91,22 @@ impl Board {
                     keep_recent(&mut walk.visits, visit.clone());
                 }
             }
+            Change::VisitRemoved { session_id, id } => {
+                if let Some(walk) = self.sessions.get_mut(session_id) {
+                    walk.visits.retain(|known| known.id != *id);
+                }
+            }
+            Change::Stands { session_id, all, stands } => {
+                if let Some(walk) = self.sessions.get_mut(session_id) {
+                    if *all {
+                        walk.stands.clear();
+                    }
+                    walk.stands.extend(stands.iter().map(|stand| (stand.number, stand.clone())));
+                    while walk.stands.len() > RECENT_SHOWN {
+                        walk.stands.pop_first();
+                    }
+                }
+            }
             Change::Anomaly(anomaly) => {
                 if let Some(walk) = self.sessions.get_mut(&anomaly.session_id) {
                     keep_recent(&mut walk.anomalies, anomaly.clone());
@@ -112,6 +131,7 @@ impl Board {
                 trail: Trail::default(),
                 position: None,
                 visits: VecDeque::new(),
+                stands: BTreeMap::new(),
                 anomalies: VecDeque::new(),
             },
         );
@@ -139,6 +159,7 @@ impl Board {
                     trail: walk.trail.simplified(),
                     position: walk.position.clone(),
                     visits: walk.visits.iter().cloned().collect(),
+                    stands: walk.stands.values().cloned().collect(),
                     anomalies: walk.anomalies.iter().cloned().collect(),
                 })
                 .collect(),

@@ -4,7 +4,9 @@ use super::board::{Board, RESTING_SHOWN};
 use crate::store::faults::FaultState;
 use crate::store::sessions::{Filter, Session, SessionState};
 use crate::store::track::Run;
-use crate::store::{Store, StoreError, anomalies, faults, inspectors, markers, sessions, track, visits};
+use crate::store::{
+    Store, StoreError, anomalies, faults, inspectors, markers, sessions, stands, track, visits,
+};
 use crate::utc;
 use crate::wire::{Change, Motion, Position};
 
@@ -29,8 +31,8 @@ pub async fn board_from_store(store: &Store) -> Result<Board, StoreError> {
     Ok(board)
 }
 
-/// A stored session as the changes that show it: the session, its trail, where it was last, its visits
-/// and anomalies. For a server that starts, and for a track that was computed anew.
+/// A stored session as the changes that show it: the session, its trail, where it was last, its stands,
+/// visits and anomalies. For a server that starts, and for a track that was computed anew.
 pub async fn session_changes(store: &Store, session: Session) -> Result<Vec<Change>, StoreError> {
     let db = store.read();
     let session_id = session.id;
@@ -56,6 +58,8 @@ pub async fn session_changes(store: &Store, session: Session) -> Result<Vec<Chan
             received_at: utc::at(session.started_at, last.t_ns),
         }));
     }
+    let stands = stands::of_session(db, session_id).await?;
+    changes.push(Change::Stands { session_id, all: true, stands });
     changes.extend(visits::of_session(db, session_id).await?.into_iter().map(Change::Visit));
     changes.extend(anomalies::of_session(db, session_id).await?.into_iter().map(Change::Anomaly));
     Ok(changes)

@@ -1,11 +1,14 @@
 //! What the feed is told of a walk's findings.
 
 use time::OffsetDateTime;
+use uuid::Uuid;
 
 use super::actor::Actor;
 use super::walk::{Findings, NewestPoint, Shown};
 use crate::store::anomalies::Anomaly;
-use crate::store::visits::Outcome;
+use crate::store::stands::Stand;
+use crate::store::visits::{Origin, Outcome, Visit};
+use crate::utc;
 use crate::wire::{Change, Position};
 
 impl Actor {
@@ -24,14 +27,18 @@ impl Actor {
                 }
             });
         }
+        if !findings.stands.is_empty() {
+            let stands = findings.stands.values().map(Stand::from).collect();
+            changes.push(Change::Stands { session_id, all: false, stands });
+        }
         for outcome in &findings.visits {
-            let weighed = self.told.iter_mut().find(|told| {
-                told.visit.marker == outcome.marker
-                    && (told.visit.t_start_ns..=told.visit.t_end_ns).contains(&outcome.t_ns)
+            let told = self.told.iter_mut().map(|told| &mut told.visit);
+            let weighed = told.chain(&mut self.automatic).find(|visit| {
+                visit.marker == outcome.marker && (visit.t_start_ns..=visit.t_end_ns).contains(&outcome.t_ns)
             });
-            if let Some(told) = weighed {
-                told.visit.outcome = Some(Outcome::from(outcome));
-                changes.push(Change::Visit(told.visit.clone()));
+            if let Some(visit) = weighed {
+                visit.outcome = Some(Outcome::from(outcome));
+                changes.push(Change::Visit(visit.clone()));
             }
         }
         changes.extend(
@@ -41,6 +48,15 @@ impl Actor {
                 .map(|found| Change::Anomaly(Anomaly { session_id, found: found.clone() })),
         );
         changes
+    }
+
+    /// The visits that automatic mode has just made, as they are stored; the walk knows them already.
+    pub(super) fn note_automatic(&mut self, findings: &Findings) -> Vec<Visit> {
+        let made: Vec<Visit> = automatic_visits(self.session.id, findings)
+            .filter(|made| !self.automatic.iter().any(|known| is_same(known, made)))
+            .collect();
+        self.automatic.extend(made.iter().cloned());
+        made
     }
 
     fn position(&self, newest: &NewestPoint, received_at: OffsetDateTime) -> Position {
@@ -60,4 +76,28 @@ impl Actor {
             received_at,
         }
     }
+}
+
+/// The visits that automatic mode made of the stands among some findings.
+pub(super) fn automatic_visits(session_id: Uuid, findings: &Findings) -> impl Iterator<Item = Visit> {
+    findings.stands.values().filter_map(move |stand| {
+        let visit = stand.visit.as_ref().filter(|visit| visit.automatic)?;
+        let outcome = findings.visits.iter().find(|outcome| {
+            outcome.marker == visit.marker && (stand.t_start_ns..=stand.t_end_ns).contains(&outcome.t_ns)
+        });
+        Some(Visit {
+            id: Uuid::now_v7(),
+            session_id,
+            marker: visit.marker.clone(),
+            t_start_ns: stand.t_start_ns,
+            t_end_ns: stand.t_end_ns,
+            origin: Origin::Automatic,
+            created_at: utc::now(),
+            outcome: outcome.map(Outcome::from),
+        })
+    })
+}
+
+pub(super) fn is_same(visit: &Visit, other: &Visit) -> bool {
+    visit.marker == other.marker && visit.t_start_ns == other.t_start_ns
 }

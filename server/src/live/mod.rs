@@ -2,7 +2,7 @@
 //!
 //! In the order of the data: [`device_socket`] speaks with a device; [`registry`] knows the actor of
 //! each live session; an [`actor`] owns one [`walk`] (the engine's session), numbers its batches with
-//! [`sequence`], weighs each [`visit`], chooses by [`grid`] what is stored and shown, and can be made again from the stored
+//! [`sequence`], weighs each [`visit`], works the walk out [`again`] when one is taken back, chooses by [`grid`] what is stored and shown, and can be made again from the stored
 //! log by [`rebuild`]. What is on disk goes as [`changes`] to the [`hub`], which keeps the [`board`] with its
 //! [`trail`]s and is what the [`feed`] sends to dashboards.
 
@@ -17,6 +17,7 @@ pub mod registry;
 pub mod trail;
 
 mod actor;
+mod again;
 mod board_from_store;
 mod changes;
 mod device;

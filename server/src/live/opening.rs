@@ -9,9 +9,10 @@ use crate::api;
 use crate::api::sessions::{NewSession, NewStart};
 use crate::error::{Error, Result};
 use crate::sessions::engine_config::engine_config;
+use crate::sessions::identification::identification;
 use crate::state::App;
-use crate::store::raw_chunks;
 use crate::store::sessions::{self, Session, SessionState};
+use crate::store::{StoreError, raw_chunks};
 
 /// How far one foot may run ahead of the other in a stream before the walk goes on without it, ns.
 const MAX_LEAD_NS: i64 = 1_000_000_000;
@@ -77,12 +78,14 @@ async fn begin(
             Start::PositionM(position_m) => NewStart::PositionM(position_m),
         }),
         initial_heading_deg,
+        automatic_visits: false,
     };
     api::sessions::begin(app, new, SessionState::Live).await
 }
 
 /// What the engine is told of a session that is streamed.
-pub(super) fn session_config(app: &App, session: &Session) -> SessionConfig {
+pub(super) async fn session_config(app: &App, session: &Session) -> Result<SessionConfig, StoreError> {
     let config = engine_config(&app.site, session, session.feet.clone());
-    SessionConfig { max_lead_ns: Some(MAX_LEAD_NS), solution: Solution::Trail, ..config }
+    let identification = identification(&app.store, session).await?;
+    Ok(SessionConfig { max_lead_ns: Some(MAX_LEAD_NS), solution: Solution::Trail, identification, ..config })
 }

@@ -9,7 +9,7 @@ use lodestep_engine::session::SessionConfig;
 use uuid::Uuid;
 
 use super::sequence::Sequence;
-use super::walk::Walk;
+use super::walk::{Findings, Walk};
 use crate::store::stream_visits::{self, StreamVisit};
 use crate::store::{Store, StoreError, raw_chunks};
 
@@ -17,6 +17,8 @@ use crate::store::{Store, StoreError, raw_chunks};
 #[derive(Debug)]
 pub(super) struct Rebuilt {
     pub(super) walk: Walk,
+    /// All that it found on the way.
+    pub(super) findings: Findings,
     /// By foot.
     pub(super) sequences: [Sequence; 2],
     /// Visits that the walk has been told.
@@ -32,20 +34,21 @@ pub(super) async fn from_store(
 ) -> Result<Rebuilt, StoreError> {
     let told = stream_visits::of_session(store.read(), session_id).await?;
     let mut walk = Walk::new(config, stored_hz);
+    let mut findings = Findings::default();
     let mut next = [0; 2];
     let mut visits = told.iter().peekable();
     let chunks = raw_chunks::of_stream_as_received(store.read(), session_id);
     let mut chunks = std::pin::pin!(chunks);
     while let Some(chunk) = chunks.try_next().await? {
         while let Some(earlier) = visits.next_if(|visit| visit.after_samples <= walk.samples_taken()) {
-            walk.visit(earlier.for_engine());
+            findings.add(walk.visit(earlier.for_engine()));
         }
-        walk.take(chunk.foot, &chunk.samples);
+        findings.add(walk.take(chunk.foot, &chunk.samples));
         next[chunk.foot.index()] = chunk.first_sequence + chunk.sequences;
     }
     for visit in visits {
-        walk.visit(visit.for_engine());
+        findings.add(walk.visit(visit.for_engine()));
     }
     let sequences = Foot::BOTH.map(|foot| Sequence::resumed_at(next[foot.index()]));
-    Ok(Rebuilt { walk, sequences, told })
+    Ok(Rebuilt { walk, findings, sequences, told })
 }

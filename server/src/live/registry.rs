@@ -56,6 +56,16 @@ impl Registry {
         }
     }
 
+    /// A visit of a session was taken back, or its automatic mode was switched: when it is live on this
+    /// server, its walk is worked out again.
+    pub(crate) async fn work_out_again(&self, session_id: Uuid) {
+        let actor = self.lock().get(&session_id).cloned();
+        if let Some(actor) = actor {
+            // One that has just ended is made from the store when its device comes back.
+            let _ = actor.send(Command::Again).await;
+        }
+    }
+
     fn actor_or_new(&self, app: &App, session: &Session) -> mpsc::Sender<Command> {
         let mut actors = self.lock();
         let start = || {

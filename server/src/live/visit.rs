@@ -8,8 +8,9 @@ use super::actor::{Actor, Then};
 use super::device;
 use super::walk::Findings;
 use crate::error::{Error, Result};
+use crate::store::stands::{self, Stand};
 use crate::store::stream_visits::{self, StreamVisit};
-use crate::store::visits::{self, Visit};
+use crate::store::visits::{self, Origin, Visit};
 use crate::store::{StoreError, anomalies, markers, track};
 use crate::utc;
 use crate::wire::Change;
@@ -70,6 +71,7 @@ impl Actor {
             marker,
             t_start_ns,
             t_end_ns,
+            origin: Origin::Keyed,
             created_at: utc::now(),
             outcome: None,
         }))
@@ -85,11 +87,24 @@ impl Actor {
             marker_position_m: (marker.e_m, marker.n_m, marker.u_m),
         };
         self.told.push(told.clone());
+        // What people say stands before what automatic mode thought.
+        let contradicted: Vec<Visit> = self
+            .automatic
+            .iter()
+            .filter(|made| {
+                made.marker != told.visit.marker
+                    && made.t_start_ns <= told.visit.t_end_ns
+                    && made.t_end_ns >= told.visit.t_start_ns
+            })
+            .cloned()
+            .collect();
+        self.wants_again |= !contradicted.is_empty();
         let findings = self.walk.visit(told.for_engine());
         let mut changes = vec![Change::Visit(told.visit.clone())];
         changes.extend(self.changes(&findings, utc::now()));
         let writer = self.app.store.writer().clone();
-        let write = async move { writer.run(move |db| write_visit(db, told, findings).boxed()).await };
+        let write =
+            async move { writer.run(move |db| write_visit(db, told, contradicted, findings).boxed()).await };
         self.submit(write, Then { answers, changes, ..Then::default() });
         Ok(())
     }
@@ -103,14 +118,21 @@ fn is_same(visit: &Visit, marker: &str, t_start_ns: i64) -> bool {
 async fn write_visit(
     db: &mut sqlx::SqliteConnection,
     told: StreamVisit,
+    contradicted: Vec<Visit>,
     findings: Findings,
 ) -> Result<(), StoreError> {
     let session_id = told.visit.session_id;
     // It is there already when it came by another way.
     visits::insert(&mut *db, &told.visit).await?;
     stream_visits::insert(&mut *db, &told).await?;
+    for made in &contradicted {
+        stands::undo(&mut *db, session_id, made.t_start_ns).await?;
+        visits::delete(&mut *db, made.id).await?;
+    }
     let points: Vec<_> = findings.points.into_values().collect();
     track::upsert(db, session_id, track::Run::Main, &points).await?;
+    let told: Vec<_> = findings.stands.values().map(Stand::from).collect();
+    stands::upsert(db, session_id, &told).await?;
     for outcome in &findings.visits {
         visits::set_outcome(&mut *db, session_id, outcome).await?;
     }

@@ -5,7 +5,7 @@
 
 use std::collections::{BTreeMap, VecDeque};
 
-use lodestep_engine::event::{Anomaly, Event, TrackPoint, VisitOutcome};
+use lodestep_engine::event::{Anomaly, Event, Stand, TrackPoint, VisitOutcome};
 use lodestep_engine::sample::{Foot, ImuSample};
 use lodestep_engine::session::{Session, SessionConfig, Summary, Visit};
 
@@ -39,6 +39,8 @@ pub(crate) struct Findings {
     pub(crate) shown: Vec<Shown>,
     /// What became of visits.
     pub(crate) visits: Vec<VisitOutcome>,
+    /// Where the inspector stood, each as it was told last, by number.
+    pub(crate) stands: BTreeMap<u32, Stand>,
     /// What is wrong with the sensors.
     pub(crate) anomalies: Vec<Anomaly>,
 }
@@ -59,6 +61,16 @@ pub(crate) struct NewestPoint {
     pub(crate) speed_m_s: f64,
     pub(crate) motion: Motion,
     pub(crate) summary: Summary,
+}
+
+impl Findings {
+    /// Adds what came after, but for what is shown: for a walk that is made again.
+    pub(super) fn add(&mut self, later: Findings) {
+        self.points.extend(later.points);
+        self.visits.extend(later.visits);
+        self.stands.extend(later.stands);
+        self.anomalies.extend(later.anomalies);
+    }
 }
 
 impl Walk {
@@ -121,6 +133,9 @@ impl Walk {
                 Event::Point(point) => self.on_point(point, findings),
                 Event::Revision { points } => self.on_revision(&points, findings),
                 Event::Visit(outcome) => findings.visits.push(outcome),
+                Event::Stand(stand) => {
+                    findings.stands.insert(stand.number, stand);
+                }
                 Event::Anomaly(anomaly) => findings.anomalies.push(anomaly),
                 // Of interest to a navigation engineer, who has the report of the final run.
                 Event::Aligned(_) | Event::Aid(_) => {}

@@ -8,6 +8,7 @@
 pub(crate) mod accept_log;
 pub(crate) mod body_writer;
 pub(crate) mod engine_config;
+pub(crate) mod identification;
 pub(crate) mod in_time_order;
 pub(crate) mod process;
 pub(crate) mod read_log;
@@ -15,6 +16,7 @@ pub(crate) mod run;
 mod signature;
 mod spill;
 pub(crate) mod stale_uploads;
+pub(crate) mod stand_choice;
 pub(crate) mod stored_grid;
 pub(crate) mod stored_samples;
 pub(crate) mod tell_visits;

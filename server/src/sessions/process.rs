@@ -2,16 +2,17 @@
 //! told it and as if no marker had been visited.
 
 use std::collections::HashMap;
-use std::sync::Arc;
 
 use futures_util::FutureExt;
 use lodestep_engine::event::{Anomaly, AnomalyKind, TrackPoint, VisitOutcome};
+use lodestep_engine::identify::automatic_visits;
 use lodestep_engine::sample::Foot;
 use lodestep_engine::session::{SessionConfig, Solution, Visit};
 use tokio::runtime::Handle;
 use uuid::Uuid;
 
 use super::engine_config::engine_config;
+use super::identification::identification;
 use super::in_time_order::InTimeOrder;
 use super::run::{self, Computed};
 use super::stored_grid;
@@ -22,8 +23,10 @@ use crate::live::session_changes;
 use crate::state::App;
 use crate::store::sessions::Session;
 use crate::store::track::Run;
+use crate::store::visits::Origin;
 use crate::store::{self, Store, StoreError};
 use crate::utc;
+use crate::wire::Change;
 
 /// Why a session's track could not be computed. The former track stays.
 #[derive(Debug, thiserror::Error)]
@@ -54,6 +57,8 @@ struct Walk {
     config: SessionConfig,
     recordings: Vec<Recording>,
     visits: Vec<Visit>,
+    /// Visits that automatic mode had made of the walk.
+    automatic: Vec<store::visits::Visit>,
     /// Told about visits that cannot be used.
     outcomes: Vec<VisitOutcome>,
     /// Told about feet that have no samples.
@@ -63,20 +68,19 @@ struct Walk {
 /// Computes a session's track and stores it in place of the former one; then what it is compared with,
 /// which nobody needs to wait for.
 pub(crate) async fn process(app: &App, session_id: Uuid, progress: Progress) -> Result<(), ProcessError> {
-    let walk = Arc::new(Walk::read(app, session_id).await?);
+    let walk = Walk::read(app, session_id).await?;
     let cell_ns = stored_grid::cell_ns(app.config.track_rate_hz);
-    let (main, filtered, mut progress) =
-        blocking(app, &walk, progress, move |store, runtime, walk, progress| {
+    let ((main, filtered), walk, mut progress) =
+        blocking(app, walk, progress, move |store, runtime, walk, progress| {
             compute(store, runtime, walk, cell_ns, progress)
         })
-        .await
-        .map(|((main, filtered), progress)| (main, filtered, progress))?;
+        .await?;
     put_in_place(app, &walk, main).await?;
     progress.tell("comparing", STORED_AT);
-    let without_markers = if walk.visits.is_empty() {
+    let without_markers = if walk.visits.is_empty() && walk.made().is_empty() {
         None
     } else {
-        let (points, kept) = blocking(app, &walk, progress, move |store, runtime, walk, progress| {
+        let (points, _, kept) = blocking(app, walk, progress, move |store, runtime, walk, progress| {
             without_markers(store, runtime, walk, cell_ns, progress)
         })
         .await?;
@@ -90,14 +94,14 @@ pub(crate) async fn process(app: &App, session_id: Uuid, progress: Progress) -> 
 /// Does a piece of the work on a thread that may block.
 async fn blocking<T: Send + 'static>(
     app: &App,
-    walk: &Arc<Walk>,
+    mut walk: Walk,
     mut progress: Progress,
-    work: impl FnOnce(&Store, &Handle, &Walk, &mut Progress) -> Result<T, ProcessError> + Send + 'static,
-) -> Result<(T, Progress), ProcessError> {
-    let (store, runtime, walk) = (app.store.clone(), Handle::current(), Arc::clone(walk));
+    work: impl FnOnce(&Store, &Handle, &mut Walk, &mut Progress) -> Result<T, ProcessError> + Send + 'static,
+) -> Result<(T, Walk, Progress), ProcessError> {
+    let (store, runtime) = (app.store.clone(), Handle::current());
     let working = tokio::task::spawn_blocking(move || {
-        let done = work(&store, &runtime, &walk, &mut progress)?;
-        Ok((done, progress))
+        let done = work(&store, &runtime, &mut walk, &mut progress)?;
+        Ok((done, walk, progress))
     });
     working.await.map_err(|error| ProcessError::Panicked(error.to_string()))?
 }
@@ -119,22 +123,39 @@ impl Walk {
         }
         let markers: HashMap<_, _> =
             store::markers::list(db).await?.into_iter().map(|marker| (marker.name.clone(), marker)).collect();
-        let mut visits = Vec::new();
+        let (mut visits, mut automatic) = (Vec::new(), Vec::new());
         let mut outcomes = Vec::new();
+        let mut identification = identification(&app.store, &session).await?.unwrap_or_default();
+        // What is nearly certain is decided when the whole walk is known, by `make_automatically`.
+        identification.automatic = false;
         for visit in store::visits::of_session(db, session_id).await? {
+            let made = visit.origin == Origin::Automatic;
+            if made {
+                automatic.push(visit.clone());
+            }
             match markers.get(&visit.marker) {
-                Some(marker) => visits.push(Visit {
-                    marker: visit.marker,
-                    t_start_ns: visit.t_start_ns,
-                    t_end_ns: visit.t_end_ns,
-                    position_n_m: (marker.e_m, marker.n_m, marker.u_m),
-                }),
+                Some(marker) => {
+                    let list = if made { &mut identification.automatic_visits } else { &mut visits };
+                    list.push(Visit {
+                        marker: visit.marker,
+                        t_start_ns: visit.t_start_ns,
+                        t_end_ns: visit.t_end_ns,
+                        position_n_m: (marker.e_m, marker.n_m, marker.u_m),
+                    });
+                }
+                None if made => {}
                 None => outcomes.push(unknown_marker(visit)),
             }
         }
         let feet = recordings.iter().map(|recording| recording.foot).collect();
-        let config = engine_config(&app.site, &session, feet);
-        Ok(Walk { session, config, recordings, visits, outcomes, anomalies })
+        let mut config = engine_config(&app.site, &session, feet);
+        config.identification = (!identification.markers.is_empty()).then_some(identification);
+        Ok(Walk { session, config, recordings, visits, automatic, outcomes, anomalies })
+    }
+
+    /// The visits that automatic mode has made.
+    fn made(&self) -> &[Visit] {
+        self.config.identification.as_ref().map_or(&[], |identification| &identification.automatic_visits)
     }
 
     fn samples(&self) -> u64 {
@@ -159,6 +180,7 @@ impl Walk {
             Run::Filtered => &self.visits[..],
             Run::WithoutMarkers => {
                 config.aids.markers = false;
+                config.identification = None;
                 &[]
             }
         };
@@ -195,6 +217,20 @@ fn unknown_marker(visit: store::visits::Visit) -> VisitOutcome {
     }
 }
 
+/// A visit that automatic mode has made, as it is stored.
+fn automatic_row(session_id: Uuid, visit: &Visit) -> store::visits::Visit {
+    store::visits::Visit {
+        id: Uuid::now_v7(),
+        session_id,
+        marker: visit.marker.clone(),
+        t_start_ns: visit.t_start_ns,
+        t_end_ns: visit.t_end_ns,
+        origin: Origin::Automatic,
+        created_at: utc::now(),
+        outcome: None,
+    }
+}
+
 /// What share of the job each stage is; the last percents are storing.
 const FILTERED_AT: f64 = 0.45;
 const SMOOTHED_AT: f64 = 0.7;
@@ -205,10 +241,11 @@ const COMPARED_AT: f64 = 0.98;
 fn compute(
     store: &Store,
     runtime: &Handle,
-    walk: &Walk,
+    walk: &mut Walk,
     cell_ns: i64,
     progress: &mut Progress,
 ) -> Result<(Computed, Vec<TrackPoint>), ProcessError> {
+    make_automatically(store, runtime, walk, progress)?;
     let mut main = walk.begin(Run::Main);
     let total = walk.samples().max(1) as f64;
     let fed = run::feed(&mut main, walk.samples_in_order(store, runtime), |done| {
@@ -254,6 +291,34 @@ fn without_markers(
     }
 }
 
+/// In automatic mode, finds in a run of its own which stands are nearly certain by all of the walk.
+fn make_automatically(
+    store: &Store,
+    runtime: &Handle,
+    walk: &mut Walk,
+    progress: &mut Progress,
+) -> Result<(), ProcessError> {
+    let Some(identification) = &mut walk.config.identification else { return Ok(()) };
+    identification.automatic_visits.clear();
+    if !walk.session.automatic_visits {
+        return Ok(());
+    }
+    let mut run = walk.begin(Run::Filtered);
+    let total = walk.samples().max(1) as f64;
+    let fed = run::feed(&mut run, walk.samples_in_order(store, runtime), |done| {
+        progress.tell("identifying", FILTERED_AT * done as f64 / total);
+        !progress.is_stopping()
+    });
+    if !fed.map_err(ProcessError::Read)? {
+        return Err(ProcessError::Stopping);
+    }
+    let stands = run.track.stands;
+    if let Some(identification) = &mut walk.config.identification {
+        identification.automatic_visits = automatic_visits(&stands, identification);
+    }
+    Ok(())
+}
+
 /// Every epoch of a run, computed from the raw samples for this one answer, with its visits.
 pub(crate) async fn full_track(
     app: &App,
@@ -280,11 +345,19 @@ pub(crate) async fn full_track(
 
 /// Puts the new result in the place of the former one: all of it or nothing. What the former was compared
 /// with goes, too.
-async fn put_in_place(app: &App, walk: &Arc<Walk>, main: Computed) -> Result<(), ProcessError> {
+async fn put_in_place(app: &App, walk: &Walk, main: Computed) -> Result<(), ProcessError> {
     let session_id = walk.session.id;
     let last_ns = main.stored.last().map_or(0, |point| point.t_ns);
     let ended_at = utc::at(walk.session.started_at, last_ns);
-    let walk = Arc::clone(walk);
+    let made: Vec<_> = walk.made().iter().map(|visit| automatic_row(session_id, visit)).collect();
+    let is_made = |known: &store::visits::Visit| {
+        made.iter().any(|made| made.marker == known.marker && made.t_start_ns == known.t_start_ns)
+    };
+    let removed: Vec<Uuid> =
+        walk.automatic.iter().filter(|known| !is_made(known)).map(|known| known.id).collect();
+    let gone = removed.clone();
+    let outcomes: Vec<_> = main.visits.iter().chain(&walk.outcomes).cloned().collect();
+    let anomalies: Vec<_> = main.anomalies.iter().chain(&walk.anomalies).cloned().collect();
     let stored = app
         .store
         .writer()
@@ -294,12 +367,21 @@ async fn put_in_place(app: &App, walk: &Arc<Walk>, main: Computed) -> Result<(),
                     store::track::clear(&mut *db, session_id, run).await?;
                 }
                 store::track::upsert(&mut *db, session_id, Run::Main, &main.stored).await?;
+                for visit in gone {
+                    store::visits::delete(&mut *db, visit).await?;
+                }
+                for visit in &made {
+                    store::visits::insert(&mut *db, visit).await?;
+                }
+                store::stands::clear(&mut *db, session_id).await?;
+                let stands: Vec<_> = main.stands.iter().map(store::stands::Stand::from).collect();
+                store::stands::upsert(&mut *db, session_id, &stands).await?;
                 store::visits::clear_outcomes(&mut *db, session_id).await?;
-                for outcome in main.visits.iter().chain(&walk.outcomes) {
+                for outcome in &outcomes {
                     store::visits::set_outcome(&mut *db, session_id, outcome).await?;
                 }
                 store::anomalies::clear(&mut *db, session_id).await?;
-                for anomaly in main.anomalies.iter().chain(&walk.anomalies) {
+                for anomaly in &anomalies {
                     store::anomalies::insert(&mut *db, session_id, anomaly).await?;
                 }
                 store::sessions::set_summary(&mut *db, session_id, &main.summary).await?;
@@ -310,6 +392,7 @@ async fn put_in_place(app: &App, walk: &Arc<Walk>, main: Computed) -> Result<(),
         })
         .await;
     stored.map_err(gone_when_dangling)?;
+    app.hub.publish_all(removed.into_iter().map(|id| Change::VisitRemoved { session_id, id }));
     if let Some(session) = store::sessions::get(app.store.read(), session_id).await? {
         app.hub.publish_all(session_changes(&app.store, session).await?);
     }

@@ -1,6 +1,6 @@
 //! Runs of the engine over a stored session: samples in, tracks and what was found out.
 
-use lodestep_engine::event::{Anomaly, Event, TrackPoint, VisitOutcome};
+use lodestep_engine::event::{Anomaly, Event, Stand, TrackPoint, VisitOutcome};
 use lodestep_engine::session::{Session, SessionConfig, Summary, Visit};
 use lodestep_engine::track::Track;
 
@@ -16,6 +16,7 @@ pub(crate) struct Computed {
     /// The track at the stored rate.
     pub(crate) stored: Vec<TrackPoint>,
     pub(crate) visits: Vec<VisitOutcome>,
+    pub(crate) stands: Vec<Stand>,
     pub(crate) anomalies: Vec<Anomaly>,
     pub(crate) summary: Summary,
     /// Over every epoch, lower-case hex.
@@ -88,6 +89,7 @@ impl Run {
             stored: thinned(&self.track.points, cell_ns),
             summary: self.summary(),
             visits: self.track.visits,
+            stands: self.track.stands,
             anomalies: self.track.anomalies,
         }
     }

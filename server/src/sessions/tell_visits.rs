@@ -8,7 +8,7 @@ use uuid::Uuid;
 
 use crate::error::{Error, Place, Result};
 use crate::state::App;
-use crate::store::visits::{self, Visit};
+use crate::store::visits::{self, Origin, Visit};
 use crate::store::{markers, sessions};
 use crate::utc;
 use crate::wire::Change;
@@ -75,6 +75,7 @@ pub(crate) async fn tell(app: &App, session_id: Uuid, told: Vec<Told>) -> Result
             marker: told.marker,
             t_start_ns: told.t_start_ns,
             t_end_ns: told.t_end_ns,
+            origin: Origin::Keyed,
             created_at: utc::now(),
             outcome: None,
         })
@@ -166,6 +167,7 @@ mod tests {
             marker: marker.to_owned(),
             t_start_ns,
             t_end_ns,
+            origin: Origin::Keyed,
             created_at: utc::now(),
             outcome: None,
         }

@@ -13,6 +13,7 @@ const STEPS: &[(i64, &str, &str)] = &[
     (1, "walks and findings", include_str!("../../../migrations/0001_walks_and_findings.sql")),
     (2, "visits in the stream", include_str!("../../../migrations/0002_visits_in_the_stream.sql")),
     (3, "filtered and smoothed", include_str!("../../../migrations/0003_filtered_and_smoothed.sql")),
+    (4, "stands", include_str!("../../../migrations/0004_stands.sql")),
 ];
 
 /// Brings the database up to this version.

@@ -11,6 +11,7 @@ pub mod logs;
 pub mod markers;
 pub mod raw_chunks;
 pub mod sessions;
+pub mod stands;
 pub mod stream_visits;
 pub mod track;
 pub mod visits;

@@ -34,6 +34,9 @@ pub struct Session {
     pub start: Start,
     /// Heading of the first sensor's x axis, clockwise from true north, degrees; `None`: from the magnetometer.
     pub initial_heading_deg: Option<f64>,
+    /// Whether a stand that is nearly certain is taken for a visit.
+    #[serde(default)]
+    pub automatic_visits: bool,
     /// IMU samples processed, both feet.
     pub samples: u64,
     /// Epochs the engine told.
@@ -99,6 +102,7 @@ impl FromRow<'_, SqliteRow> for Session {
                 position_m: columns::enu(row, ["start_e_m", "start_n_m", "start_u_m"])?,
             },
             initial_heading_deg: row.try_get("initial_heading_deg")?,
+            automatic_visits: row.try_get("automatic_visits")?,
             samples: columns::count(row, "samples")?,
             epochs: columns::count(row, "epochs")?,
             duration_s: row.try_get("duration_s")?,
@@ -160,8 +164,8 @@ pub async fn insert(db: impl SqliteExecutor<'_>, session: &Session) -> Result<()
     sqlx::query(
         "insert into sessions (
             id, inspector_id, title, state, started_at, ended_at, feet,
-            start_marker, start_e_m, start_n_m, start_u_m, initial_heading_deg, created_at
-         ) values (?1, ?2, ?3, ?4, ?5, ?6, ?7, ?8, ?9, ?10, ?11, ?12, ?13)",
+            start_marker, start_e_m, start_n_m, start_u_m, initial_heading_deg, created_at, automatic_visits
+         ) values (?1, ?2, ?3, ?4, ?5, ?6, ?7, ?8, ?9, ?10, ?11, ?12, ?13, ?14)",
     )
     .bind(session.id.to_string())
     .bind(session.inspector_id.to_string())
@@ -176,8 +180,23 @@ pub async fn insert(db: impl SqliteExecutor<'_>, session: &Session) -> Result<()
     .bind(session.start.position_m[2])
     .bind(session.initial_heading_deg)
     .bind(utc::to_us(session.created_at))
+    .bind(session.automatic_visits)
     .execute(db)
     .await?;
+    Ok(())
+}
+
+/// Switches automatic mode.
+pub async fn set_automatic_visits(
+    db: impl SqliteExecutor<'_>,
+    id: Uuid,
+    automatic: bool,
+) -> Result<(), StoreError> {
+    sqlx::query("update sessions set automatic_visits = ?2 where id = ?1")
+        .bind(id.to_string())
+        .bind(automatic)
+        .execute(db)
+        .await?;
     Ok(())
 }
 

@@ -23,12 +23,28 @@ pub struct Visit {
     pub t_start_ns: i64,
     /// When the inspector left, ns.
     pub t_end_ns: i64,
+    /// Who said so.
+    #[serde(default)]
+    pub origin: Origin,
     /// When it was told.
     #[serde(with = "time::serde::rfc3339")]
     pub created_at: OffsetDateTime,
     /// What became of it; absent until a run has weighed it.
     #[serde(flatten)]
     pub outcome: Option<Outcome>,
+}
+
+/// Who said that it was this marker.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Origin {
+    /// Somebody keyed it in.
+    #[default]
+    Keyed,
+    /// Somebody chose it among a stand's candidates.
+    Chosen,
+    /// Automatic mode: the stand was nearly certain.
+    Automatic,
 }
 
 /// What the filter made of a visit.
@@ -85,6 +101,7 @@ impl FromRow<'_, SqliteRow> for Visit {
             marker: row.try_get("marker")?,
             t_start_ns: row.try_get("t_start_ns")?,
             t_end_ns: row.try_get("t_end_ns")?,
+            origin: columns::word(row, "origin")?,
             created_at: columns::instant(row, "created_at")?,
             outcome,
         })
@@ -109,16 +126,23 @@ pub async fn count(db: impl SqliteExecutor<'_>, session_id: Uuid) -> Result<u64,
 /// may be handed in twice.
 pub async fn insert(db: impl SqliteExecutor<'_>, visit: &Visit) -> Result<bool, StoreError> {
     let query = sqlx::query(
-        "insert into visits (id, session_id, marker, t_start_ns, t_end_ns, created_at)
-         values (?1, ?2, ?3, ?4, ?5, ?6) on conflict (session_id, marker, t_start_ns) do nothing",
+        "insert into visits (id, session_id, marker, t_start_ns, t_end_ns, created_at, origin)
+         values (?1, ?2, ?3, ?4, ?5, ?6, ?7) on conflict (session_id, marker, t_start_ns) do nothing",
     )
     .bind(visit.id.to_string())
     .bind(visit.session_id.to_string())
     .bind(&visit.marker)
     .bind(visit.t_start_ns)
     .bind(visit.t_end_ns)
-    .bind(utc::to_us(visit.created_at));
+    .bind(utc::to_us(visit.created_at))
+    .bind(columns::to_word(visit.origin));
     Ok(query.execute(db).await?.rows_affected() > 0)
+}
+
+/// Removes one, and with it its place in the stream.
+pub async fn delete(db: impl SqliteExecutor<'_>, id: Uuid) -> Result<(), StoreError> {
+    sqlx::query("delete from visits where id = ?1").bind(id.to_string()).execute(db).await?;
+    Ok(())
 }
 
 /// Notes what the filter made of the visit to this marker that was applied at `t_ns`: the one whose

@@ -16,7 +16,9 @@ use tokio::sync::{mpsc, oneshot};
 use uuid::Uuid;
 
 use super::raw_chunks::{self, Packed, Samples};
+use super::stands::{self, Stand};
 use super::track::{self, Run};
+use super::visits::Visit;
 use super::{StoreError, anomalies, migrations, sessions, visits};
 
 /// Writes that may wait; more make their senders wait.
@@ -44,6 +46,10 @@ pub struct Record {
     pub points: Vec<TrackPoint>,
     /// Points that were corrected in hindsight; those that are not stored are passed over.
     pub revised: Vec<TrackPoint>,
+    /// Where its inspector stood.
+    pub stands: Vec<Stand>,
+    /// Visits that automatic mode has made.
+    pub automatic: Vec<Visit>,
     /// What became of its visits.
     pub visits: Vec<VisitOutcome>,
     /// What was found wrong.
@@ -132,6 +138,10 @@ impl Writer {
                 }
                 track::upsert(db, id, Run::Main, &record.points).await?;
                 track::revise(db, id, Run::Main, &record.revised).await?;
+                stands::upsert(&mut *db, id, &record.stands).await?;
+                for visit in &record.automatic {
+                    visits::insert(&mut *db, visit).await?;
+                }
                 for told in &record.visits {
                     visits::set_outcome(&mut *db, id, told).await?;
                 }

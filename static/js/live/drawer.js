@@ -6,10 +6,14 @@ import { rankPlaces } from "../geometry.js";
 import { html, one, render, setAttribute, setText } from "../html.js";
 import { t, translate, tOr } from "../i18n.js";
 import { offBefore, visitOutcome, visitTime } from "../state/findings.js";
+import { standCards, standClicked } from "../stands/list.js";
+import { problemBox } from "../ui/problem.js";
 import { presenceGlyph } from "../ui/signs.js";
 import { makeFaultForm } from "../faults/form.js";
 
 const CANDIDATES = 5;
+/** Stands shown, the newest. */
+const STANDS = 2;
 /** Actuators beyond this many metres are not worth a line. */
 const CANDIDATES_WITHIN_M = 60;
 
@@ -26,7 +30,11 @@ export function makeDrawer(app, el) {
     const target = /** @type {HTMLElement} */ (event.target);
     const person = current();
     const place = target.closest("[data-place]")?.getAttribute("data-place");
-    if (place) {
+    const asked = person?.session ? standClicked(target, person.session.id) : null;
+    if (asked) {
+      const problem = one(".stand-problem", el);
+      asked.then(() => render(problem, html``), (error) => render(problem, problemBox(error)));
+    } else if (place) {
       const node = app.grid.named(place);
       if (node) {
         app.ui.goal = node.name;
@@ -59,7 +67,8 @@ export function makeDrawer(app, el) {
       <header data-id="${person.inspector.id}"><span class="state"></span><h2></h2><button type="button" class="quiet icon" data-close-drawer data-t-label="close">✕</button></header>
       <section class="actions"><button type="button" data-follow data-t="map.follow"></button><button type="button" data-report data-testid="report-fault" data-t="fault.report"></button></section>
       <section><h3 data-t="drawer.position"></h3><div class="enu"></div><dl class="facts"></dl></section>
-      <section><h3 data-t="drawer.near"></h3>${Array.from({ length: CANDIDATES }, () => html`<div class="candidate"><button type="button" data-place=""></button><progress max="1" value="0" aria-hidden="true"></progress><span class="num p"></span><span class="num d"></span></div>`)}<p class="muted near-rest"></p></section>
+      <section class="near"><h3 data-t="drawer.near"></h3>${Array.from({ length: CANDIDATES }, () => html`<div class="candidate"><button type="button" data-place=""></button><progress max="1" value="0" aria-hidden="true"></progress><span class="num p"></span><span class="num d"></span></div>`)}<p class="muted near-rest"></p></section>
+      <section><h3 data-t="stand.title"></h3><div class="stands"></div><div class="stand-problem"></div></section>
       <section><h3 data-t="drawer.visits"></h3><div class="visits"></div></section>
       <section><h3 data-t="drawer.anomalies"></h3><div class="anomalies"></div></section>`);
     translate(el);
@@ -84,7 +93,7 @@ export function makeDrawer(app, el) {
       <dt>${t("drawer.started")}</dt><dd>${session?.started_at ? dateTime(session.started_at) : "–"}</dd>`);
 
     const near = candidates(person);
-    [...el.querySelectorAll(".candidate")].forEach((line, i) => {
+    [...el.querySelectorAll(".near .candidate")].forEach((line, i) => {
       const candidate = near[i];
       /** @type {HTMLElement} */ (line).hidden = !candidate;
       if (!candidate) return;
@@ -97,6 +106,10 @@ export function makeDrawer(app, el) {
     });
     const named = near.reduce((sum, candidate) => sum + candidate.probability, 0);
     setText(one(".near-rest", el), near.length > 0 ? t("drawer.near_rest", { share: percent(Math.max(0, 1 - named)) }) : t("drawer.near_none"));
+
+    // The newest first; a button stays the same element as long as nothing of the stands changes.
+    const stands = (session?.stands ?? []).slice(-STANDS).reverse();
+    render(one(".stands", el), html`${stands.length === 0 && html`<p class="muted">${t("drawer.none")}</p>`}${standCards(stands, session?.visits ?? [])}`);
 
     const visits = (session?.visits ?? []).slice(-3).reverse();
     render(one(".visits", el), html`${visits.length === 0 && html`<p class="muted">${t("drawer.none")}</p>`}${visits.map(visitLine)}`);

@@ -7,6 +7,7 @@ import { html, one, render, setText } from "../html.js";
 import { t, tOr, translate } from "../i18n.js";
 import { eastNorth } from "../map/stage.js";
 import { offBefore, visitOutcome, visitTime } from "../state/findings.js";
+import { standCards, standClicked } from "../stands/list.js";
 import { problemBox } from "../ui/problem.js";
 import { drawChart } from "./chart.js";
 import { stateTag } from "./list.js";
@@ -33,6 +34,7 @@ export function sessionView(app, side, id) {
       <p class="cursor muted" aria-live="off"></p>
     </section>
     <section class="visits"></section>
+    <section class="stands"></section>
     <section class="anomalies"></section>
     <section class="files"></section>
   </div>`);
@@ -45,10 +47,12 @@ export function sessionView(app, side, id) {
   let without = null;
   /** @type {import("./track.js").Track | null} */
   let filtered = null;
-  /** @type {string | null} The last job whose end was noticed. */
-  let endedJob = null;
   /** @type {import("../state/live.js").Visit[]} */
   let visits = [];
+  /** @type {import("../state/live.js").Stand[]} */
+  let stands = [];
+  /** Jobs of this walk that have ended and been looked at. @type {Set<string>} */
+  const seen = new Set();
   /** @type {any} */
   let known = null;
   /** @type {number | null} */
@@ -60,6 +64,13 @@ export function sessionView(app, side, id) {
   // A walk is looked at closely; the other screens want the map as they left it.
   const showAsBefore = app.stage.remember();
   const slider = /** @type {HTMLInputElement} */ (one("input[type=range]", side));
+
+  /** Whether a job of this walk has ended since the last look. */
+  function lookAtJobs() {
+    const ended = [...app.live.jobs.values()].filter((j) => j.session_id === id && (j.state === "finished" || j.state === "failed") && !seen.has(j.id));
+    ended.forEach((j) => seen.add(j.id));
+    return ended.length > 0;
+  }
 
   function redraw() {
     runs.main = show.main && main ? line(main) : null;
@@ -107,12 +118,14 @@ export function sessionView(app, side, id) {
 
   async function load() {
     try {
-      const [row, list, found] = await Promise.all([api.session(id), api.visits(id), api.anomalies(id)]);
+      const [row, list, found, stood] = await Promise.all([api.session(id), api.visits(id), api.anomalies(id), api.stands(id)]);
       if (gone) return;
       visits = list;
+      stands = stood;
       known = row;
       showHead(row);
       showVisits();
+      showStands();
       showAnomalies(found);
       showFiles(row);
       if (row.state !== "finished" && !(row.epochs > 0)) return;
@@ -189,6 +202,39 @@ export function sessionView(app, side, id) {
         })}</tbody></table></div>`}`);
   }
 
+  /** @param {unknown} [error] */
+  function showStands(error) {
+    render(one(".stands", side), html`<h2>${t("stand.title")}</h2>
+      <label><input type="checkbox" name="automatic" ${known?.automatic_visits && "checked"}>${t("stand.automatic")}</label>
+      <p class="muted">${t("stand.automatic_hint")}</p>
+      ${error !== undefined && problemBox(error)}
+      ${stands.length === 0 ? html`<p class="muted">${t("stand.none")}</p>` : html`<div data-testid="stands">${standCards(stands, visits)}</div>`}`);
+  }
+
+  /**
+   * Something was asked for that changes the visits; the track follows when its job has ended.
+   * @param {Promise<unknown>} asked
+   */
+  async function ask(asked) {
+    try {
+      await asked;
+      await lookAtStands();
+    } catch (error) {
+      if (!gone) showStands(error);
+    }
+  }
+
+  async function lookAtStands() {
+    const [row, list, stood] = await Promise.all([api.session(id), api.visits(id), api.stands(id)]);
+    if (gone) return;
+    known = row;
+    visits = list;
+    stands = stood;
+    showHead(row);
+    showVisits();
+    showStands();
+  }
+
   /** @param {import("../state/live.js").Anomaly[]} found */
   function showAnomalies(found) {
     render(one(".anomalies", side), html`<h2>${t("session.anomalies")}</h2>${found.length === 0
@@ -206,7 +252,10 @@ export function sessionView(app, side, id) {
   }
 
   const onClick = (/** @type {Event} */ event) => {
-    const name = /** @type {HTMLElement} */ (event.target).closest("[data-visit]")?.getAttribute("data-visit");
+    const target = /** @type {HTMLElement} */ (event.target);
+    const asked = standClicked(target, id);
+    if (asked) ask(asked);
+    const name = target.closest("[data-visit]")?.getAttribute("data-visit");
     if (!name) return;
     runs.selected = name;
     const place = app.grid.named(name);
@@ -217,6 +266,10 @@ export function sessionView(app, side, id) {
     const input = /** @type {HTMLInputElement} */ (event.target);
     show[/** @type {keyof typeof show} */ (input.name)] = input.checked;
     redraw();
+  });
+  one(".stands", side).addEventListener("change", (event) => {
+    const input = /** @type {HTMLInputElement} */ (event.target);
+    if (input.name === "automatic") ask(api.setAutomaticVisits(id, input.checked));
   });
   const onSlide = () => {
     cursor_s = Number(slider.value);
@@ -234,16 +287,14 @@ export function sessionView(app, side, id) {
   side.addEventListener("click", onClick);
   slider.addEventListener("input", onSlide);
   app.stage.map.on("click", onMapClick);
+  lookAtJobs();
   load();
 
   return {
     update(changed) {
-      // The session was still being worked on, or what it is compared with was: the end is worth a new look.
-      const ended = [...app.live.jobs.values()].find((j) => j.session_id === id && (j.state === "finished" || j.state === "failed"));
-      if (ended && ended.id !== endedJob) {
-        endedJob = ended.id;
-        if (!main || !filtered) load();
-      }
+      // The session was worked on: its end is worth a new look.
+      if (changed.has("job") && lookAtJobs()) load();
+      else if (known?.state === "live" && (changed.has("stand") || changed.has("visit"))) ask(Promise.resolve());
       if (changed.has("all")) {
         // The inspectors' names come with the feed.
         if (known) showHead(known);

@@ -7,6 +7,7 @@ import { extend, revise } from "./trail.js";
  * @typedef {import("./trail.js").TrailPoint} TrailPoint
  * @typedef {import("./findings.js").Visit} Visit
  * @typedef {import("./findings.js").Anomaly} Anomaly
+ * @typedef {import("./findings.js").Stand} Stand
  * @typedef {{id: string, name: string}} Inspector
  * @typedef {{
  *   kind?: string, session_id?: string, inspector_id?: string, t_ns: number,
@@ -23,7 +24,7 @@ import { extend, revise } from "./trail.js";
  * }} Fault a candidate without a marker stands for none of those named
  * @typedef {{
  *   id: string, inspector_id: string, title?: string | null, state: string, started_at: string | null, ended_at?: string | null,
- *   feet?: string[], position: Position | null, trail: TrailPoint[], revised_from_ns: number, visits: Visit[], anomalies: Anomaly[],
+ *   feet?: string[], position: Position | null, trail: TrailPoint[], revised_from_ns: number, visits: Visit[], stands: Stand[], anomalies: Anomaly[],
  * }} LiveSession `revised_from_ns` is the earliest time that was revised since the map last drew the past
  * @typedef {{id: string, session_id: string, state: string, stage: string, progress: number, error?: unknown}} Job
  * @typedef {{
@@ -31,10 +32,10 @@ import { extend, revise } from "./trail.js";
  *   inspectors: Map<string, Inspector>, sessions: Map<string, LiveSession>, faults: Map<string, Fault>,
  *   jobs: Map<string, Job>, markers_revision: number,
  * }} LiveState
- * @typedef {"all" | "position" | "trail" | "session" | "visit" | "anomaly" | "fault" | "markers" | "job"} Topic
+ * @typedef {"all" | "position" | "trail" | "session" | "visit" | "stand" | "anomaly" | "fault" | "markers" | "job"} Topic
  */
 
-/** How many of the latest anomalies and visits of a live session are kept to be shown. */
+/** How many of the latest anomalies, visits and stands of a live session are kept to be shown. */
 const KEPT = 50;
 
 /** @returns {LiveState} */
@@ -106,6 +107,7 @@ function liveSession(row) {
     trail: row.trail ?? [],
     revised_from_ns: Infinity,
     visits: row.visits instanceof Array ? row.visits : [],
+    stands: row.stands instanceof Array ? row.stands : [],
     anomalies: row.anomalies instanceof Array ? row.anomalies : [],
   };
 }
@@ -141,7 +143,7 @@ function applyChange(state, change, changed) {
       const row = change.session;
       const known = state.sessions.get(row.id);
       // The row counts its visits and anomalies; the live lists and the trail are this page's own.
-      const { trail: _t, visits: _v, anomalies: _a, position: _p, ...facts } = row;
+      const { trail: _t, visits: _v, stands: _s, anomalies: _a, position: _p, ...facts } = row;
       state.sessions.set(row.id, known ? Object.assign(known, facts) : liveSession(facts));
       changed.add("session");
       break;
@@ -154,6 +156,18 @@ function applyChange(state, change, changed) {
       // Told once when it is keyed in, and again when it has been weighed.
       if (session) keep(session.visits, change, (known) => known.id === change.id);
       changed.add("visit");
+      break;
+    case "visit_removed":
+      if (session) session.visits = session.visits.filter((known) => known.id !== change.id);
+      changed.add("visit");
+      break;
+    case "stands":
+      if (session) {
+        const told = new Set(change.stands.map((/** @type {Stand} */ stand) => stand.number));
+        const others = change.all ? [] : session.stands.filter((known) => !told.has(known.number));
+        session.stands = [...others, ...change.stands].sort((a, b) => a.number - b.number).slice(-KEPT);
+      }
+      changed.add("stand");
       break;
     case "anomaly":
       if (session) keep(session.anomalies, change, () => false);

@@ -106,6 +106,27 @@ describe("the page", { skip }, () => {
     await tab.page.getByTestId("figures").filter({ hasText: /1440 m.*8 \/ 9/s }).waitFor();
   });
 
+  test("the details say where somebody stood last", async () => {
+    await row("i3").click();
+    const stand = tab.page.getByTestId("drawer").getByTestId("stand");
+    await becomes(() => stand.locator(".candidate:visible").count(), 3);
+    await stand.getByRole("button", { name: "Accept A58" }).waitFor();
+  });
+
+  test("a stand's marker is accepted and taken back", async () => {
+    await visit("#/sessions/s9");
+    const stand = tab.page.locator('[data-stand="3"]');
+    await stand.getByText("62 %").waitFor();
+    await stand.getByText("none of these").waitFor();
+    await stand.getByRole("button", { name: "Accept A17" }).click();
+    await stand.getByText("chosen").waitFor();
+    await stand.getByRole("button", { name: "Undo" }).click();
+    await stand.getByText("chosen").waitFor({ state: "detached" });
+    // What somebody keyed in is not chosen again.
+    await tab.page.locator('[data-stand="1"]').getByText("keyed in").waitFor();
+    await becomes(() => tab.page.locator('[data-stand="1"] [data-choose]:enabled').count(), 0);
+  });
+
   test("both feet are handed in through a lost answer; the track is worked out and linked", async () => {
     await visit("#/upload");
     mock.orders.dropAfterBytes = 5_000_000;

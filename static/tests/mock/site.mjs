@@ -31,12 +31,13 @@ export class MockSite {
       id: `s${i + 1}`, inspector_id: inspector.id, title: "", state: "live", started_at: iso(-(600 + 400 * i) * 1000), ended_at: null,
       feet: ["left", "right"], samples: 0, epochs: 0, duration_s: 0, distance_m: 0,
     };
-    const walk = { session, inspector, s: 120 + 420 * i, speed: 1.1 + 0.1 * i, t_s: 600 + 400 * i, since_m: 40 + 90 * i, since_s: 30 + 75 * i, sigma: 0.8 + 0.9 * i, standing: 0, trail: [], visits: [], anomalies: [], position: null };
+    const walk = { session, inspector, s: 120 + 420 * i, speed: 1.1 + 0.1 * i, t_s: 600 + 400 * i, since_m: 40 + 90 * i, since_s: 30 + 75 * i, sigma: 0.8 + 0.9 * i, standing: 0, trail: [], visits: [], stands: [], anomalies: [], position: null };
     for (let k = 240; k > 0; k--) {
       const [e, n] = this.onRoad(walk.s - k * 0.55);
       walk.trail.push([Math.round((walk.t_s - k * STEP_S) * 1e9), e, n]);
     }
     if (i === 0) walk.visits.push({ session_id: session.id, id: "v1", marker: "A57", t_start_ns: 478e9, t_end_ns: 482e9, t_applied_ns: 480e9, accepted: true, nis: 1.8, before_minus_marker_m: [2.1, -1.4, 0.2], after_minus_marker_m: [0.2, -0.1, 0], reason: "" });
+    if (i === 2) walk.stands.push({ number: 1, t_start_ns: 700e9, t_end_ns: 709e9, lasts: false, position_m: [0, 0, 0], candidates: [{ marker: "A58", probability: 0.62, distance_m: 2.2 }, { marker: "A46", probability: 0.3, distance_m: 7.2 }, { marker: null, probability: 0.08, distance_m: null }] });
     if (i === 2) walk.anomalies.push({ session_id: session.id, anomaly: "magnetic_field", foot: "left", t_start_ns: 305e9, t_end_ns: 318e9, samples: 1300, detail: "expected 48.1 µT within 8 µT, found 61.0 µT" });
     this.place(walk);
     return walk;
@@ -107,7 +108,7 @@ export class MockSite {
   snapshot() {
     return {
       type: "snapshot", boot: this.boot, seq: this.seq, server_time: iso(0), inspectors: this.inspectors,
-      sessions: this.walks.map((w) => ({ ...w.session, trail: w.trail, position: w.position, visits: w.visits, anomalies: w.anomalies })),
+      sessions: this.walks.map((w) => ({ ...w.session, trail: w.trail, position: w.position, visits: w.visits, stands: w.stands, anomalies: w.anomalies })),
       faults: this.faults.filter((f) => f.state === "open"), markers_revision: 7,
     };
   }
@@ -145,7 +146,15 @@ export class MockSite {
         if (k !== 1250) drift = off;
       }
     }
-    return { main: { run: "main", columns, rows: main }, without_markers: { run: "without_markers", columns, rows: without }, visits };
+    const stands = visits.slice(0, 2).map((visit, i) => ({
+      number: i + 1, t_start_ns: visit.t_start_ns - 1e9, t_end_ns: visit.t_end_ns + 1e9, lasts: false, position_m: [0, 0, 0],
+      candidates: [{ marker: visit.marker, probability: 0.97, distance_m: 1.1 }, { marker: null, probability: 0.03, distance_m: null }],
+    }));
+    stands.push({
+      number: 3, t_start_ns: 40e9, t_end_ns: 52e9, lasts: false, position_m: [0, 0, 0],
+      candidates: [{ marker: "A17", probability: 0.62, distance_m: 2.4 }, { marker: "A18", probability: 0.3, distance_m: 7.9 }, { marker: null, probability: 0.08, distance_m: null }],
+    });
+    return { stands, main: { run: "main", columns, rows: main }, without_markers: { run: "without_markers", columns, rows: without }, visits };
   }
 }
 

@@ -13,3 +13,4 @@ mod simulated_walks;
 mod smoothed;
 mod told;
 mod visits;
+mod which_marker;

@@ -69,6 +69,10 @@ impl Told {
                         "{alignment:?}"
                     );
                 }
+                Event::Stand(stand) => {
+                    let sum: f64 = stand.candidates.iter().map(|candidate| candidate.probability).sum();
+                    assert!((sum - 1.0).abs() < 1e-9, "{stand:?}");
+                }
             }
             track.take(event.clone());
         }

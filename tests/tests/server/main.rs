@@ -9,5 +9,6 @@ mod live;
 mod markers;
 mod processing;
 mod sessions;
+mod stands;
 mod surroundings;
 mod upload;

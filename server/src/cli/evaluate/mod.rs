@@ -2,6 +2,7 @@
 
 mod honesty;
 mod ladder;
+mod markers;
 mod recordings;
 mod score;
 mod text_table;
@@ -61,6 +62,8 @@ enum Study {
     Ladder(ladder::LadderArgs),
     /// Errors over their own sigmas on simulated walks: does the filter know how wrong it is?
     Honesty(honesty::HonestyArgs),
+    /// Which marker is it? Candidates on simulated walks: right first, calibration, automatic mode
+    Markers(markers::MarkersArgs),
 }
 
 /// Scores recordings, or makes one of the studies on simulated walks.
@@ -68,6 +71,7 @@ pub(super) fn evaluate(args: &EvaluateArgs) -> Result<()> {
     match &args.study {
         Some(Study::Ladder(args)) => return ladder::ladder(args),
         Some(Study::Honesty(args)) => return honesty::honesty(args),
+        Some(Study::Markers(args)) => return markers::markers(args),
         None => {}
     }
     let found = recordings::find(&args.paths, args.closed)?;

@@ -1,0 +1,51 @@
+//! Where inspectors stood: listed with the markers that it may have been, chosen, and taken back.
+
+use axum::Router;
+use axum::extract::State;
+use axum::http::StatusCode;
+use axum::routing::{get, put};
+use serde::Deserialize;
+use uuid::Uuid;
+
+use super::extract::{Json, Path};
+use crate::error::{Error, Result};
+use crate::sessions::stand_choice;
+use crate::state::App;
+use crate::store::sessions;
+use crate::store::stands::{self, Stand};
+use crate::store::visits::Visit;
+
+pub(super) fn routes() -> Router<App> {
+    Router::new()
+        .route("/sessions/{id}/stands", get(list))
+        .route("/sessions/{id}/stands/{number}/choice", put(choose).delete(take_back))
+}
+
+async fn list(State(app): State<App>, Path(session_id): Path<Uuid>) -> Result<axum::Json<Vec<Stand>>> {
+    if sessions::get(app.store.read(), session_id).await?.is_none() {
+        return Err(Error::not_found("session", session_id));
+    }
+    Ok(axum::Json(stands::of_session(app.store.read(), session_id).await?))
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Choice {
+    marker: String,
+}
+
+async fn choose(
+    State(app): State<App>,
+    Path((session_id, number)): Path<(Uuid, u32)>,
+    Json(choice): Json<Choice>,
+) -> Result<axum::Json<Visit>> {
+    Ok(axum::Json(stand_choice::choose(&app, session_id, number, choice.marker).await?))
+}
+
+async fn take_back(
+    State(app): State<App>,
+    Path((session_id, number)): Path<(Uuid, u32)>,
+) -> Result<StatusCode> {
+    stand_choice::take_back(&app, session_id, number).await?;
+    Ok(StatusCode::NO_CONTENT)
+}
