@@ -45,7 +45,7 @@ impl Default for ImuNoise {
             velocity_random_walk_share_sqrt_s: 4e-3,
             gyro_bias_random_walk_rad_s_sqrt_s: 6e-5,
             accelerometer_bias_random_walk_m_s2_sqrt_s: 3e-4,
-            height_random_walk_m_sqrt_s: 0.15,
+            height_random_walk_m_sqrt_s: 0.05,
             gyro_bias_correlation_time_s: 3600.0,
             accelerometer_bias_correlation_time_s: 3600.0,
         }
