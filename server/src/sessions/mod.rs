@@ -2,8 +2,8 @@
 //!
 //! A log comes in ([`uploads`], [`upload_file`], [`upload_turns`]), is read whole ([`unpack`],
 //! [`read_log`], [`spill`]) and accepted ([`accept_log`]); the samples of both feet
-//! ([`stored_samples`], [`in_time_order`]) are run through the engine ([`run`]) and the result takes
-//! the place of the former one ([`process`]).
+//! ([`stored_samples`], [`in_time_order`]) are run through the engine ([`run`]), as [`process`] has it:
+//! [`stored_walk`] reads what a walk is computed from, [`put_in_place`] stores the result.
 
 pub(crate) mod accept_log;
 pub(crate) mod body_writer;
@@ -11,6 +11,7 @@ pub(crate) mod engine_config;
 pub(crate) mod identification;
 pub(crate) mod in_time_order;
 pub(crate) mod process;
+mod put_in_place;
 pub(crate) mod read_log;
 pub(crate) mod run;
 mod signature;
@@ -19,6 +20,7 @@ pub(crate) mod stale_uploads;
 pub(crate) mod stand_choice;
 pub(crate) mod stored_grid;
 pub(crate) mod stored_samples;
+mod stored_walk;
 pub(crate) mod tell_visits;
 pub(crate) mod track_file;
 pub(crate) mod unpack;

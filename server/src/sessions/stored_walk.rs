@@ -1,0 +1,146 @@
+//! A walk as the store has it: samples, visits and how it is to be computed.
+
+use std::collections::HashMap;
+
+use lodestep_engine::event::{Anomaly, AnomalyKind, VisitOutcome};
+use lodestep_engine::sample::Foot;
+use lodestep_engine::session::{SessionConfig, Solution, Visit};
+use tokio::runtime::Handle;
+use uuid::Uuid;
+
+use super::engine_config::engine_config;
+use super::identification::identification;
+use super::in_time_order::InTimeOrder;
+use super::process::ProcessError;
+use super::run;
+use super::stored_samples::{self, Recording, StoredSamples};
+use crate::state::App;
+use crate::store::sessions::Session;
+use crate::store::track::Run;
+use crate::store::visits::Origin;
+use crate::store::{self, Store};
+
+/// What a session is computed from.
+pub(super) struct Walk {
+    pub(super) session: Session,
+    pub(super) config: SessionConfig,
+    recordings: Vec<Recording>,
+    pub(super) visits: Vec<Visit>,
+    /// Visits that automatic mode had made of the walk.
+    pub(super) automatic: Vec<store::visits::Visit>,
+    /// Told about visits that cannot be used.
+    pub(super) outcomes: Vec<VisitOutcome>,
+    /// Told about feet that have no samples.
+    pub(super) anomalies: Vec<Anomaly>,
+}
+
+impl Walk {
+    pub(super) async fn read(app: &App, session_id: Uuid) -> Result<Walk, ProcessError> {
+        let db = app.store.read();
+        let session = store::sessions::get(db, session_id).await?.ok_or(ProcessError::SessionGone)?;
+        let mut recordings = Vec::new();
+        let mut anomalies = Vec::new();
+        for &foot in &session.feet {
+            match stored_samples::recording(&app.store, session_id, foot).await? {
+                Some(recording) => recordings.push(recording),
+                None => anomalies.push(missing_foot(foot)),
+            }
+        }
+        if recordings.is_empty() {
+            return Err(ProcessError::NoSamples);
+        }
+        let markers: HashMap<_, _> =
+            store::markers::list(db).await?.into_iter().map(|marker| (marker.name.clone(), marker)).collect();
+        let (mut visits, mut automatic) = (Vec::new(), Vec::new());
+        let mut outcomes = Vec::new();
+        let mut identification = identification(&app.store, &session).await?.unwrap_or_default();
+        // What is nearly certain is decided when the whole walk is known, by `make_automatically`.
+        identification.automatic = false;
+        for visit in store::visits::of_session(db, session_id).await? {
+            let made = visit.origin == Origin::Automatic;
+            if made {
+                automatic.push(visit.clone());
+            }
+            match markers.get(&visit.marker) {
+                Some(marker) => {
+                    let list = if made { &mut identification.automatic_visits } else { &mut visits };
+                    list.push(Visit {
+                        marker: visit.marker,
+                        t_start_ns: visit.t_start_ns,
+                        t_end_ns: visit.t_end_ns,
+                        position_n_m: (marker.e_m, marker.n_m, marker.u_m),
+                    });
+                }
+                None if made => {}
+                None => outcomes.push(unknown_marker(visit)),
+            }
+        }
+        let feet = recordings.iter().map(|recording| recording.foot).collect();
+        let mut config = engine_config(&app.site, &session, feet);
+        config.identification = (!identification.markers.is_empty()).then_some(identification);
+        Ok(Walk { session, config, recordings, visits, automatic, outcomes, anomalies })
+    }
+
+    /// The visits that automatic mode has made.
+    pub(super) fn made(&self) -> &[Visit] {
+        self.config.identification.as_ref().map_or(&[], |identification| &identification.automatic_visits)
+    }
+
+    pub(super) fn samples(&self) -> u64 {
+        self.recordings.iter().map(|recording| recording.samples).sum()
+    }
+
+    /// The samples, to be read on a thread that may block.
+    pub(super) fn samples_in_order(&self, store: &Store, runtime: &Handle) -> InTimeOrder<StoredSamples> {
+        InTimeOrder::new(self.recordings.iter().map(|recording| {
+            (recording.foot, StoredSamples::new(store.clone(), runtime.clone(), recording.origin))
+        }))
+    }
+
+    /// One run, before its first sample.
+    pub(super) fn begin(&self, run: Run) -> run::Run {
+        let mut config = self.config.clone();
+        let visits = match run {
+            Run::Main => {
+                config.solution = Solution::Smoothed;
+                &self.visits[..]
+            }
+            Run::Filtered => &self.visits[..],
+            Run::WithoutMarkers => {
+                config.aids.markers = false;
+                config.identification = None;
+                &[]
+            }
+        };
+        run::Run::new(config, visits)
+    }
+}
+
+/// A session that says both feet and holds one is computed with the one, and says so.
+fn missing_foot(foot: Foot) -> Anomaly {
+    Anomaly {
+        kind: AnomalyKind::FootMissing,
+        foot: Some(foot),
+        t_start_ns: 0,
+        t_end_ns: 0,
+        samples: 0,
+        detail: format!(
+            "expected samples of the {} foot, found none: the track was computed without it",
+            foot.name()
+        ),
+    }
+}
+
+/// A visit whose marker has been deleted or renamed measures nothing.
+fn unknown_marker(visit: store::visits::Visit) -> VisitOutcome {
+    VisitOutcome {
+        reason: format!("there is no marker {:?} now: add it and process again", visit.marker),
+        marker: visit.marker,
+        t_ns: visit.t_start_ns,
+        before_minus_marker_n_m: [0.0; 3],
+        after_minus_marker_n_m: [0.0; 3],
+        nis: 0.0,
+        degrees_of_freedom: 0,
+        accepted: false,
+    }
+}
