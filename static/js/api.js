@@ -91,6 +91,8 @@ export const createSession = (body) => post("/sessions", body);
 export const deleteSession = (id) => request(`/sessions/${seg(id)}`, { method: "DELETE" });
 /** @param {string} id */
 export const visits = (id) => get(`/sessions/${seg(id)}/visits`).then(rows);
+/** @param {string} id @returns {Promise<import("./sessions/report.js").Report>} */
+export const report = (id) => get(`/sessions/${seg(id)}/report`);
 /** @param {string} id */
 export const stands = (id) => get(`/sessions/${seg(id)}/stands`).then(rows);
 /**

@@ -8,6 +8,7 @@ mod loop_closure;
 mod markers;
 mod motion_capture;
 mod rigid_fit;
+mod session_report;
 mod statistics;
 mod visits;
 
@@ -18,6 +19,7 @@ pub use ground_points::{GroundPointErrors, ground_points};
 pub use loop_closure::{LoopClosure, loop_closure};
 pub use markers::{CalibrationBin, MarkerScore};
 pub use motion_capture::{MotionCaptureErrors, motion_capture};
+pub use session_report::{AidReport, RejectedVisit, SessionReport};
 pub use statistics::{Spread, median, percentile};
 pub use visits::{VisitErrors, visits};
 

@@ -33,6 +33,10 @@ pub struct AidTally {
     pub accepted: u64,
     /// Updates that were turned down.
     pub rejected: u64,
+    /// Of these the ones that could not be weighed at all: a field that is not the earth's, for instance.
+    pub unusable: u64,
+    /// Degrees of freedom of the accepted updates, all together.
+    pub accepted_degrees: u64,
     /// Mean of the normalised innovation squared of the accepted updates, over its degrees of
     /// freedom: 1 where the filter is honest about this aid.
     pub mean_nis_per_degree: f64,
@@ -87,9 +91,11 @@ impl AidTally {
         let updates = u64::from(outcome.updates);
         if !outcome.accepted {
             self.rejected += updates;
+            self.unusable += if outcome.nis.is_finite() { 0 } else { updates };
             return;
         }
         self.accepted += updates;
+        self.accepted_degrees += updates * u64::from(outcome.degrees_of_freedom);
         let per_degree = outcome.nis / f64::from(outcome.degrees_of_freedom.max(1));
         if self.accepted > 0 && per_degree.is_finite() {
             self.mean_nis_per_degree +=

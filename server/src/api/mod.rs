@@ -26,6 +26,7 @@ mod health;
 mod inspectors;
 mod jobs;
 mod markers;
+mod reports;
 pub mod sessions;
 mod site;
 mod stands;
@@ -53,6 +54,7 @@ pub fn router(app: App) -> Router {
         .merge(tracks::routes())
         .merge(visits::routes())
         .merge(stands::routes())
+        .merge(reports::routes())
         .merge(anomalies::routes())
         .merge(live::routes())
         .layer(timeout);

@@ -1,11 +1,8 @@
 //! What a processing found out, as JSON.
 
-use std::collections::BTreeMap;
-
-use lodestep_engine::evaluate::{self, VisitErrors};
-use lodestep_engine::event::{AidKind, Alignment, Anomaly, TrackPoint};
+use lodestep_engine::evaluate::SessionReport;
+use lodestep_engine::event::{Alignment, Anomaly, TrackPoint};
 use lodestep_engine::session::{SessionConfig, Solution};
-use lodestep_engine::track::AidTally;
 use serde::Serialize;
 
 use crate::cli::run::Walked;
@@ -30,9 +27,9 @@ pub(super) struct Report<'a> {
     alignments: &'a [Alignment],
     anomalies: &'a [Anomaly],
     visits: Vec<ReportedVisit<'a>>,
-    /// Over all visits, before correction.
-    visit_errors: Option<VisitErrors>,
-    aids: &'a BTreeMap<AidKind, AidTally>,
+    /// How the walk went by what the filter itself saw.
+    #[serde(flatten)]
+    quality: SessionReport,
 }
 
 /// Where the walk ended.
@@ -97,8 +94,7 @@ impl<'a> Report<'a> {
             alignments: &track.alignments,
             anomalies: &track.anomalies,
             visits: visits.collect(),
-            visit_errors: evaluate::visits(&track.visits),
-            aids: &track.aids,
+            quality: SessionReport::of(track, summary),
         }
     }
 }

@@ -57,6 +57,7 @@ pub(super) async fn put_in_place(app: &App, walk: &Walk, main: Computed) -> Resu
                 for anomaly in &anomalies {
                     store::anomalies::insert(&mut *db, session_id, anomaly).await?;
                 }
+                store::reports::set(&mut *db, session_id, &main.report).await?;
                 store::sessions::set_summary(&mut *db, session_id, &main.summary).await?;
                 store::sessions::finish(&mut *db, session_id, ended_at, &main.sha256).await?;
                 Ok::<_, StoreError>(())

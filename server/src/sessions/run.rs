@@ -1,5 +1,6 @@
 //! Runs of the engine over a stored session: samples in, tracks and what was found out.
 
+use lodestep_engine::evaluate::SessionReport;
 use lodestep_engine::event::{Anomaly, Event, Stand, TrackPoint, VisitOutcome};
 use lodestep_engine::session::{Session, SessionConfig, Summary, Visit};
 use lodestep_engine::track::Track;
@@ -19,6 +20,7 @@ pub(crate) struct Computed {
     pub(crate) stands: Vec<Stand>,
     pub(crate) anomalies: Vec<Anomaly>,
     pub(crate) summary: Summary,
+    pub(crate) report: SessionReport,
     /// Over every epoch, lower-case hex.
     pub(crate) sha256: String,
 }
@@ -88,6 +90,7 @@ impl Run {
             sha256: self.track.sha256(),
             stored: thinned(&self.track.points, cell_ns),
             summary: self.summary(),
+            report: SessionReport::of(&self.track, &self.summary()),
             visits: self.track.visits,
             stands: self.track.stands,
             anomalies: self.track.anomalies,

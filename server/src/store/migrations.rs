@@ -14,6 +14,7 @@ const STEPS: &[(i64, &str, &str)] = &[
     (2, "visits in the stream", include_str!("../../../migrations/0002_visits_in_the_stream.sql")),
     (3, "filtered and smoothed", include_str!("../../../migrations/0003_filtered_and_smoothed.sql")),
     (4, "stands", include_str!("../../../migrations/0004_stands.sql")),
+    (5, "session_reports", include_str!("../../../migrations/0005_session_reports.sql")),
 ];
 
 /// Brings the database up to this version.

@@ -10,6 +10,7 @@ pub mod jobs;
 pub mod logs;
 pub mod markers;
 pub mod raw_chunks;
+pub mod reports;
 pub mod sessions;
 pub mod stands;
 pub mod stream_visits;

@@ -8,6 +8,7 @@ import { t, tOr, translate } from "../i18n.js";
 import { eastNorth } from "../map/stage.js";
 import { offBefore, visitOutcome, visitTime } from "../state/findings.js";
 import { standCards, standClicked } from "../stands/list.js";
+import { reportCard } from "./report.js";
 import { problemBox } from "../ui/problem.js";
 import { drawChart } from "./chart.js";
 import { stateTag } from "./list.js";
@@ -33,6 +34,7 @@ export function sessionView(app, side, id) {
       <div class="time-bar"><span class="from mono">0:00</span><input type="range" min="0" max="1" step="0.5" value="0" data-t-label="session.time"><span class="to mono"></span></div>
       <p class="cursor muted" aria-live="off"></p>
     </section>
+    <section class="report"></section>
     <section class="visits"></section>
     <section class="stands"></section>
     <section class="anomalies"></section>
@@ -128,6 +130,8 @@ export function sessionView(app, side, id) {
       showStands();
       showAnomalies(found);
       showFiles(row);
+      // A walk that was never processed has none.
+      api.report(id).then((report) => gone || render(one(".report", side), reportCard(report)), () => {});
       if (row.state !== "finished" && !(row.epochs > 0)) return;
       const rate_hz = Math.min(MOST_RATE_HZ, Math.max(LEAST_RATE_HZ, Math.floor(ENOUGH_POINTS / Math.max(1, row.duration_s))));
       const [a, b, c] = await Promise.allSettled([api.track(id, "main", rate_hz), api.track(id, "without_markers", rate_hz), api.track(id, "filtered", rate_hz)]);

@@ -104,6 +104,10 @@ describe("the page", { skip }, () => {
     await becomes(() => tab.page.getByTestId("visits").locator("tbody tr:not(.reason)").count(), 9);
     await tab.page.locator("#legend").getByText("without markers").waitFor();
     await tab.page.getByTestId("figures").filter({ hasText: /1440 m.*8 \/ 9/s }).waitFor();
+    const aids = tab.page.getByTestId("aids").locator("tbody tr");
+    await becomes(() => aids.count(), 3);
+    await aids.filter({ hasText: "Separation of the feet" }).getByText("too sure").waitFor();
+    await aids.filter({ hasText: "Magnetic heading" }).getByText("49", { exact: true }).waitFor();
   });
 
   test("the details say where somebody stood last", async () => {

@@ -154,7 +154,16 @@ export class MockSite {
       number: 3, t_start_ns: 40e9, t_end_ns: 52e9, lasts: false, position_m: [0, 0, 0],
       candidates: [{ marker: "A17", probability: 0.62, distance_m: 2.4 }, { marker: "A18", probability: 0.3, distance_m: 7.9 }, { marker: null, probability: 0.08, distance_m: null }],
     });
-    return { stands, main: { run: "main", columns, rows: main }, without_markers: { run: "without_markers", columns, rows: without }, visits };
+    const report = {
+      aids: [
+        { aid: "zupt", accepted: 12840, rejected: 0, unusable: 0, accepted_degrees: 38520, mean_nis_per_degree: 0.41, bounds_95: [0.986, 1.014] },
+        { aid: "heading", accepted: 1422, rejected: 61, unusable: 12, accepted_degrees: 1422, mean_nis_per_degree: 1.02, bounds_95: [0.928, 1.075] },
+        { aid: "separation", accepted: 1390, rejected: 8, unusable: 0, accepted_degrees: 1390, mean_nis_per_degree: 1.31, bounds_95: [0.927, 1.076] },
+      ],
+      visit_errors: null, rejected_visits: [], closure: { end_error_m: 1.24, end_error_percent: 0.11, height_error_m: 0.4, path_m: 1120 },
+      sigma_plan_m: { count: 9000, mean_m: 1.0, rms_m: 1.1, std_m: 0.2, max_m: 1.9, p95_m: 1.6 }, end_sigma_plan_m: 1.2, end_sigma_up_m: 0.5, stance_share: [0.61, null],
+    };
+    return { report, stands, main: { run: "main", columns, rows: main }, without_markers: { run: "without_markers", columns, rows: without }, visits };
   }
 }
 

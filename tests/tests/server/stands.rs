@@ -194,12 +194,21 @@ async fn what_is_keyed_in_takes_the_place_of_what_automatic_mode_thought() {
 async fn a_processed_session_has_stands_and_automatic_mode_can_be_switched() {
     let server = server_with_markers().await;
     let session_id = session(&server, false).await;
+    let early = ask(server.client.get(server.api(&format!("/sessions/{session_id}/report")))).await;
+    assert_eq!((early.status, &early.body["code"]), (409, &json!("no_report")), "{early:?}");
     for (foot, samples) in [("left", &WALK.logs[0]), ("right", &WALK.logs[1])] {
         let accepted = server.hand_in(&session_id, foot, log(samples)).await;
         assert_eq!(accepted.body["state"], "accepted", "{accepted:?}");
     }
     server.process(&session_id).await;
     let before = finished(&server, &session_id).await;
+    let report = server.look(&format!("/sessions/{session_id}/report")).await.body;
+    let zupt = &report["aids"][0];
+    assert!(zupt["aid"] == "zupt" && zupt["accepted"].as_u64() > Some(1_000), "{report}");
+    assert!(
+        report["closure"]["path_m"] == before["distance_m"] && report["stance_share"][1].is_f64(),
+        "{report}"
+    );
     let told = stands(&server, &session_id).await;
     assert_eq!(told.len(), WALK.visits.len(), "{told:?}");
 

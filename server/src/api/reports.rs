@@ -1,0 +1,31 @@
+//! How a walk went.
+
+use axum::Router;
+use axum::extract::State;
+use axum::http::header::CONTENT_TYPE;
+use axum::response::{IntoResponse, Response};
+use axum::routing::get;
+use uuid::Uuid;
+
+use super::extract::Path;
+use crate::error::{Error, Result};
+use crate::state::App;
+use crate::store::{reports, sessions};
+
+pub(super) fn routes() -> Router<App> {
+    Router::new().route("/sessions/{id}/report", get(report))
+}
+
+async fn report(State(app): State<App>, Path(session_id): Path<Uuid>) -> Result<Response> {
+    if let Some(report) = reports::get(app.store.read(), session_id).await? {
+        return Ok(([(CONTENT_TYPE, "application/json")], report).into_response());
+    }
+    match sessions::get(app.store.read(), session_id).await? {
+        None => Err(Error::not_found("session", session_id)),
+        Some(_) => Err(Error::conflict(
+            "no_report",
+            "expected a session that has been processed, found one that has not: a report is made with \
+             the track, by POST /sessions/{id}/process",
+        )),
+    }
+}
