@@ -51,6 +51,10 @@ pub(super) struct EvaluateArgs {
     #[arg(long, value_enum, default_value_t)]
     solution: Solution,
 
+    /// Keep every Nth visit of a simulated walk from the filter, and measure the track at its marker
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
+    hold_back: Option<u16>,
+
     /// JSON instead of a table
     #[arg(long)]
     json: bool,
@@ -85,7 +89,8 @@ pub(super) fn evaluate(args: &EvaluateArgs) -> Result<()> {
     let bar = progress::of_count(found.len() as u64, "walks");
     let mut scores = Vec::with_capacity(found.len());
     for recording in &found {
-        scores.push(score::score(recording, args.aid.unwrap_or_default(), args.solution)?);
+        let hold_back = args.hold_back.map(usize::from);
+        scores.push(score::score(recording, args.aid.unwrap_or_default(), args.solution, hold_back)?);
         bar.inc(1);
     }
     bar.finish_and_clear();

@@ -3,7 +3,7 @@
 use anyhow::Result;
 use indicatif::ProgressBar;
 use lodestep_engine::evaluate::{
-    self, FeetApart, GroundPointErrors, LoopClosure, MotionCaptureErrors, TruthErrors, VisitErrors,
+    self, FeetApart, GroundPointErrors, LoopClosure, MotionCaptureErrors, Spread, TruthErrors, VisitErrors,
 };
 use lodestep_engine::geo::Site;
 use lodestep_engine::parse::truth_csv::{self, KnownPlace};
@@ -43,12 +43,17 @@ pub(super) enum Figures {
     GroundPoints(Option<GroundPointErrors>),
     ClosedLoop(Option<LoopClosure>),
     Feet(Option<FeetApart>),
-    Simulated { truth: Option<TruthErrors>, visits: Option<VisitErrors> },
+    Simulated { truth: Option<TruthErrors>, visits: Option<VisitErrors>, held_back: Option<Spread> },
     Nothing,
 }
 
-/// Runs and judges one walk.
-pub(super) fn score(recording: &Recording, aids: Aids, solution: Solution) -> Result<Score> {
+/// Runs and judges one walk. Of its visits every `hold_back`th is not told, and measures the track.
+pub(super) fn score(
+    recording: &Recording,
+    aids: Aids,
+    solution: Solution,
+    hold_back: Option<usize>,
+) -> Result<Score> {
     let bar = ProgressBar::hidden();
     let mut feet = Vec::new();
     for (foot, log) in [(Foot::Left, &recording.left), (Foot::Right, &recording.right)] {
@@ -82,6 +87,16 @@ pub(super) fn score(recording: &Recording, aids: Aids, solution: Solution) -> Re
         }
         Judge::ClosedLoop | Judge::Feet | Judge::Nothing => {}
     }
+    let mut held_back = Vec::new();
+    if let Some(every) = hold_back {
+        let mut number = 0;
+        held_back = told
+            .extract_if(.., |_| {
+                number += 1;
+                number % every == 0
+            })
+            .collect();
+    }
     let count = feet.len();
     let walked = run(config, &told, feet)?;
     let points = &walked.track.points;
@@ -93,6 +108,7 @@ pub(super) fn score(recording: &Recording, aids: Aids, solution: Solution) -> Re
         Judge::Simulated { .. } => Figures::Simulated {
             truth: evaluate::against_truth(points, &known),
             visits: evaluate::visits(&walked.track.visits),
+            held_back: evaluate::held_back(points, &held_back),
         },
         Judge::Nothing => Figures::Nothing,
     };

@@ -66,6 +66,17 @@ fn heads(figures: &Figures) -> &'static [&'static str] {
         Figures::GroundPoints(_) => &["mean_m", "rms_m", "max_m"],
         Figures::ClosedLoop(_) => &["end_m", "end_%", "|up|_m"],
         Figures::Feet(_) => &["at_end_m", "largest_m"],
+        Figures::Simulated { held_back: Some(_), .. } => &[
+            "end_m",
+            "end_%",
+            "rms_m",
+            "max_m",
+            "up_rms_m",
+            "visits_mean_m",
+            "visits_max_m",
+            "held_back_mean_m",
+            "held_back_max_m",
+        ],
         Figures::Simulated { .. } => {
             &["end_m", "end_%", "rms_m", "max_m", "up_rms_m", "visits_mean_m", "visits_max_m"]
         }
@@ -85,7 +96,7 @@ fn values(figures: &Figures) -> Vec<f64> {
         Figures::ClosedLoop(closure) => closure
             .map_or(vec![NONE; 3], |c| vec![c.end_error_m, c.end_error_percent, c.height_error_m.abs()]),
         Figures::Feet(apart) => apart.map_or(vec![NONE; 2], |a| vec![a.at_end_m, a.largest_m]),
-        Figures::Simulated { truth, visits } => {
+        Figures::Simulated { truth, visits, held_back } => {
             let mut row = truth.map_or(vec![NONE; 5], |t| {
                 vec![
                     t.end_error_m,
@@ -96,6 +107,7 @@ fn values(figures: &Figures) -> Vec<f64> {
                 ]
             });
             row.extend(visits.map_or([NONE; 2], |v| [v.horizontal.mean_m, v.horizontal.max_m]));
+            row.extend(held_back.iter().flat_map(|spread| [spread.mean_m, spread.max_m]));
             row
         }
         Figures::Nothing => Vec::new(),
