@@ -5,7 +5,6 @@ use serde::Serialize;
 
 use crate::evaluate::{LoopClosure, Spread, VisitErrors, chi_square_bounds_95, loop_closure, visits};
 use crate::event::{AidKind, TrackPoint};
-use crate::session::Summary;
 use crate::track::{AidTally, Track};
 
 /// The report on one walk.
@@ -56,8 +55,8 @@ pub struct RejectedVisit {
 }
 
 impl SessionReport {
-    /// Of a track that has been told to its end.
-    pub fn of(track: &Track, summary: &Summary) -> SessionReport {
+    /// Of a track that has been told to its end; `path_m` is its length, stance by stance.
+    pub fn of(track: &Track, path_m: f64) -> SessionReport {
         let points = &track.points;
         let sigma_plan_m = |point: &TrackPoint| libm::hypot(point.sigma_n_m[0], point.sigma_n_m[1]);
         let sigmas: Vec<f64> = points.iter().map(sigma_plan_m).collect();
@@ -75,7 +74,7 @@ impl SessionReport {
                     reason: visit.reason.clone(),
                 })
                 .collect(),
-            closure: loop_closure(points, summary.distance_m),
+            closure: loop_closure(points, path_m),
             sigma_plan_m: Spread::of(&sigmas),
             end_sigma_plan_m: sigmas.last().copied(),
             end_sigma_up_m: points.last().map(|point| point.sigma_n_m[2]),
@@ -148,7 +147,7 @@ mod tests {
             point.left = Some(FootPoint { position_n_m: [0.0; 3], stance: k < 2 });
             track.take(Event::Point(point));
         }
-        let report = SessionReport::of(&track, &Summary { distance_m: 50.0, ..Summary::default() });
+        let report = SessionReport::of(&track, 50.0);
         let heading = report.aids[0];
         assert_eq!((heading.tally.accepted, heading.tally.rejected, heading.tally.unusable), (100, 2, 1));
         let [low, high] = heading.bounds_95.unwrap();

@@ -94,7 +94,7 @@ impl<'a> Report<'a> {
             alignments: &track.alignments,
             anomalies: &track.anomalies,
             visits: visits.collect(),
-            quality: SessionReport::of(track, summary),
+            quality: SessionReport::of(track, summary.distance_m),
         }
     }
 }

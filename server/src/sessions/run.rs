@@ -90,7 +90,7 @@ impl Run {
             sha256: self.track.sha256(),
             stored: thinned(&self.track.points, cell_ns),
             summary: self.summary(),
-            report: SessionReport::of(&self.track, &self.summary()),
+            report: SessionReport::of(&self.track, self.summary().distance_m),
             visits: self.track.visits,
             stands: self.track.stands,
             anomalies: self.track.anomalies,

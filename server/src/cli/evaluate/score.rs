@@ -95,6 +95,11 @@ pub(super) fn score(
                 number += 1;
                 number % every == 0
             })
+            .map(|visit| {
+                let (e_m, n_m, u_m) = visit.position_n_m;
+                let t_ns = visit.t_start_ns + (visit.t_end_ns - visit.t_start_ns) / 2;
+                KnownPlace { t_ns, position_m: [e_m, n_m, u_m.unwrap_or_default()] }
+            })
             .collect();
     }
     let count = feet.len();
