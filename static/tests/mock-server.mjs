@@ -65,7 +65,7 @@ export async function startMock({ port = 0, stepMs = 500 } = {}) {
         response.writeHead(204).end();
         return;
       case "GET sessions/:id/visits": return json(walks.has(id) && walks.get(id).state === "finished" ? finished.visits : []);
-      case "GET sessions/:id/report": return id === "s9" ? json(finished.report) : problem(409, "no_report", "expected a session that has been processed, found one that has not");
+      case "GET sessions/:id/report": return id === "s9" || walks.get(id)?.state === "finished" ? json(finished.report) : problem(409, "no_report", "expected a session that has been processed, found one that has not");
       case "GET sessions/:id/stands": return json(id === "s9" ? finished.stands : []);
       case "PATCH sessions/:id": return json(Object.assign(walks.get(id), given()));
       case "PUT sessions/:id/stands": {

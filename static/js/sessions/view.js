@@ -131,7 +131,7 @@ export function sessionView(app, side, id) {
       showAnomalies(found);
       showFiles(row);
       // A walk that was never processed has none.
-      api.report(id).then((report) => gone || render(one(".report", side), reportCard(report)), () => {});
+      if (row.state === "finished") api.report(id).then((report) => gone || render(one(".report", side), reportCard(report)), () => {});
       if (row.state !== "finished" && !(row.epochs > 0)) return;
       const rate_hz = Math.min(MOST_RATE_HZ, Math.max(LEAST_RATE_HZ, Math.floor(ENOUGH_POINTS / Math.max(1, row.duration_s))));
       const [a, b, c] = await Promise.allSettled([api.track(id, "main", rate_hz), api.track(id, "without_markers", rate_hz), api.track(id, "filtered", rate_hz)]);
