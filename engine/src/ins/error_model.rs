@@ -15,7 +15,7 @@ use super::operations::{Factor, Operation};
 /// With the signs of the notation page (biases true − estimated, velocity estimated − true):
 /// δφ̇ = −C δb_g, δv̇ = [f_n×] φ + C δb_a, δṗ = δv. Paper 1 prints −C in the velocity row, which
 /// holds for an accelerometer bias of the other sign. What is of second order in the interval
-/// (40 ms) is left out.
+/// (40 ms in a swing, 160 ms at most where a foot stands) is left out.
 #[derive(Clone, Debug)]
 pub struct Transition {
     dt_s: f64,

@@ -10,7 +10,7 @@ use lodestep_engine::geo::Site;
 use lodestep_engine::parse::truth_csv::KnownPlace;
 use lodestep_engine::sample::{Foot, ImuSample};
 use lodestep_engine::session::{Aids, SessionConfig, Visit};
-use lodestep_engine::sim::{self, SensorModel, Walk, WalkKind};
+use lodestep_engine::sim::{self, MarkerVisit, SensorModel, Walk, WalkKind};
 
 use crate::cli::print::print;
 use crate::cli::progress;
@@ -202,16 +202,18 @@ fn largest_jump_m(points: &[TrackPoint], known: &[KnownPlace], visits: &[Visit])
 
 /// The visits of a simulated walk, as a session is told them.
 pub(super) fn visits_of(walk: &Walk) -> Vec<Visit> {
-    let told = walk.visits.iter().map(|visit| {
-        let [e, n, u] = visit.position_n_m;
-        Visit {
-            marker: visit.marker.clone(),
-            t_start_ns: visit.t_start_ns,
-            t_end_ns: visit.t_end_ns,
-            position_n_m: (e, n, Some(u)),
-        }
-    });
-    told.collect()
+    walk.visits.iter().map(as_told).collect()
+}
+
+/// A visit of a simulated walk, as a session is told it.
+pub(super) fn as_told(visit: &MarkerVisit) -> Visit {
+    let [e, n, u] = visit.position_n_m;
+    Visit {
+        marker: visit.marker.clone(),
+        t_start_ns: visit.t_start_ns,
+        t_end_ns: visit.t_end_ns,
+        position_n_m: (e, n, Some(u)),
+    }
 }
 
 /// Samples that are there already.

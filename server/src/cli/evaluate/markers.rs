@@ -7,9 +7,10 @@ use lodestep_engine::event::{Event, Stand};
 use lodestep_engine::geo::{Site, terrain};
 use lodestep_engine::identify::{Identification, Marker, automatic_visits};
 use lodestep_engine::sample::Foot;
-use lodestep_engine::session::{Session, SessionConfig, Visit};
-use lodestep_engine::sim::{self, MarkerVisit, SensorModel, Walk, WalkKind};
+use lodestep_engine::session::{Session, SessionConfig};
+use lodestep_engine::sim::{self, SensorModel, Walk, WalkKind};
 
+use super::ladder::as_told;
 use crate::cli::print::print;
 use crate::cli::progress;
 
@@ -210,7 +211,7 @@ fn listen(
         session.push(Foot::Left, left, &mut events);
         session.push(Foot::Right, right, &mut events);
         if let Some((_, visit)) = visits.next_if(|(_, visit)| visit.t_end_ns <= left.t_ns) {
-            session.visit(for_engine(visit), &mut events);
+            session.visit(as_told(visit), &mut events);
         }
         events.drain(..).for_each(|event| told.take(event));
     }
@@ -229,16 +230,6 @@ impl ToldStands {
                 self.last.push(stand);
             }
         }
-    }
-}
-
-fn for_engine(visit: &MarkerVisit) -> Visit {
-    let [e, n, u] = visit.position_n_m;
-    Visit {
-        marker: visit.marker.clone(),
-        t_start_ns: visit.t_start_ns,
-        t_end_ns: visit.t_end_ns,
-        position_n_m: (e, n, Some(u)),
     }
 }
 
