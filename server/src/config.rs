@@ -8,7 +8,7 @@ use clap::Args;
 /// How the server is set up.
 #[derive(Clone, Debug, Args)]
 pub struct Config {
-    /// Address and port to listen on; a loopback address, until people can sign in.
+    /// Address and port to listen on; a loopback address, until there is an account.
     #[arg(long, env = "LODESTEP_LISTEN", value_name = "ADDRESS:PORT", default_value = "127.0.0.1:8080")]
     pub listen: SocketAddr,
 
@@ -49,6 +49,11 @@ pub struct Config {
     #[arg(long, env = "LODESTEP_DEMO")]
     pub demo: bool,
 
+    /// What whoever makes the first account has to show, 20 letters or more; made by chance and printed at the
+    /// start, when it is left out.
+    #[arg(long, env = "LODESTEP_SETUP_TOKEN", value_name = "TEXT", hide_env_values = true)]
+    pub setup_token: Option<String>,
+
     /// Connections to the database for reading.
     #[arg(long, env = "LODESTEP_READERS", value_name = "COUNT", default_value_t = 4)]
     pub readers: u32,
@@ -68,6 +73,7 @@ impl Config {
             track_rate_hz: 10.0,
             request_s: 60,
             demo: false,
+            setup_token: None,
             readers: 2,
         }
     }

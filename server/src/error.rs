@@ -51,6 +51,16 @@ pub enum Error {
         /// Expected, found, what to do.
         detail: String,
     },
+    /// Asked too often.
+    #[error("{detail}")]
+    TooMany {
+        /// One word for programs.
+        code: &'static str,
+        /// Expected, found, what to do.
+        detail: String,
+        /// When to try again, s.
+        retry_after_s: u64,
+    },
     /// The store failed; its words stay in the log.
     #[error("the store failed: {0}")]
     Store(#[from] StoreError),
@@ -129,6 +139,7 @@ impl Error {
                 (StatusCode::UNPROCESSABLE_ENTITY, code.to_owned(), detail, place)
             }
             Error::Http { status, code, .. } => (status, code.to_owned(), detail, None),
+            Error::TooMany { code, .. } => (StatusCode::TOO_MANY_REQUESTS, code.to_owned(), detail, None),
             Error::Store(_) | Error::Internal(_) => {
                 let id = Uuid::now_v7();
                 tracing::error!(error_id = %id, error = ?self, "request failed, error_id={id}: {detail}");
@@ -159,7 +170,18 @@ impl From<ParseError> for Error {
 
 impl IntoResponse for Error {
     fn into_response(self) -> Response {
-        self.into_problem().into_response()
+        let retry_after_s = match self {
+            Error::TooMany { retry_after_s, .. } => Some(retry_after_s),
+            _ => None,
+        };
+        let mut response = self.into_problem().into_response();
+        if let Some(seconds) = retry_after_s {
+            response.headers_mut().insert(header::RETRY_AFTER, HeaderValue::from(seconds));
+        }
+        if response.status() == StatusCode::UNAUTHORIZED {
+            response.headers_mut().insert(header::WWW_AUTHENTICATE, HeaderValue::from_static("Bearer"));
+        }
+        response
     }
 }
 

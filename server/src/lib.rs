@@ -6,6 +6,7 @@
 pub mod cli;
 pub mod config;
 pub mod error;
+pub mod rights;
 pub mod serve;
 pub mod site;
 pub mod state;
@@ -21,6 +22,7 @@ pub mod sessions;
 pub mod store;
 
 mod assets;
+mod auth;
 mod figures;
 mod headers;
 pub mod origin;

@@ -1,33 +1,36 @@
-//! Who may ask: protects a server on loopback from the pages of other sites in the same browser.
+//! Which pages may ask: protects the server from the pages of other sites in the same browser.
 
-use axum::extract::Request;
+use axum::extract::{Request, State};
 use axum::http::{HeaderMap, Method, StatusCode, header};
 use axum::middleware::Next;
 use axum::response::{IntoResponse, Response};
 
 use crate::error::{Error, Result};
+use crate::state::App;
 
 /// Layer: refuses requests under a foreign host name, and changes or sockets asked for by a foreign page.
-pub(crate) async fn guard(request: Request, next: Next) -> Response {
-    match check(request.method(), request.headers(), request.uri().authority().map(|host| host.as_str())) {
+pub(crate) async fn guard(State(app): State<App>, request: Request, next: Next) -> Response {
+    let authority = request.uri().authority().map(|host| host.as_str());
+    match check(request.method(), request.headers(), authority, app.auth.has_accounts()) {
         Ok(()) => next.run(request).await,
         Err(error) => error.into_response(),
     }
 }
 
-/// Whether this request may be answered at all. `authority` is the host of an absolute request line.
-fn check(method: &Method, headers: &HeaderMap, authority: Option<&str>) -> Result<()> {
+/// Whether this request may be answered at all. `authority` is the host of an absolute request line. With accounts
+/// any name will do: what a name that was pointed here by somebody else asks for comes without the cookie.
+fn check(method: &Method, headers: &HeaderMap, authority: Option<&str>, has_accounts: bool) -> Result<()> {
     let host = match authority {
         Some(host) => host,
         None => headers.get(header::HOST).and_then(|host| host.to_str().ok()).unwrap_or_default(),
     };
     // A name that an attacker points at 127.0.0.1 (DNS rebinding) would be an origin of its own here.
-    if !is_loopback_name(host) {
+    if !has_accounts && !is_loopback_name(host) {
         return Err(Error::http(
             StatusCode::MISDIRECTED_REQUEST,
             "wrong_host",
             format!(
-                "expected the Host localhost, 127.0.0.1 or [::1], found {host:?}: until people can sign in, this server answers only under the names of the machine itself"
+                "expected the Host localhost, 127.0.0.1 or [::1], found {host:?}: until the first account is made, this server answers only under the names of the machine itself"
             ),
         ));
     }
@@ -89,7 +92,7 @@ mod tests {
         for (name, value) in headers {
             map.insert(*name, value.parse().unwrap());
         }
-        check(&method, &map, None).err().map(|error| error.into_problem().code)
+        check(&method, &map, None, false).err().map(|error| error.into_problem().code)
     }
 
     #[test]
@@ -97,6 +100,17 @@ mod tests {
         assert_eq!(code(Method::GET, &[("host", "evil.example:8080")]).as_deref(), Some("wrong_host"));
         assert_eq!(code(Method::GET, &[("host", "127.0.0.1.evil.example")]).as_deref(), Some("wrong_host"));
         assert_eq!(code(Method::GET, &[]).as_deref(), Some("wrong_host"));
+    }
+
+    #[test]
+    fn with_accounts_any_name_will_do_but_no_foreign_page() {
+        let mut map = HeaderMap::new();
+        map.insert("host", "positions.site.example".parse().unwrap());
+        assert!(check(&Method::GET, &map, None, true).is_ok());
+        map.insert("origin", "https://positions.site.example".parse().unwrap());
+        assert!(check(&Method::POST, &map, None, true).is_ok());
+        map.insert("origin", "https://evil.example".parse().unwrap());
+        assert!(check(&Method::POST, &map, None, true).is_err());
     }
 
     #[test]

@@ -11,6 +11,7 @@ use tokio::net::TcpListener;
 use tokio::sync::Semaphore;
 use tokio_util::sync::CancellationToken;
 
+use crate::auth::Auth;
 use crate::config::Config;
 use crate::live::hub::Hub;
 use crate::live::registry::Registry;
@@ -19,14 +20,14 @@ use crate::sessions::upload_turns::UploadTurns;
 use crate::site::Plan;
 use crate::state::{App, STOP_WITHIN, State};
 use crate::store::Store;
-use crate::{api, assets, demo, figures, jobs, live, site};
+use crate::store::accounts;
+use crate::{api, assets, auth, demo, figures, jobs, live, site};
 
 /// Uploaded logs that are read at once; more wait, so that the live sessions keep their share.
 const LOG_READERS: usize = 2;
 
-/// Listens where the configuration says, once it is sure that it may.
+/// Listens where the configuration says.
 pub async fn bind(config: &Config) -> Result<TcpListener> {
-    loopback_only(config.listen)?;
     TcpListener::bind(config.listen)
         .await
         .with_context(|| format!("could not listen on {}: is another server running there?", config.listen))
@@ -39,16 +40,17 @@ pub async fn serve(
     shutdown: impl Future<Output = ()> + Send + 'static,
 ) -> Result<()> {
     let address = listener.local_addr().context("the listener has no address")?;
-    loopback_only(address)?;
     // Held until the end: two servers on one folder would be two writers.
     let _held = hold_data_folder(&config.data)?;
     let app = open(config).await?;
+    loopback_only(&app, address)?;
     stale_uploads::clear(&app).await.context("could not clear the folder of uploads")?;
     tokio::spawn(figures::fold(app.metrics.clone(), app.stopping.clone()));
     let worker = tokio::spawn(jobs::worker::work(Arc::clone(&app)));
     if let Some(sentence) = assets::missing() {
         tracing::warn!("{sentence}");
     }
+    auth::tell_how(&app, address);
     tracing::info!(%address, "serving http://{address}/ for {}", app.site.name);
 
     tokio::spawn(Arc::clone(&app.hub).run(app.stopping.clone()));
@@ -64,7 +66,8 @@ pub async fn serve(
             stopping.cancel();
         }
     };
-    let server = axum::serve(listener, api::router(Arc::clone(&app))).with_graceful_shutdown(stop);
+    let router = api::router(Arc::clone(&app)).into_make_service_with_connect_info::<SocketAddr>();
+    let server = axum::serve(listener, router).with_graceful_shutdown(stop);
     let overdue = {
         let begun = stopping.clone().cancelled_owned();
         async move {
@@ -90,7 +93,7 @@ pub async fn serve(
 }
 
 /// Makes the data folder this server's own for as long as the file is held.
-fn hold_data_folder(data: &Path) -> Result<File> {
+pub(crate) fn hold_data_folder(data: &Path) -> Result<File> {
     let path = data.join("lodestep.lock");
     let opened = std::fs::create_dir_all(data).and_then(|()| File::create(&path));
     let file = opened.with_context(|| format!("could not make the data folder {}", data.display()))?;
@@ -113,6 +116,10 @@ pub(crate) async fn open(config: Config) -> Result<App> {
         "the track rate is {} Hz; expected a positive number",
         config.track_rate_hz
     );
+    ensure!(
+        config.setup_token.as_ref().is_none_or(|token| token.trim().chars().count() >= 20),
+        "the setup token is too short; expected 20 letters or more, so that nobody guesses it"
+    );
     let site = site::read(config.site.as_deref())?;
     std::fs::create_dir_all(config.uploads())
         .with_context(|| format!("could not make the data folder {}", config.data.display()))?;
@@ -122,11 +129,16 @@ pub(crate) async fn open(config: Config) -> Result<App> {
         .with_context(|| format!("could not open the database {}", database.display()))?;
     let board = live::board_from_store(&store).await.context("could not read what the map shows")?;
     let hub = Hub::new(board);
+    let has_accounts = accounts::any(store.read()).await.context("could not read the accounts")?;
+    let routes = api::Table::of(api::routes(&config).declared());
+    let auth = Auth::new(has_accounts, config.setup_token.clone());
     Ok(Arc::new(State {
         config,
         plan: Plan::of(&site),
         site,
         store,
+        auth,
+        routes,
         upload_turns: UploadTurns::default(),
         log_readers: Semaphore::new(LOG_READERS),
         jobs: jobs::Queue::default(),
@@ -137,11 +149,12 @@ pub(crate) async fn open(config: Config) -> Result<App> {
     }))
 }
 
-/// Until people can sign in, everybody who reaches the server may do everything.
-fn loopback_only(address: SocketAddr) -> Result<()> {
+/// As long as nobody has an account, whoever reaches the server may do everything: it is for its own machine then.
+fn loopback_only(app: &App, address: SocketAddr) -> Result<()> {
     ensure!(
-        address.ip().is_loopback(),
-        "will not listen on {address}: nobody can sign in yet, so whoever reaches the server may read and change everything; listen on a loopback address such as 127.0.0.1:{}, and reach it from elsewhere through an SSH tunnel",
+        address.ip().is_loopback() || app.auth.has_accounts(),
+        "will not listen on {address}: nobody has an account yet, so whoever reaches the server could read and change everything; make the first one with `lodestep account add NAME --role admin --data {}`, or start it on 127.0.0.1:{} and make it in the page",
+        app.config.data.display(),
         address.port()
     );
     Ok(())

@@ -7,6 +7,8 @@ use metrics_exporter_prometheus::PrometheusHandle;
 use tokio::sync::Semaphore;
 use tokio_util::sync::CancellationToken;
 
+use crate::api;
+use crate::auth::Auth;
 use crate::config::Config;
 use crate::jobs;
 use crate::live::hub::Hub;
@@ -28,6 +30,10 @@ pub struct State {
     pub plan: Plan,
     /// Everything that is kept.
     pub store: Store,
+    /// Who is known, and who guesses.
+    pub(crate) auth: Auth,
+    /// What each route asks of its caller.
+    pub(crate) routes: api::Table,
     /// Who may change which upload now.
     pub upload_turns: UploadTurns,
     /// Permits to read an uploaded log, which keeps a core busy.

@@ -4,3 +4,4 @@ pub mod device;
 pub mod feed;
 pub mod hand_in;
 pub mod server;
+pub mod staff;

@@ -1,5 +1,6 @@
 //! A real server on a free loopback port, in a folder of its own.
 
+use std::io::Write as _;
 use std::net::SocketAddr;
 use std::path::Path;
 use std::sync::Arc;
@@ -45,7 +46,14 @@ impl TestServer {
             // Dropped or sent: both mean stop.
             let _ = stopped.await;
         };
-        let task = tokio::spawn(serve::serve(config, listener, shutdown));
+        let task = tokio::spawn(async move {
+            let served = serve::serve(config, listener, shutdown).await;
+            if let Err(error) = &served {
+                // Said at once: the test that asks it next only finds a closed port.
+                let _ = writeln!(std::io::stderr(), "the server ended: {error:#}");
+            }
+            served
+        });
         TestServer { address, client: reqwest::Client::new(), folder, stop: Some(stop), task: Some(task) }
     }
 

@@ -1,18 +1,18 @@
 //! Trouble with sensors or their data.
 
-use axum::Router;
 use axum::extract::State;
-use axum::routing::get;
 use uuid::Uuid;
 
+use super::Routes;
 use super::extract::Path;
 use crate::error::{Error, Result};
+use crate::rights::Right;
 use crate::state::App;
 use crate::store::anomalies::{self, Anomaly};
 use crate::store::sessions;
 
-pub(super) fn routes() -> Router<App> {
-    Router::new().route("/sessions/{id}/anomalies", get(list))
+pub(super) fn routes() -> Routes {
+    Routes::new().get("/sessions/{id}/anomalies", Right::Read, list)
 }
 
 async fn list(State(app): State<App>, Path(session_id): Path<Uuid>) -> Result<axum::Json<Vec<Anomaly>>> {

@@ -1,27 +1,29 @@
 //! Findings on equipment.
 
-use axum::Router;
 use axum::extract::State;
 use axum::http::StatusCode;
-use axum::routing::{get, post};
 use lodestep_engine::parse::live_message::FaultMessage;
 use serde::Deserialize;
 use uuid::Uuid;
 
+use super::Routes;
 use super::extract::{Json, Path, Query};
+use crate::auth::Caller;
 use crate::error::{Error, Result};
 use crate::faults::{NewFault, report};
+use crate::rights::Right;
 use crate::state::App;
 use crate::store::faults::{self, Fault, FaultState, Severity};
 use crate::store::sessions::Session;
 use crate::utc;
 use crate::wire::Change;
 
-pub(super) fn routes() -> Router<App> {
-    Router::new()
-        .route("/faults", get(list).post(create))
-        .route("/faults/{id}", get(show))
-        .route("/faults/{id}/close", post(close))
+pub(super) fn routes() -> Routes {
+    Routes::new()
+        .get("/faults", Right::Read, list)
+        .post("/faults", Right::Walk, create)
+        .get("/faults/{id}", Right::Read, show)
+        .post("/faults/{id}/close", Right::Dispatch, close)
 }
 
 #[derive(Deserialize)]
@@ -36,9 +38,10 @@ async fn list(State(app): State<App>, Query(query): Query<ListQuery>) -> Result<
 
 async fn create(
     State(app): State<App>,
+    caller: Caller,
     Json(new): Json<NewFault>,
 ) -> Result<(StatusCode, axum::Json<Fault>)> {
-    Ok((StatusCode::CREATED, axum::Json(report(&app, new).await?)))
+    Ok((StatusCode::CREATED, axum::Json(report(&app, &caller, new).await?)))
 }
 
 /// Takes a fault that a device tells of on its socket.
@@ -64,7 +67,8 @@ pub(crate) async fn report_live(app: &App, session: &Session, message: FaultMess
         text: message.text,
         marker: message.marker,
     };
-    report(app, new).await
+    // Whether the device may write this walk was asked when it said hello.
+    report(app, &Caller::itself("a device"), new).await
 }
 
 async fn show(State(app): State<App>, Path(id): Path<Uuid>) -> Result<axum::Json<Fault>> {

@@ -1,17 +1,17 @@
 //! Whether the server is well, for the machines that watch it.
 
-use axum::Router;
 use axum::extract::State;
 use axum::http::{StatusCode, header};
 use axum::response::{IntoResponse, Response};
-use axum::routing::get;
 
+use super::Routes;
 use crate::error::{Error, Result};
+use crate::rights::Right;
 use crate::state::App;
 use crate::store::markers;
 
-pub(super) fn routes() -> Router<App> {
-    Router::new().route("/healthz", get(health)).route("/metrics", get(figures))
+pub(super) fn routes() -> Routes {
+    Routes::new().get("/healthz", Right::Open, health).get("/metrics", Right::Read, figures)
 }
 
 /// `ok` when the database answers and the last write reached the disk.

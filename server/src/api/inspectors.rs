@@ -1,23 +1,29 @@
 //! The people who walk.
 
-use axum::Router;
 use axum::extract::State;
 use axum::http::StatusCode;
-use axum::routing::get;
 use serde::Deserialize;
+use serde_json::json;
 use uuid::Uuid;
 
+use super::Routes;
 use super::extract::{Json, Path};
+use crate::auth::Caller;
 use crate::error::{Error, Result};
+use crate::rights::Right;
 use crate::state::App;
+use crate::store::audit;
 use crate::store::inspectors::{self, Inspector};
 use crate::utc;
 use crate::wire::Change;
 
-pub(super) fn routes() -> Router<App> {
-    Router::new()
-        .route("/inspectors", get(list).post(create))
-        .route("/inspectors/{id}", get(show).patch(rename).delete(remove))
+pub(super) fn routes() -> Routes {
+    Routes::new()
+        .get("/inspectors", Right::Read, list)
+        .post("/inspectors", Right::Dispatch, create)
+        .get("/inspectors/{id}", Right::Read, show)
+        .patch("/inspectors/{id}", Right::Dispatch, rename)
+        .delete("/inspectors/{id}", Right::Dispatch, remove)
 }
 
 /// Letters in a name.
@@ -50,13 +56,20 @@ async fn list(State(app): State<App>) -> Result<axum::Json<Vec<Inspector>>> {
 
 async fn create(
     State(app): State<App>,
+    caller: Caller,
     Json(named): Json<Named>,
 ) -> Result<(StatusCode, axum::Json<Inspector>)> {
     let inspector = Inspector { id: Uuid::now_v7(), name: named.checked()?, created_at: utc::now() };
     let row = inspector.clone();
+    let entry = caller.did("inspector.added", inspector.id, None, serde_json::to_value(&inspector).ok());
     app.store
         .writer()
-        .run(move |db| Box::pin(async move { inspectors::insert(db, &row).await }))
+        .run(move |db| {
+            Box::pin(async move {
+                inspectors::insert(&mut *db, &row).await?;
+                audit::insert(db, &entry).await
+            })
+        })
         .await
         .map_err(|error| taken(error, &inspector.name))?;
     tell(&app).await?;
@@ -70,6 +83,7 @@ async fn show(State(app): State<App>, Path(id): Path<Uuid>) -> Result<axum::Json
 
 async fn rename(
     State(app): State<App>,
+    caller: Caller,
     Path(id): Path<Uuid>,
     Json(named): Json<Named>,
 ) -> Result<axum::Json<Inspector>> {
@@ -78,7 +92,15 @@ async fn rename(
     let found = app
         .store
         .writer()
-        .run(move |db| Box::pin(async move { inspectors::rename(db, id, &new).await }))
+        .run(move |db| {
+            Box::pin(async move {
+                let Some(old) = inspectors::get(&mut *db, id).await? else { return Ok(false) };
+                let (before, after) = (json!({"name": old.name}), json!({"name": new}));
+                audit::insert(&mut *db, &caller.did("inspector.renamed", id, Some(before), Some(after)))
+                    .await?;
+                inspectors::rename(db, id, &new).await
+            })
+        })
         .await
         .map_err(|error| taken(error, &name))?;
     if !found {
@@ -88,9 +110,19 @@ async fn rename(
     show(State(app), Path(id)).await
 }
 
-async fn remove(State(app): State<App>, Path(id): Path<Uuid>) -> Result<StatusCode> {
-    let deleted =
-        app.store.writer().run(move |db| Box::pin(async move { inspectors::delete(db, id).await })).await;
+async fn remove(State(app): State<App>, caller: Caller, Path(id): Path<Uuid>) -> Result<StatusCode> {
+    let deleted = app
+        .store
+        .writer()
+        .run(move |db| {
+            Box::pin(async move {
+                let Some(old) = inspectors::get(&mut *db, id).await? else { return Ok(false) };
+                let entry = caller.did("inspector.removed", id, serde_json::to_value(&old).ok(), None);
+                audit::insert(&mut *db, &entry).await?;
+                inspectors::delete(db, id).await
+            })
+        })
+        .await;
     match deleted {
         Ok(true) => {
             tell(&app).await?;

@@ -1,26 +1,26 @@
 //! Work that takes a while: asked for, and looked at.
 
-use axum::Router;
 use axum::extract::State;
 use axum::http::{StatusCode, header};
 use axum::response::{IntoResponse, Response};
-use axum::routing::{get, post};
 use uuid::Uuid;
 
 use super::extract::Path;
+use super::{Needs, Routes};
 use crate::error::{Error, Result};
 use crate::jobs::queue;
+use crate::rights::Right;
 use crate::state::App;
 use crate::store::jobs::{self, Job};
 
 /// Jobs in the list.
 const LISTED: u32 = 200;
 
-pub(super) fn routes() -> Router<App> {
-    Router::new()
-        .route("/sessions/{id}/process", post(process))
-        .route("/jobs", get(list))
-        .route("/jobs/{id}", get(show))
+pub(super) fn routes() -> Routes {
+    Routes::new()
+        .post("/sessions/{id}/process", Needs::OwnSession, process)
+        .get("/jobs", Right::Read, list)
+        .get("/jobs/{id}", Right::Read, show)
 }
 
 async fn process(State(app): State<App>, Path(session_id): Path<Uuid>) -> Result<Response> {

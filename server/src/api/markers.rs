@@ -1,26 +1,29 @@
 //! Surveyed actuator anchors.
 
-use axum::Router;
 use axum::body::Bytes;
 use axum::extract::State;
 use axum::http::{HeaderMap, StatusCode, header};
 use axum::response::{IntoResponse, Response};
-use axum::routing::{get, post};
 use lodestep_engine::parse::markers_csv;
 
+use super::Routes;
 use super::extract::{Json, Path};
 use crate::error::{Error, Result};
 use crate::markers::{self, Imported, NewMarker};
+use crate::rights::Right;
 use crate::state::App;
 use crate::store;
 use crate::store::markers::Marker;
 
-pub(super) fn routes() -> Router<App> {
-    Router::new()
-        .route("/markers", get(list).post(create))
-        .route("/markers.csv", get(export))
-        .route("/markers/import", post(import))
-        .route("/markers/{name}", get(show).put(put).delete(remove))
+pub(super) fn routes() -> Routes {
+    Routes::new()
+        .get("/markers", Right::Read, list)
+        .post("/markers", Right::Survey, create)
+        .get("/markers.csv", Right::Read, export)
+        .post("/markers/import", Right::Survey, import)
+        .get("/markers/{name}", Right::Read, show)
+        .put("/markers/{name}", Right::Survey, put)
+        .delete("/markers/{name}", Right::Survey, remove)
 }
 
 async fn list(State(app): State<App>) -> Result<axum::Json<Vec<Marker>>> {

@@ -15,21 +15,27 @@ use tower_http::timeout::TimeoutLayer;
 use tower_http::trace::{DefaultOnResponse, TraceLayer};
 use tracing::Level;
 
+use crate::config::Config;
 use crate::state::App;
-use crate::{assets, figures, headers, live, origin};
+use crate::{assets, auth, figures, headers, live, origin};
 
 pub mod extract;
 
+mod account;
+mod accounts;
 mod anomalies;
+mod audit;
 pub(crate) mod faults;
 mod health;
 mod inspectors;
 mod jobs;
 mod markers;
 mod reports;
+mod routes;
 pub mod sessions;
 mod site;
 mod stands;
+mod tokens;
 mod tracks;
 mod uploads;
 mod visits;
@@ -37,13 +43,19 @@ mod visits;
 /// The header that names a request in the answer and in the log.
 const REQUEST_ID: HeaderName = HeaderName::from_static("x-request-id");
 
-/// Everything that this server answers.
-pub fn router(app: App) -> Router {
+pub use routes::{Declared, Needs, Routes, Table};
+
+/// Every route with what it asks of its caller.
+pub fn routes(config: &Config) -> Routes {
     let timeout = TimeoutLayer::with_status_code(
         StatusCode::SERVICE_UNAVAILABLE,
-        Duration::from_secs(app.config.request_s),
+        Duration::from_secs(config.request_s),
     );
-    let quick = Router::new()
+    let quick = Routes::new()
+        .merge(account::routes())
+        .merge(accounts::routes())
+        .merge(tokens::routes())
+        .merge(audit::routes())
         .merge(site::routes())
         .merge(inspectors::routes())
         .merge(sessions::routes())
@@ -57,8 +69,15 @@ pub fn router(app: App) -> Router {
         .merge(reports::routes())
         .merge(anomalies::routes())
         .merge(live::routes())
-        .layer(timeout);
-    let v1 = quick.merge(uploads::long_routes());
+        .with(|router| router.layer(timeout));
+    quick
+        .merge(uploads::long_routes())
+        .below("/api/v1")
+        .merge(health::routes().with(|router| router.layer(timeout)))
+}
+
+/// Everything that this server answers.
+pub fn router(app: App) -> Router {
     let layers = ServiceBuilder::new()
         .layer(SetRequestIdLayer::new(REQUEST_ID, MakeRequestUuid))
         .layer(
@@ -74,14 +93,10 @@ pub fn router(app: App) -> Router {
         .layer(CompressionLayer::new())
         .layer(middleware::from_fn(headers::problems))
         .layer(CatchPanicLayer::custom(panicked))
-        .layer(middleware::from_fn(origin::guard))
+        .layer(middleware::from_fn_with_state(app.clone(), origin::guard))
+        .layer(middleware::from_fn_with_state(app.clone(), auth::guard))
         .layer(DefaultBodyLimit::max(app.config.body_bytes));
-    Router::new()
-        .nest("/api/v1", v1)
-        .merge(health::routes().layer(timeout))
-        .fallback(assets::serve)
-        .layer(layers)
-        .with_state(app)
+    routes(&app.config).into_router().fallback(assets::serve).layer(layers).with_state(app)
 }
 
 /// The access log's span: identifiers as fields, no bodies, no query (it may name people).

@@ -1,19 +1,19 @@
 //! How a walk went.
 
-use axum::Router;
 use axum::extract::State;
 use axum::http::header::CONTENT_TYPE;
 use axum::response::{IntoResponse, Response};
-use axum::routing::get;
 use uuid::Uuid;
 
+use super::Routes;
 use super::extract::Path;
 use crate::error::{Error, Result};
+use crate::rights::Right;
 use crate::state::App;
 use crate::store::{reports, sessions};
 
-pub(super) fn routes() -> Router<App> {
-    Router::new().route("/sessions/{id}/report", get(report))
+pub(super) fn routes() -> Routes {
+    Routes::new().get("/sessions/{id}/report", Right::Read, report)
 }
 
 async fn report(State(app): State<App>, Path(session_id): Path<Uuid>) -> Result<Response> {

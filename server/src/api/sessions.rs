@@ -1,27 +1,32 @@
 //! Walks.
 
-use axum::Router;
 use axum::extract::State;
 use axum::http::StatusCode;
-use axum::routing::get;
 use lodestep_engine::sample::Foot;
 use serde::Deserialize;
 use time::OffsetDateTime;
 use uuid::Uuid;
 
 use super::extract::{Json, Path, Query};
+use super::{Needs, Routes};
+use crate::auth::Caller;
 use crate::error::{Error, Result};
+use crate::rights::Right;
 use crate::sessions::{stand_choice, uploads};
 use crate::state::App;
+use crate::store::logs::LogState;
 use crate::store::sessions::{self, Filter, Session, SessionState, Start};
-use crate::store::{anomalies, inspectors, logs, markers, visits};
+use crate::store::{anomalies, audit, inspectors, logs, markers, visits};
 use crate::utc;
 use crate::wire::{Change, SessionView};
 
-pub(super) fn routes() -> Router<App> {
-    Router::new()
-        .route("/sessions", get(list).post(create))
-        .route("/sessions/{id}", get(show).patch(change).delete(remove))
+pub(super) fn routes() -> Routes {
+    Routes::new()
+        .get("/sessions", Right::Read, list)
+        .post("/sessions", Right::Walk, create)
+        .get("/sessions/{id}", Right::Read, show)
+        .patch("/sessions/{id}", Needs::OwnSession, change)
+        .delete("/sessions/{id}", Needs::OwnSession, remove)
 }
 
 /// Letters in a title.
@@ -69,8 +74,14 @@ pub enum NewStart {
     PositionM([f64; 3]),
 }
 
-/// Checks a new session, puts it on disk in this state and tells the feed.
-pub(crate) async fn begin(app: &App, new: NewSession, state: SessionState) -> Result<Session> {
+/// Checks a new session and whether its caller may begin it, puts it on disk in this state and tells the feed.
+pub(crate) async fn begin(
+    app: &App,
+    caller: &Caller,
+    new: NewSession,
+    state: SessionState,
+) -> Result<Session> {
+    caller.writes_for(new.inspector_id)?;
     let db = app.store.read();
     if inspectors::get(db, new.inspector_id).await?.is_none() {
         return Err(Error::not_found("inspector", new.inspector_id));
@@ -140,16 +151,26 @@ pub(crate) async fn begin(app: &App, new: NewSession, state: SessionState) -> Re
         created_at: now,
     };
     let row = session.clone();
-    app.store.writer().run(move |db| Box::pin(async move { sessions::insert(db, &row).await })).await?;
+    let entry = caller.did("session.added", session.id, None, serde_json::to_value(&session).ok());
+    app.store
+        .writer()
+        .run(move |db| {
+            Box::pin(async move {
+                sessions::insert(&mut *db, &row).await?;
+                audit::insert(db, &entry).await
+            })
+        })
+        .await?;
     app.hub.publish(Change::Session { session: Some(session.clone()), deleted: None });
     Ok(session)
 }
 
 async fn create(
     State(app): State<App>,
+    caller: Caller,
     Json(new): Json<NewSession>,
 ) -> Result<(StatusCode, axum::Json<SessionView>)> {
-    let session = begin(&app, new, SessionState::Created).await?;
+    let session = begin(&app, &caller, new, SessionState::Created).await?;
     Ok((StatusCode::CREATED, axum::Json(SessionView { session, logs: Vec::new(), visits: 0, anomalies: 0 })))
 }
 
@@ -192,7 +213,7 @@ async fn change(
 }
 
 /// Removes a walk with its samples; not while a device or a job works on it.
-async fn remove(State(app): State<App>, Path(id): Path<Uuid>) -> Result<StatusCode> {
+async fn remove(State(app): State<App>, caller: Caller, Path(id): Path<Uuid>) -> Result<StatusCode> {
     let logs = app
         .store
         .writer()
@@ -207,6 +228,13 @@ async fn remove(State(app): State<App>, Path(id): Path<Uuid>) -> Result<StatusCo
                     ));
                 }
                 let logs = logs::of_session(&mut *db, id).await?;
+                let accepted = logs.iter().any(|log| log.state == LogState::Accepted);
+                if accepted || session.samples > 0 {
+                    // Raw samples are kept for ever, but for one who knows what that means.
+                    caller.needs(Right::Engineer)?;
+                }
+                let entry = caller.did("session.removed", id, serde_json::to_value(&session).ok(), None);
+                audit::insert(&mut *db, &entry).await?;
                 sessions::delete(db, id).await?;
                 Ok::<_, Error>(logs)
             })

@@ -1,16 +1,17 @@
 //! The site and its plan.
 
+use axum::Json;
 use axum::extract::State;
 use axum::http::header;
 use axum::response::{IntoResponse, Response};
-use axum::routing::get;
-use axum::{Json, Router};
 
+use super::Routes;
+use crate::rights::Right;
 use crate::site::Site;
 use crate::state::App;
 
-pub(super) fn routes() -> Router<App> {
-    Router::new().route("/site", get(site)).route("/site/plan", get(plan))
+pub(super) fn routes() -> Routes {
+    Routes::new().get("/site", Right::Read, site).get("/site/plan", Right::Read, plan)
 }
 
 async fn site(State(app): State<App>) -> Json<Site> {

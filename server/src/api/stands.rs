@@ -1,24 +1,25 @@
 //! Where inspectors stood: listed with the markers that it may have been, chosen, and taken back.
 
-use axum::Router;
 use axum::extract::State;
 use axum::http::StatusCode;
-use axum::routing::{get, put};
 use serde::Deserialize;
 use uuid::Uuid;
 
 use super::extract::{Json, Path};
+use super::{Needs, Routes};
 use crate::error::{Error, Result};
+use crate::rights::Right;
 use crate::sessions::stand_choice;
 use crate::state::App;
 use crate::store::sessions;
 use crate::store::stands::{self, Stand};
 use crate::store::visits::Visit;
 
-pub(super) fn routes() -> Router<App> {
-    Router::new()
-        .route("/sessions/{id}/stands", get(list))
-        .route("/sessions/{id}/stands/{number}/choice", put(choose).delete(take_back))
+pub(super) fn routes() -> Routes {
+    Routes::new()
+        .get("/sessions/{id}/stands", Right::Read, list)
+        .put("/sessions/{id}/stands/{number}/choice", Needs::OwnSession, choose)
+        .delete("/sessions/{id}/stands/{number}/choice", Needs::OwnSession, take_back)
 }
 
 async fn list(State(app): State<App>, Path(session_id): Path<Uuid>) -> Result<axum::Json<Vec<Stand>>> {

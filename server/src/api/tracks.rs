@@ -1,18 +1,18 @@
 //! Tracks: for the page as JSON, for others as files.
 
-use axum::Router;
 use axum::extract::State;
 use axum::http::{HeaderValue, header};
 use axum::response::{IntoResponse, Response};
-use axum::routing::get;
 use futures_util::TryStreamExt;
 use lodestep_engine::event::{TrackPoint, VisitOutcome};
 use serde::Deserialize;
 use tokio::runtime::Handle;
 use uuid::Uuid;
 
+use super::Routes;
 use super::extract::{Path, Query};
 use crate::error::{Error, Result};
+use crate::rights::Right;
 use crate::sessions::body_writer::body_writer;
 use crate::sessions::process;
 use crate::sessions::stored_grid::{Grid, cell_ns};
@@ -22,13 +22,13 @@ use crate::store::sessions::{self, Session};
 use crate::store::track::{self, Run};
 use crate::store::{inspectors, visits};
 
-pub(super) fn routes() -> Router<App> {
-    Router::new()
-        .route("/sessions/{id}/track", get(json))
-        .route("/sessions/{id}/track.csv", get(csv))
-        .route("/sessions/{id}/track.geojson", get(geojson))
-        .route("/sessions/{id}/track.gpx", get(gpx))
-        .route("/sessions/{id}/track.kml", get(kml))
+pub(super) fn routes() -> Routes {
+    Routes::new()
+        .get("/sessions/{id}/track", Right::Read, json)
+        .get("/sessions/{id}/track.csv", Right::Read, csv)
+        .get("/sessions/{id}/track.geojson", Right::Read, geojson)
+        .get("/sessions/{id}/track.gpx", Right::Read, gpx)
+        .get("/sessions/{id}/track.kml", Right::Read, kml)
 }
 
 #[derive(Deserialize)]

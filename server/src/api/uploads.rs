@@ -1,16 +1,16 @@
 //! Logs handed in: begun, appended to, asked about, finished, given up.
 
-use axum::Router;
 use axum::body::Body;
 use axum::extract::State;
 use axum::http::{HeaderMap, HeaderName, HeaderValue, StatusCode, header};
 use axum::response::{IntoResponse, Response};
-use axum::routing::{get, post};
 use serde::Deserialize;
 use uuid::Uuid;
 
 use super::extract::{Json, Path};
+use super::{Needs, Routes};
 use crate::error::{Error, Result};
+use crate::rights::Right;
 use crate::sessions::accept_log;
 use crate::sessions::uploads::{self, BeginLog, Begun};
 use crate::state::App;
@@ -20,16 +20,18 @@ use crate::store::logs::{Log, LogState};
 const UPLOAD_OFFSET: HeaderName = HeaderName::from_static("upload-offset");
 
 /// The quick ones.
-pub(super) fn routes() -> Router<App> {
-    Router::new().route("/sessions/{id}/logs", post(begin))
+pub(super) fn routes() -> Routes {
+    Routes::new().post("/sessions/{id}/logs", Needs::OwnSession, begin)
 }
 
 /// Those that take as long as the link or the log does: no time limit; a sender may be silent for
 /// half a minute, and the size is counted as it comes.
-pub(super) fn long_routes() -> Router<App> {
-    Router::new()
-        .route("/logs/{id}", get(show).patch(append).delete(give_up))
-        .route("/logs/{id}/finish", post(finish))
+pub(super) fn long_routes() -> Routes {
+    Routes::new()
+        .get("/logs/{id}", Right::Read, show)
+        .patch("/logs/{id}", Needs::OwnLog, append)
+        .delete("/logs/{id}", Needs::OwnLog, give_up)
+        .post("/logs/{id}/finish", Needs::OwnLog, finish)
 }
 
 async fn begin(

@@ -1,16 +1,16 @@
 //! Visits: told as JSON or as a CSV file, listed with what became of them.
 
-use axum::Router;
 use axum::body::Bytes;
 use axum::extract::State;
 use axum::http::{HeaderMap, StatusCode, header};
-use axum::routing::get;
 use lodestep_engine::parse::visits_csv;
 use serde::Deserialize;
 use uuid::Uuid;
 
 use super::extract::Path;
+use super::{Needs, Routes};
 use crate::error::{Error, Place, Result};
+use crate::rights::Right;
 use crate::sessions::tell_visits::{self, TellVisits, Told};
 use crate::state::App;
 use crate::store::sessions;
@@ -19,8 +19,12 @@ use crate::store::visits::{self, Visit};
 /// Longest time that a visit may name, s: a year.
 const LATEST_S: f64 = 366.0 * 86_400.0;
 
-pub(super) fn routes() -> Router<App> {
-    Router::new().route("/sessions/{id}/visits", get(list).post(tell))
+pub(super) fn routes() -> Routes {
+    Routes::new().get("/sessions/{id}/visits", Right::Read, list).post(
+        "/sessions/{id}/visits",
+        Needs::OwnSession,
+        tell,
+    )
 }
 
 async fn list(State(app): State<App>, Path(session_id): Path<Uuid>) -> Result<axum::Json<Vec<Visit>>> {

@@ -1,6 +1,7 @@
 //! The command line: `process` a walk, `simulate` one, `evaluate` many, `predict` how good they can be,
-//! `serve` them all.
+//! `serve` them all; and `account`, who may sign in.
 
+mod account;
 mod aids;
 mod evaluate;
 mod failure;
@@ -51,6 +52,8 @@ enum Verb {
     Predict(predict::PredictArgs),
     /// Serves uploads, live walks and the map
     Serve(serve::ServeArgs),
+    /// Makes accounts at the machine itself, while no server runs
+    Account(account::AccountArgs),
 }
 
 /// Runs one command; the arguments start with the program's name.
@@ -72,6 +75,7 @@ pub fn run(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
         Verb::Evaluate(args) => evaluate::evaluate(&args),
         Verb::Predict(args) => predict::predict(&args),
         Verb::Serve(args) => serve::serve(args),
+        Verb::Account(args) => account::account(args),
     };
     match done {
         Ok(()) => ExitCode::SUCCESS,

@@ -12,6 +12,8 @@ use lodestep_engine::parse::live_message::{Answer, DeviceMessage, Hello, NextSeq
 use lodestep_engine::sample::{Foot, ImuSample};
 use tokio::net::TcpStream;
 use tokio_tungstenite::tungstenite::Message;
+use tokio_tungstenite::tungstenite::client::IntoClientRequest;
+use tokio_tungstenite::tungstenite::http::header::AUTHORIZATION;
 use tokio_tungstenite::{MaybeTlsStream, WebSocketStream, connect_async};
 use uuid::Uuid;
 
@@ -24,6 +26,7 @@ const TRY_AGAIN_AFTER: Duration = Duration::from_secs(1);
 /// A device in the middle of a walk.
 pub(super) struct Device {
     url: String,
+    token: String,
     session_id: Uuid,
     socket: WebSocketStream<MaybeTlsStream<TcpStream>>,
     /// The next batch of each foot.
@@ -39,10 +42,11 @@ struct Sent {
 
 impl Device {
     /// Connects for a session that has been begun.
-    pub(super) async fn connect(url: &str, session_id: Uuid) -> Result<Device> {
-        let (socket, next) = hello(url, session_id).await?;
+    pub(super) async fn connect(url: &str, token: &str, session_id: Uuid) -> Result<Device> {
+        let (socket, next) = hello(url, token, session_id).await?;
         let next = [next.left, next.right];
-        Ok(Device { url: url.to_owned(), session_id, socket, next, unacknowledged: VecDeque::new() })
+        let (url, token) = (url.to_owned(), token.to_owned());
+        Ok(Device { url, token, session_id, socket, next, unacknowledged: VecDeque::new() })
     }
 
     /// Sends samples of a foot as its next batch; nothing, when there are none.
@@ -140,7 +144,9 @@ impl Device {
     async fn come_back(&mut self) -> Result<()> {
         for _ in 0..MOST_TRIES {
             tokio::time::sleep(TRY_AGAIN_AFTER).await;
-            let Ok((socket, on_disk)) = hello(&self.url, self.session_id).await else { continue };
+            let Ok((socket, on_disk)) = hello(&self.url, &self.token, self.session_id).await else {
+                continue;
+            };
             self.socket = socket;
             let next = [on_disk.left, on_disk.right];
             self.unacknowledged.retain(|sent| sent.sequence >= next[sent.foot.index()]);
@@ -166,9 +172,12 @@ enum Heard {
 /// Opens a socket for a session; the first batches that are not on disk.
 async fn hello(
     url: &str,
+    token: &str,
     session_id: Uuid,
 ) -> Result<(WebSocketStream<MaybeTlsStream<TcpStream>>, NextSequence)> {
-    let (mut socket, _) = connect_async(url).await?;
+    let mut request = url.into_client_request()?;
+    request.headers_mut().insert(AUTHORIZATION, format!("Bearer {token}").parse()?);
+    let (mut socket, _) = connect_async(request).await?;
     let hello = DeviceMessage::Hello(Hello::Continue { session_id: session_id.to_string() });
     socket.send(Message::text(hello.to_json())).await?;
     while let Some(message) = socket.next().await {

@@ -14,6 +14,7 @@ use super::diary::Diary;
 use super::trouble::Trouble;
 use super::{Role, TRY_AGAIN_AFTER};
 use crate::api::sessions::{NewSession, NewStart, begin};
+use crate::auth::Caller;
 use crate::state::App;
 use crate::store::sessions::{self, Filter, SessionState};
 use crate::utc;
@@ -74,7 +75,7 @@ async fn past_walks(app: &App, role: Role, inspector_id: Uuid) -> Result<(u64, f
 async fn end_left_over(app: &App, url: &str, inspector_id: Uuid) -> Result<()> {
     let filter = Filter { inspector_id: Some(inspector_id), state: Some(SessionState::Live) };
     for session in sessions::list(app.store.read(), filter).await? {
-        Device::connect(url, session.id).await?.finish().await?;
+        Device::connect(url, app.auth.own_token(), session.id).await?.finish().await?;
     }
     Ok(())
 }
@@ -105,8 +106,8 @@ impl Walk {
             automatic_visits: false,
             initial_heading_deg: None,
         };
-        let session = begin(app, new, SessionState::Created).await?;
-        let mut device = Device::connect(url, session.id).await?;
+        let session = begin(app, &Caller::itself("demo"), new, SessionState::Created).await?;
+        let mut device = Device::connect(url, app.auth.own_token(), session.id).await?;
         let mut diary = Diary::new(simulator.visits(), seed);
         let trouble = Trouble::during(simulator.visits());
         let mut t_ns = 0;

@@ -6,6 +6,7 @@ use uuid::Uuid;
 
 use super::candidates::{PlanPosition, candidates};
 use super::place::place;
+use crate::auth::Caller;
 use crate::error::{Error, Result};
 use crate::state::App;
 use crate::store::faults::{self, Fault, FaultState, Severity};
@@ -45,7 +46,7 @@ pub(crate) struct NewFault {
 }
 
 /// Stores a fault with the inspector's position at that time and the candidates, and tells the feed.
-pub(crate) async fn report(app: &App, new: NewFault) -> Result<Fault> {
+pub(crate) async fn report(app: &App, caller: &Caller, new: NewFault) -> Result<Fault> {
     let db = app.store.read();
     let kind = checked("kind", &new.kind, 1, KIND_LENGTH)?;
     let text = checked("text", new.text.as_deref().unwrap_or_default(), 0, TEXT_LENGTH)?;
@@ -61,6 +62,7 @@ pub(crate) async fn report(app: &App, new: NewFault) -> Result<Fault> {
     }
     let now = utc::now();
     let (inspector_id, session, reported_at) = whose(app, &new, now).await?;
+    caller.writes_for(inspector_id)?;
     let t_ns = session.as_ref().map(|session| {
         utc::to_us(reported_at).saturating_sub(utc::to_us(session.started_at)).saturating_mul(1_000)
     });

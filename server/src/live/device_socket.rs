@@ -15,6 +15,7 @@ use tokio::time::{Instant, MissedTickBehavior, interval, timeout};
 use super::actor::Command;
 use super::device::{self, Device, MOST_ANSWERS_WAITING, ToDevice};
 use super::opening::{self, Opened};
+use crate::auth::{Caller, by_token, not_signed_in, until_unknown};
 use crate::error::{Error, Result};
 use crate::state::App;
 use crate::utc;
@@ -34,12 +35,12 @@ const STUCK_AFTER: Duration = Duration::from_secs(10);
 const MOST_WRONG_IN_A_ROW: u32 = 20;
 
 /// Upgrades to the device socket.
-pub(crate) async fn open(State(app): State<App>, upgrade: WebSocketUpgrade) -> Response {
+pub(crate) async fn open(State(app): State<App>, caller: Caller, upgrade: WebSocketUpgrade) -> Response {
     upgrade.max_message_size(LARGEST_MESSAGE_BYTES).max_frame_size(LARGEST_MESSAGE_BYTES).on_upgrade(
         |socket| async move {
             let devices = metrics::gauge!("lodestep_live_devices");
             devices.increment(1);
-            Connection { app, socket }.serve().await;
+            Connection { app, caller, socket }.serve().await;
             devices.decrement(1);
         },
     )
@@ -47,6 +48,8 @@ pub(crate) async fn open(State(app): State<App>, upgrade: WebSocketUpgrade) -> R
 
 struct Connection {
     app: App,
+    /// Who shows what: known by the handshake, else by the hello.
+    caller: Caller,
     socket: WebSocket,
 }
 
@@ -102,7 +105,12 @@ impl Connection {
                 Some(Ok(Message::Close(_)) | Err(_)) | None => return Ok(None),
             };
             return match DeviceMessage::from_json(text.as_str()) {
-                Ok(DeviceMessage::Hello(hello)) => opening::open(&self.app, hello).await.map(Some),
+                Ok(DeviceMessage::Hello(hello)) => {
+                    if let Some(token) = token_in(text.as_str()) {
+                        self.caller = by_token(&self.app, &token, &self.caller.address).await?;
+                    }
+                    opening::open(&self.app, &self.caller, hello).await.map(Some)
+                }
                 Ok(_) => Err(Error::invalid(
                     "hello_missing",
                     "expected a hello first, found another message: send the hello and wait for the welcome",
@@ -115,6 +123,9 @@ impl Connection {
     /// Carries messages both ways until one side ends.
     async fn follow(&mut self, actor: &mpsc::Sender<Command>, mut answers: mpsc::Receiver<ToDevice>) {
         let stopping = self.app.stopping.clone();
+        let (app, caller) = (self.app.clone(), self.caller.clone());
+        let unknown = until_unknown(&app, &caller);
+        tokio::pin!(unknown);
         let mut ping = interval(PING_EVERY);
         ping.set_missed_tick_behavior(MissedTickBehavior::Delay);
         let mut heard_at = Instant::now();
@@ -149,6 +160,7 @@ impl Connection {
                     }
                     self.put(Message::Ping(Bytes::new())).await
                 }
+                () = &mut unknown => return self.end(device::told(not_signed_in().into_problem())).await,
                 () = stopping.cancelled() => {
                     return self.close(close_code::AWAY, "the server is stopping: come back with the session's id").await;
                 }
@@ -235,6 +247,15 @@ impl Connection {
             let _ = timeout(STUCK_AFTER, drained).await;
         }
     }
+}
+
+/// The token that a hello shows, where the handshake's headers could not.
+pub(super) fn token_in(hello: &str) -> Option<String> {
+    #[derive(serde::Deserialize)]
+    struct Shown {
+        token: Option<String>,
+    }
+    serde_json::from_str::<Shown>(hello).ok()?.token
 }
 
 fn is_too_large(error: &axum::Error) -> bool {

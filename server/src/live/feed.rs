@@ -4,13 +4,15 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use axum::extract::State;
-use axum::extract::ws::{Message, Utf8Bytes, WebSocket, WebSocketUpgrade};
+use axum::extract::ws::{CloseFrame, Message, Utf8Bytes, WebSocket, WebSocketUpgrade, close_code};
 use axum::response::Response;
 use serde::Deserialize;
 use tokio::time::{MissedTickBehavior, interval, timeout};
-use tokio_util::sync::CancellationToken;
 
 use super::hub::{Hub, Next};
+use crate::auth::{By, Caller, by_token, not_signed_in, until_unknown};
+use crate::error::Error;
+use crate::rights::Right;
 use crate::state::App;
 
 /// A sign of life goes out this often.
@@ -31,17 +33,18 @@ enum FromClient {
         since: Option<u64>,
         /// The run of the server that it saw it from.
         boot: Option<String>,
+        /// A bearer token, where the handshake's headers could not hold it.
+        token: Option<String>,
     },
 }
 
 /// Upgrades to the feed.
-pub(crate) async fn open(State(app): State<App>, upgrade: WebSocketUpgrade) -> Response {
+pub(crate) async fn open(State(app): State<App>, caller: Caller, upgrade: WebSocketUpgrade) -> Response {
     upgrade.max_message_size(LARGEST_MESSAGE_BYTES).max_frame_size(LARGEST_MESSAGE_BYTES).on_upgrade(
         |socket| async move {
             let clients = metrics::gauge!("lodestep_feed_clients");
             clients.increment(1);
-            let mut client =
-                Client { hub: Arc::clone(&app.hub), socket, seen: 0, stopping: app.stopping.clone() };
+            let mut client = Client { hub: Arc::clone(&app.hub), app, caller, socket, seen: 0 };
             if let Err(reason) = client.serve().await {
                 tracing::debug!(%reason, "a feed client has gone");
             }
@@ -51,11 +54,13 @@ pub(crate) async fn open(State(app): State<App>, upgrade: WebSocketUpgrade) -> R
 }
 
 struct Client {
+    app: App,
     hub: Arc<Hub>,
+    /// Who listens: known by the handshake, else by the hello.
+    caller: Caller,
     socket: WebSocket,
     /// The last message that it was sent, or that was in its picture.
     seen: u64,
-    stopping: CancellationToken,
 }
 
 /// Why a client is served no longer.
@@ -70,9 +75,13 @@ impl Client {
         let mut heartbeat = interval(HEARTBEAT_EVERY);
         heartbeat.set_missed_tick_behavior(MissedTickBehavior::Delay);
         heartbeat.reset();
-        let stopping = self.stopping.clone();
+        let stopping = self.app.stopping.clone();
+        let (app, caller) = (self.app.clone(), self.caller.clone());
+        let unknown = until_unknown(&app, &caller);
+        tokio::pin!(unknown);
         loop {
             tokio::select! {
+                () = &mut unknown => return self.refuse(not_signed_in()).await,
                 () = stopping.cancelled() => return Err("the server is going down"),
                 told = newest.changed() => {
                     told.map_err(|_| "the bus is gone")?;
@@ -91,7 +100,12 @@ impl Client {
     async fn on_message(&mut self, message: Option<Result<Message, axum::Error>>) -> Result<(), Gone> {
         match message {
             Some(Ok(Message::Text(text))) => match serde_json::from_str(text.as_str()) {
-                Ok(FromClient::Hello { since, boot }) => self.welcome(since, boot).await,
+                Ok(FromClient::Hello { since, boot, token }) => {
+                    if let Err(error) = self.known(token).await {
+                        return self.refuse(error).await;
+                    }
+                    self.welcome(since, boot).await
+                }
                 Err(wrong) => {
                     let error = serde_json::json!({
                         "type": "error",
@@ -109,6 +123,24 @@ impl Client {
             Some(Ok(Message::Close(_))) | None => Err("it has closed"),
             Some(Err(_)) => Err("its link is broken"),
         }
+    }
+
+    /// Whether who listens may, by what it showed at the handshake or shows now.
+    async fn known(&mut self, token: Option<String>) -> Result<(), Error> {
+        if let Some(token) = token.filter(|_| self.caller.by == By::Nothing) {
+            self.caller = by_token(&self.app, &token, &self.caller.address).await?;
+        }
+        self.caller.needs(Right::Read)
+    }
+
+    /// Says why, and ends it with the code of a policy, so that a page knows that trying again is of no use.
+    async fn refuse(&mut self, error: Error) -> Result<(), Gone> {
+        let problem = serde_json::to_value(error.into_problem()).unwrap_or_default();
+        let told = serde_json::json!({"type": "error", "code": problem["code"], "title": problem["title"], "detail": problem["detail"]});
+        self.send(told.to_string().into()).await?;
+        let frame = CloseFrame { code: close_code::POLICY, reason: "not signed in".into() };
+        let _ = timeout(STUCK_AFTER, self.socket.send(Message::Close(Some(frame)))).await;
+        Err("it is not, or no longer, known")
     }
 
     async fn welcome(&mut self, since: Option<u64>, boot: Option<String>) -> Result<(), Gone> {
@@ -181,7 +213,8 @@ mod tests {
         let app = crate::serve::open(Config::for_testing(folder.path())).await.unwrap();
         let listener = TcpListener::bind("127.0.0.1:0").await.unwrap();
         let address = listener.local_addr().unwrap();
-        let router = crate::live::routes().with_state(Arc::clone(&app));
+        let router = crate::live::routes().into_router();
+        let router = router.layer(axum::Extension(Caller::itself("a test"))).with_state(Arc::clone(&app));
         tokio::spawn(async move { axum::serve(listener, router).await });
         let (mut client, _) = connect_async(format!("ws://{address}/feed")).await.unwrap();
         client.send(ClientMessage::text(r#"{"type":"hello"}"#)).await.unwrap();

@@ -6,10 +6,8 @@
 //! log by [`rebuild`]. What is on disk goes as [`changes`] to the [`hub`], which keeps the [`board`] with its
 //! [`trail`]s and is what the [`feed`] sends to dashboards.
 
-use axum::Router;
-use axum::routing::get;
-
-use crate::state::App;
+use crate::api::{Needs, Routes};
+use crate::rights::Right;
 
 pub mod board;
 pub mod hub;
@@ -33,6 +31,10 @@ mod walk;
 pub use board_from_store::{board_from_store, session_changes};
 
 /// The routes below `/api/v1`.
-pub(crate) fn routes() -> Router<App> {
-    Router::new().route("/live", get(device_socket::open)).route("/feed", get(feed::open))
+pub(crate) fn routes() -> Routes {
+    Routes::new().get("/live", Needs::Socket(Right::Walk), device_socket::open).get(
+        "/feed",
+        Needs::Socket(Right::Read),
+        feed::open,
+    )
 }

@@ -7,7 +7,9 @@ use uuid::Uuid;
 
 use crate::api;
 use crate::api::sessions::{NewSession, NewStart};
+use crate::auth::Caller;
 use crate::error::{Error, Result};
+use crate::rights::Right;
 use crate::sessions::engine_config::engine_config;
 use crate::sessions::identification::identification;
 use crate::state::App;
@@ -26,23 +28,25 @@ pub(super) enum Opened {
     Over(Uuid, NextSequence),
 }
 
-/// Finds or begins the session that a hello is about.
-pub(super) async fn open(app: &App, hello: Hello) -> Result<Opened> {
+/// Finds or begins the session that a hello is about, for who may write it.
+pub(super) async fn open(app: &App, caller: &Caller, hello: Hello) -> Result<Opened> {
+    caller.needs(Right::Walk)?;
     match hello {
-        Hello::Continue { session_id } => go_on(app, &session_id).await,
+        Hello::Continue { session_id } => go_on(app, caller, &session_id).await,
         Hello::Begin { inspector_id, start, feet, initial_heading_deg } => {
-            begin(app, &inspector_id, start, feet, initial_heading_deg)
+            begin(app, caller, &inspector_id, start, feet, initial_heading_deg)
                 .await
                 .map(|session| Opened::Live(Box::new(session)))
         }
     }
 }
 
-async fn go_on(app: &App, session_id: &str) -> Result<Opened> {
+async fn go_on(app: &App, caller: &Caller, session_id: &str) -> Result<Opened> {
     let db = app.store.read();
     let not_found = || Error::not_found("session", session_id);
     let id = Uuid::parse_str(session_id).map_err(|_| not_found())?;
     let session = sessions::get(db, id).await?.ok_or_else(not_found)?;
+    caller.writes_for(session.inspector_id)?;
     if matches!(session.state, SessionState::Created | SessionState::Live) {
         return Ok(Opened::Live(Box::new(session)));
     }
@@ -61,6 +65,7 @@ async fn go_on(app: &App, session_id: &str) -> Result<Opened> {
 
 async fn begin(
     app: &App,
+    caller: &Caller,
     inspector_id: &str,
     start: Option<Start>,
     feet: Vec<Foot>,
@@ -80,7 +85,7 @@ async fn begin(
         initial_heading_deg,
         automatic_visits: false,
     };
-    api::sessions::begin(app, new, SessionState::Live).await
+    api::sessions::begin(app, caller, new, SessionState::Live).await
 }
 
 /// What the engine is told of a session that is streamed.

@@ -15,6 +15,7 @@ const STEPS: &[(i64, &str, &str)] = &[
     (3, "filtered and smoothed", include_str!("../../../migrations/0003_filtered_and_smoothed.sql")),
     (4, "stands", include_str!("../../../migrations/0004_stands.sql")),
     (5, "session_reports", include_str!("../../../migrations/0005_session_reports.sql")),
+    (6, "people and rights", include_str!("../../../migrations/0006_people_and_rights.sql")),
 ];
 
 /// Brings the database up to this version.

@@ -3,7 +3,9 @@
 //! Reads go through a pool of read-only connections ([`Store::read`]); every write goes through the
 //! one [`Writer`]. The SQL keeps to the subset that SQLite and PostgreSQL share.
 
+pub mod accounts;
 pub mod anomalies;
+pub mod audit;
 pub mod faults;
 pub mod inspectors;
 pub mod jobs;
@@ -12,8 +14,10 @@ pub mod markers;
 pub mod raw_chunks;
 pub mod reports;
 pub mod sessions;
+pub mod sign_ins;
 pub mod stands;
 pub mod stream_visits;
+pub mod tokens;
 pub mod track;
 pub mod visits;
 pub mod writer;

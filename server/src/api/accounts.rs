@@ -1,0 +1,210 @@
+//! Everybody's accounts, for administrators.
+
+use axum::extract::State;
+use axum::http::StatusCode;
+use serde::{Deserialize, Deserializer};
+use sqlx::SqliteConnection;
+use time::OffsetDateTime;
+use uuid::Uuid;
+
+use super::Routes;
+use super::extract::{Json, Path};
+use crate::auth::{Caller, Password, checked_name};
+use crate::error::{Error, Result};
+use crate::rights::{Right, Role};
+use crate::state::App;
+use crate::store::accounts::{self, Account};
+use crate::store::{StoreError, audit, inspectors, sign_ins};
+use crate::utc;
+
+pub(super) fn routes() -> Routes {
+    Routes::new()
+        .get("/accounts", Right::Administer, list)
+        .post("/accounts", Right::Administer, create)
+        .get("/accounts/{id}", Right::Administer, show)
+        .patch("/accounts/{id}", Right::Administer, change)
+        .delete("/accounts/{id}", Right::Administer, remove)
+}
+
+async fn list(State(app): State<App>) -> Result<axum::Json<Vec<Account>>> {
+    Ok(axum::Json(accounts::list(app.store.read()).await?))
+}
+
+async fn show(State(app): State<App>, Path(id): Path<Uuid>) -> Result<axum::Json<Account>> {
+    let account = accounts::get(app.store.read(), id).await?;
+    Ok(axum::Json(account.ok_or_else(|| Error::not_found("account", id))?))
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct NewAccount {
+    name: String,
+    password: Password,
+    role: Role,
+    inspector_id: Option<Uuid>,
+    #[serde(default, with = "time::serde::rfc3339::option")]
+    expires_at: Option<OffsetDateTime>,
+}
+
+async fn create(
+    State(app): State<App>,
+    caller: Caller,
+    Json(new): Json<NewAccount>,
+) -> Result<(StatusCode, axum::Json<Account>)> {
+    if !app.auth.has_accounts() {
+        return Err(Error::conflict(
+            "not_set_up",
+            "nobody has an account yet: make the first one with the setup token that the server printed when it started",
+        ));
+    }
+    let name = checked_name(&new.name)?;
+    new.password.checked(&name)?;
+    let now = utc::now();
+    let account = Account {
+        id: Uuid::now_v7(),
+        name,
+        role: new.role,
+        password_hash: new.password.hash().await?,
+        inspector_id: new.inspector_id,
+        disabled: false,
+        expires_at: new.expires_at,
+        created_at: now,
+        updated_at: now,
+    };
+    let row = account.clone();
+    app.store
+        .writer()
+        .run(move |db| {
+            Box::pin(async move {
+                inspector_exists(&mut *db, row.inspector_id).await?;
+                accounts::insert(&mut *db, &row).await.map_err(|error| taken(error, &row.name))?;
+                let entry = caller.did("account.added", row.id, None, serde_json::to_value(&row).ok());
+                audit::insert(db, &entry).await?;
+                Ok::<_, Error>(())
+            })
+        })
+        .await?;
+    Ok((StatusCode::CREATED, axum::Json(account)))
+}
+
+/// What is to be different; what is left out stays, a null takes away.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct AccountChange {
+    name: Option<String>,
+    password: Option<Password>,
+    role: Option<Role>,
+    disabled: Option<bool>,
+    #[serde(default, deserialize_with = "told")]
+    inspector_id: Option<Option<Uuid>>,
+    #[serde(default, deserialize_with = "told_instant")]
+    expires_at: Option<Option<OffsetDateTime>>,
+}
+
+/// A field that was told, be it as null.
+fn told<'de, D: Deserializer<'de>>(field: D) -> Result<Option<Option<Uuid>>, D::Error> {
+    Option::deserialize(field).map(Some)
+}
+
+fn told_instant<'de, D: Deserializer<'de>>(field: D) -> Result<Option<Option<OffsetDateTime>>, D::Error> {
+    time::serde::rfc3339::option::deserialize(field).map(Some)
+}
+
+async fn change(
+    State(app): State<App>,
+    caller: Caller,
+    Path(id): Path<Uuid>,
+    Json(change): Json<AccountChange>,
+) -> Result<axum::Json<Account>> {
+    let name = change.name.as_deref().map(checked_name).transpose()?;
+    let new_password = match change.password {
+        Some(password) => {
+            let known = accounts::get(app.store.read(), id).await?;
+            let known = known.ok_or_else(|| Error::not_found("account", id))?;
+            password.checked(name.as_deref().unwrap_or(&known.name))?;
+            Some(password.hash().await?)
+        }
+        None => None,
+    };
+    let account = app
+        .store
+        .writer()
+        .run(move |db| {
+            Box::pin(async move {
+                let old =
+                    accounts::get(&mut *db, id).await?.ok_or_else(|| Error::not_found("account", id))?;
+                let is_new_password = new_password.is_some();
+                let account = Account {
+                    name: name.unwrap_or_else(|| old.name.clone()),
+                    role: change.role.unwrap_or(old.role),
+                    password_hash: new_password.unwrap_or_else(|| old.password_hash.clone()),
+                    inspector_id: change.inspector_id.unwrap_or(old.inspector_id),
+                    disabled: change.disabled.unwrap_or(old.disabled),
+                    expires_at: change.expires_at.unwrap_or(old.expires_at),
+                    updated_at: utc::now(),
+                    ..old.clone()
+                };
+                inspector_exists(&mut *db, account.inspector_id).await?;
+                accounts::update(&mut *db, &account).await.map_err(|error| taken(error, &account.name))?;
+                an_administrator_is_left(&mut *db).await?;
+                if is_new_password {
+                    // Whoever knew the old one is out.
+                    sign_ins::delete_others(&mut *db, id, None).await?;
+                }
+                let (before, after) = (serde_json::to_value(&old).ok(), serde_json::to_value(&account).ok());
+                let action = if is_new_password { "account.password_set" } else { "account.changed" };
+                audit::insert(db, &caller.did(action, id, before, after)).await?;
+                Ok::<_, Error>(account)
+            })
+        })
+        .await?;
+    app.auth.changed();
+    Ok(axum::Json(account))
+}
+
+async fn remove(State(app): State<App>, caller: Caller, Path(id): Path<Uuid>) -> Result<StatusCode> {
+    app.store
+        .writer()
+        .run(move |db| {
+            Box::pin(async move {
+                let old =
+                    accounts::get(&mut *db, id).await?.ok_or_else(|| Error::not_found("account", id))?;
+                accounts::delete(&mut *db, id).await?;
+                an_administrator_is_left(&mut *db).await?;
+                let entry = caller.did("account.removed", id, serde_json::to_value(&old).ok(), None);
+                audit::insert(db, &entry).await?;
+                Ok::<_, Error>(())
+            })
+        })
+        .await?;
+    app.auth.changed();
+    Ok(StatusCode::NO_CONTENT)
+}
+
+/// The last administrator stays one: nobody could give rights any more.
+async fn an_administrator_is_left(db: &mut SqliteConnection) -> Result<()> {
+    if accounts::administrators(db).await? == 0 {
+        return Err(Error::conflict(
+            "last_administrator",
+            "expected an administrator who can sign in to be left, found none then: make another one first",
+        ));
+    }
+    Ok(())
+}
+
+async fn inspector_exists(db: &mut SqliteConnection, id: Option<Uuid>) -> Result<()> {
+    match id {
+        Some(id) if inspectors::get(db, id).await?.is_none() => Err(Error::not_found("inspector", id)),
+        _ => Ok(()),
+    }
+}
+
+fn taken(error: StoreError, name: &str) -> Error {
+    if error.is_duplicate() {
+        return Error::conflict(
+            "name_taken",
+            format!("there is already an account {name:?}: choose another name"),
+        );
+    }
+    error.into()
+}

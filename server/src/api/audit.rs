@@ -1,0 +1,97 @@
+//! Who changed what, for administrators.
+
+use axum::extract::State;
+use axum::http::header;
+use axum::response::{IntoResponse, Response};
+use serde::Deserialize;
+
+use super::Routes;
+use super::extract::Query;
+use crate::error::{Error, Result};
+use crate::rights::Right;
+use crate::state::App;
+use crate::store::audit::{self, Entry, Wanted};
+
+/// Entries in one answer, unless fewer are asked for.
+const MOST: u32 = 1_000;
+const USUAL: u32 = 100;
+/// Entries in a file.
+const MOST_IN_A_FILE: u32 = 1_000_000;
+
+pub(super) fn routes() -> Routes {
+    Routes::new().get("/audit", Right::Administer, list).get("/audit.csv", Right::Administer, export)
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct ListQuery {
+    who: Option<String>,
+    action: Option<String>,
+    subject: Option<String>,
+    before_id: Option<i64>,
+    limit: Option<u32>,
+}
+
+impl ListQuery {
+    fn wanted(self, usual: u32, most: u32) -> Wanted {
+        let told =
+            |text: Option<String>| text.map(|text| text.trim().to_owned()).filter(|text| !text.is_empty());
+        Wanted {
+            who: told(self.who),
+            action: told(self.action),
+            subject: told(self.subject),
+            before_id: self.before_id,
+            limit: self.limit.unwrap_or(usual).clamp(1, most),
+        }
+    }
+}
+
+async fn list(State(app): State<App>, Query(query): Query<ListQuery>) -> Result<axum::Json<Vec<Entry>>> {
+    Ok(axum::Json(audit::list(app.store.read(), &query.wanted(USUAL, MOST)).await?))
+}
+
+async fn export(State(app): State<App>, Query(query): Query<ListQuery>) -> Result<Response> {
+    let entries = audit::list(app.store.read(), &query.wanted(MOST_IN_A_FILE, MOST_IN_A_FILE)).await?;
+    let mut text = String::from("id,at,who,address,action,subject,before,after\n");
+    for entry in entries {
+        let at = entry.at.format(&time::format_description::well_known::Rfc3339);
+        let at = at.map_err(|error| Error::Internal(error.into()))?;
+        let json =
+            |value: Option<serde_json::Value>| value.map(|value| value.to_string()).unwrap_or_default();
+        let cells = [
+            entry.id.to_string(),
+            at,
+            entry.who,
+            entry.address,
+            entry.action,
+            entry.subject,
+            json(entry.before),
+            json(entry.after),
+        ];
+        text.push_str(&cells.map(|cell| harmless(&cell)).join(","));
+        text.push('\n');
+    }
+    let headers = [
+        (header::CONTENT_TYPE, "text/csv; charset=utf-8"),
+        (header::CONTENT_DISPOSITION, "attachment; filename=\"audit.csv\""),
+    ];
+    Ok((headers, text).into_response())
+}
+
+/// A cell of a CSV: quoted, and with an apostrophe where a spreadsheet would take it for a formula.
+fn harmless(cell: &str) -> String {
+    let guard = if cell.starts_with(['=', '+', '-', '@', '\t', '\r']) { "'" } else { "" };
+    format!("\"{guard}{}\"", cell.replace('"', "\"\""))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::harmless;
+
+    #[test]
+    fn a_cell_is_no_formula_and_no_two_cells() {
+        assert_eq!(harmless("=1+1"), "\"'=1+1\"");
+        assert_eq!(harmless("@a"), "\"'@a\"");
+        assert_eq!(harmless("say \"a,b\"\n"), "\"say \"\"a,b\"\"\n\"");
+    }
+}

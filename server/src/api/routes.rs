@@ -1,0 +1,167 @@
+//! How a route is declared: a method, a path, the right that it asks for, its handler. There is no way to add a
+//! route without saying who may ask for it.
+
+use std::collections::HashMap;
+
+use axum::Router;
+use axum::handler::Handler;
+use axum::http::Method;
+use axum::routing::{MethodFilter, on};
+
+use crate::rights::Right;
+use crate::state::App;
+
+/// What a route asks of its caller.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Needs {
+    /// A right.
+    Right(Right),
+    /// A right that may be shown in the first message of a websocket instead of its headers.
+    Socket(Right),
+    /// To write the session that the path names: `/sessions/{id}…`.
+    OwnSession,
+    /// To write the session of the log that the path names: `/logs/{id}…`.
+    OwnLog,
+}
+
+impl From<Right> for Needs {
+    fn from(right: Right) -> Needs {
+        Needs::Right(right)
+    }
+}
+
+/// Routes with what they ask for.
+#[derive(Debug, Default)]
+pub struct Routes {
+    router: Router<App>,
+    declared: Vec<Declared>,
+}
+
+/// One route, as it was declared.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Declared {
+    /// The method; a route of GET answers HEAD, too.
+    pub method: Method,
+    /// The path with its variable parts, such as `/api/v1/markers/{name}`.
+    pub path: String,
+    /// What it asks of its caller.
+    pub needs: Needs,
+}
+
+impl Routes {
+    /// None yet.
+    pub fn new() -> Routes {
+        Routes::default()
+    }
+
+    /// A route that shows something.
+    pub fn get<H, T>(self, path: &str, needs: impl Into<Needs>, handler: H) -> Routes
+    where
+        H: Handler<T, App>,
+        T: 'static,
+    {
+        self.on(Method::GET, path, needs, handler)
+    }
+
+    /// A route that adds something, or does something.
+    pub fn post<H, T>(self, path: &str, needs: impl Into<Needs>, handler: H) -> Routes
+    where
+        H: Handler<T, App>,
+        T: 'static,
+    {
+        self.on(Method::POST, path, needs, handler)
+    }
+
+    /// A route that makes something so.
+    pub fn put<H, T>(self, path: &str, needs: impl Into<Needs>, handler: H) -> Routes
+    where
+        H: Handler<T, App>,
+        T: 'static,
+    {
+        self.on(Method::PUT, path, needs, handler)
+    }
+
+    /// A route that changes something.
+    pub fn patch<H, T>(self, path: &str, needs: impl Into<Needs>, handler: H) -> Routes
+    where
+        H: Handler<T, App>,
+        T: 'static,
+    {
+        self.on(Method::PATCH, path, needs, handler)
+    }
+
+    /// A route that removes something.
+    pub fn delete<H, T>(self, path: &str, needs: impl Into<Needs>, handler: H) -> Routes
+    where
+        H: Handler<T, App>,
+        T: 'static,
+    {
+        self.on(Method::DELETE, path, needs, handler)
+    }
+
+    fn on<H, T>(mut self, method: Method, path: &str, needs: impl Into<Needs>, handler: H) -> Routes
+    where
+        H: Handler<T, App>,
+        T: 'static,
+    {
+        let filter = MethodFilter::try_from(method.clone()).expect("the methods here have a filter");
+        self.declared.push(Declared { method, path: path.to_owned(), needs: needs.into() });
+        Routes { router: self.router.route(path, on(filter, handler)), declared: self.declared }
+    }
+
+    /// These and others.
+    pub fn merge(mut self, other: Routes) -> Routes {
+        self.declared.extend(other.declared);
+        Routes { router: self.router.merge(other.router), declared: self.declared }
+    }
+
+    /// These below a path.
+    pub fn below(mut self, path: &str) -> Routes {
+        for declared in &mut self.declared {
+            declared.path.insert_str(0, path);
+        }
+        Routes { router: Router::new().nest(path, self.router), declared: self.declared }
+    }
+
+    /// These with something done to their router, such as a layer.
+    pub fn with(self, change: impl FnOnce(Router<App>) -> Router<App>) -> Routes {
+        Routes { router: change(self.router), declared: self.declared }
+    }
+
+    /// What answers.
+    pub fn into_router(self) -> Router<App> {
+        self.router
+    }
+
+    /// What was declared.
+    pub fn declared(&self) -> &[Declared] {
+        &self.declared
+    }
+}
+
+/// What each route asks for, to be looked up.
+#[derive(Debug)]
+pub struct Table {
+    by_path: HashMap<String, Vec<(Method, Needs)>>,
+}
+
+impl Table {
+    /// Of these routes.
+    pub fn of(declared: &[Declared]) -> Table {
+        let mut by_path: HashMap<String, Vec<(Method, Needs)>> = HashMap::new();
+        for Declared { method, path, needs } in declared {
+            by_path.entry(path.clone()).or_default().push((method.clone(), *needs));
+        }
+        Table { by_path }
+    }
+
+    /// What a route asks for; `None` where there is no such route.
+    pub fn needs(&self, method: &Method, path: &str) -> Option<Needs> {
+        self.by_path.get(path)?.iter().find(|(known, _)| known == method).map(|(_, needs)| *needs)
+    }
+
+    /// Whether a path is declared with any method.
+    pub fn has(&self, path: &str) -> bool {
+        self.by_path.contains_key(path)
+    }
+}

@@ -1,0 +1,129 @@
+//! The layer before every route: who asks, and may they.
+
+use std::net::SocketAddr;
+
+use axum::extract::{ConnectInfo, MatchedPath, Request, State};
+use axum::http::request::Parts;
+use axum::http::{HeaderMap, Method, StatusCode};
+use axum::middleware::Next;
+use axum::response::{IntoResponse, Response};
+use uuid::Uuid;
+
+use super::caller::{By, Caller};
+use super::credentials;
+use crate::api::Needs;
+use crate::error::{Error, Result};
+use crate::rights::Right;
+use crate::state::App;
+use crate::store::{logs, sessions};
+
+/// Layer: finds out who asks, refuses who may not, and hands the [`Caller`] on. A route that declares no right is
+/// refused to everybody.
+pub(crate) async fn guard(State(app): State<App>, request: Request, next: Next) -> Response {
+    let (mut asked, body) = request.into_parts();
+    match check(&app, &asked).await {
+        Ok(caller) => {
+            asked.extensions.insert(caller);
+            next.run(Request::from_parts(asked, body)).await
+        }
+        Err(error) => error.into_response(),
+    }
+}
+
+async fn check(app: &App, asked: &Parts) -> Result<Caller> {
+    let needs = declared(app, asked)?;
+    let caller = match asked.extensions.get::<Caller>() {
+        // From inside this program: no header becomes an extension.
+        Some(caller) => caller.clone(),
+        None => who(app, asked).await?,
+    };
+    match needs {
+        Needs::Right(right) => caller.needs(right)?,
+        // A device may show its token in its first message. What is shown here must be good.
+        Needs::Socket(right) if caller.by != By::Nothing => caller.needs(right)?,
+        Needs::Socket(_) => {}
+        Needs::OwnSession => {
+            caller.needs(Right::Walk)?;
+            caller.writes_for(inspector_of_session(app, id(asked)?).await?)?;
+        }
+        Needs::OwnLog => {
+            caller.needs(Right::Walk)?;
+            let log = logs::get(app.store.read(), id(asked)?).await?;
+            let log = log.ok_or_else(|| Error::not_found("log", part(asked)))?;
+            caller.writes_for(inspector_of_session(app, log.session_id).await?)?;
+        }
+    }
+    Ok(caller)
+}
+
+/// What the route that matched asks for.
+fn declared(app: &App, asked: &Parts) -> Result<Needs> {
+    let path = asked.extensions.get::<MatchedPath>().map(MatchedPath::as_str);
+    let method = if asked.method == Method::HEAD { &Method::GET } else { &asked.method };
+    let Some(path) = path else { return Ok(Needs::Right(Right::Open)) };
+    match app.routes.needs(method, path) {
+        Some(needs) => Ok(needs),
+        // Whoever asks with a method that the path does not know is told so by the router.
+        None if app.routes.has(path) => Ok(Needs::Right(Right::Open)),
+        None => Err(Error::http(
+            StatusCode::FORBIDDEN,
+            "not_allowed",
+            format!("{method} {path} declares no right, so nobody has it: declare one where the route is"),
+        )),
+    }
+}
+
+async fn who(app: &App, asked: &Parts) -> Result<Caller> {
+    let address = address(asked);
+    if app.auth.has_accounts() {
+        let known = credentials::of(app, &asked.headers, &address).await?;
+        return Ok(known.unwrap_or_else(|| Caller::unknown(address)));
+    }
+    if is_handed_on(&asked.headers) {
+        // From elsewhere, by a proxy at this machine: only whoever works here may do what needs no account.
+        return Ok(Caller::unknown(address));
+    }
+    Ok(Caller::working_at_the_machine(address))
+}
+
+/// Where a request comes from: the peer or, where that is a proxy at this machine, whom the proxy names last.
+fn address(asked: &Parts) -> String {
+    let peer = asked.extensions.get::<ConnectInfo<SocketAddr>>().map(|info| info.0.ip());
+    let named = || {
+        let headers = asked.headers.get_all("x-forwarded-for");
+        let last = headers.iter().next_back()?.to_str().ok()?.rsplit(',').next()?.trim();
+        last.parse::<std::net::IpAddr>().ok()
+    };
+    match peer {
+        Some(peer) if peer.is_loopback() => named().unwrap_or(peer).to_string(),
+        Some(peer) => peer.to_string(),
+        None => String::new(),
+    }
+}
+
+/// Whether a proxy says that it hands a request on.
+fn is_handed_on(headers: &HeaderMap) -> bool {
+    ["x-forwarded-for", "x-forwarded-host", "x-forwarded-proto", "x-real-ip", "forwarded", "via"]
+        .iter()
+        .any(|name| headers.contains_key(*name))
+}
+
+/// The part of the path after the noun: `/api/v1/sessions/{id}/…`.
+fn part(asked: &Parts) -> &str {
+    asked.uri.path().split('/').nth(4).unwrap_or_default()
+}
+
+fn id(asked: &Parts) -> Result<Uuid> {
+    Uuid::parse_str(part(asked)).map_err(|error| {
+        Error::http(
+            StatusCode::NOT_FOUND,
+            "not_an_id",
+            format!("{:?} is no id ({error}): check the id in the path", part(asked)),
+        )
+    })
+}
+
+async fn inspector_of_session(app: &App, id: Uuid) -> Result<Uuid> {
+    let session = sessions::get(app.store.read(), id).await?;
+    Ok(session.ok_or_else(|| Error::not_found("session", id))?.inspector_id)
+}

@@ -1,0 +1,97 @@
+//! What the server keeps in memory of who may do what.
+
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Duration;
+
+use sha2::{Digest, Sha256};
+use tokio::sync::watch;
+use tokio::time::timeout;
+
+use super::caller::{By, Caller};
+use super::guesses::Guesses;
+use super::{Secret, credentials};
+use crate::state::App;
+use crate::utc;
+
+/// Sockets look this often whether their caller is still known; a change of accounts or tokens makes them look at once.
+const LOOK_AGAIN_EVERY: Duration = Duration::from_secs(3);
+
+/// Shared by all requests.
+#[derive(Debug)]
+pub(crate) struct Auth {
+    /// Whether there is an account: then nobody does anything without one.
+    accounts: AtomicBool,
+    /// What whoever sets the server up has to show; printed at the start, kept nowhere.
+    setup_token: String,
+    /// What a part of this program shows on the network, such as the demo's devices.
+    pub(super) own_token: Secret,
+    pub(crate) guesses: Guesses,
+    /// Counts the changes after which somebody may be known no longer.
+    changes: watch::Sender<u64>,
+}
+
+impl Auth {
+    /// For a store that holds accounts, or none yet.
+    pub(crate) fn new(accounts: bool, setup_token: Option<String>) -> Auth {
+        Auth {
+            accounts: AtomicBool::new(accounts),
+            setup_token: setup_token.unwrap_or_else(|| Secret::random().text().to_owned()),
+            own_token: Secret::random(),
+            guesses: Guesses::default(),
+            changes: watch::Sender::new(0),
+        }
+    }
+
+    /// Whether there is an account.
+    pub(crate) fn has_accounts(&self) -> bool {
+        self.accounts.load(Ordering::Acquire)
+    }
+
+    /// What whoever makes the first account has to show.
+    pub(crate) fn setup_token(&self) -> &str {
+        &self.setup_token
+    }
+
+    /// Whether this is it. By their hashes: how long the comparison takes then says nothing of the token.
+    pub(super) fn is_setup_token(&self, shown: &str) -> bool {
+        Sha256::digest(shown.trim()) == Sha256::digest(&self.setup_token)
+    }
+
+    /// What the demo's devices show.
+    pub(crate) fn own_token(&self) -> &str {
+        self.own_token.text()
+    }
+
+    /// An account was made, changed or removed, or a token or sign-in ended: what is open looks again.
+    pub(crate) fn changed(&self) {
+        self.changes.send_modify(|changes| *changes += 1);
+    }
+
+    /// The first account is on disk: from now on everybody needs one.
+    pub(super) fn has_one_now(&self) {
+        self.accounts.store(true, Ordering::Release);
+        self.changed();
+    }
+}
+
+/// Ready when a caller is known no longer, or may do less than before: revoked, expired, signed out, changed. What
+/// was opened for it is then to be closed.
+pub(crate) async fn until_unknown(app: &App, caller: &Caller) {
+    let mut changes = app.auth.changes.subscribe();
+    loop {
+        // Time passes by itself, and the clock may be set: look now and then.
+        let _ = timeout(LOOK_AGAIN_EVERY, changes.changed()).await;
+        if caller.by == By::Itself {
+            continue;
+        }
+        if caller.expires_at.is_some_and(|at| at <= utc::now()) {
+            return;
+        }
+        match credentials::again(app, caller).await {
+            Ok(Some(now)) if now.rights() == caller.rights() && now.inspector == caller.inspector => {}
+            Ok(_) => return,
+            // A store that does not answer now is no reason to cut anybody off.
+            Err(error) => tracing::warn!(%error, "could not look whether a caller is still known: {error}"),
+        }
+    }
+}

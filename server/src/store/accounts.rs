@@ -1,0 +1,140 @@
+//! People who can sign in.
+
+use serde::{Deserialize, Serialize};
+use sqlx::sqlite::SqliteRow;
+use sqlx::{FromRow, Row, SqliteExecutor};
+use time::OffsetDateTime;
+use uuid::Uuid;
+
+use super::{StoreError, columns};
+use crate::rights::Role;
+use crate::utc;
+
+/// One who can sign in.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Account {
+    /// Its id.
+    pub id: Uuid,
+    /// What its owner signs in with.
+    pub name: String,
+    /// What its owner may do.
+    pub role: Role,
+    /// The argon2id hash of its password; told to nobody.
+    #[serde(skip)]
+    pub password_hash: String,
+    /// Whose walks its owner may write, where the role is inspector.
+    pub inspector_id: Option<Uuid>,
+    /// Whether its owner is kept out.
+    pub disabled: bool,
+    /// When it ends by itself.
+    #[serde(with = "time::serde::rfc3339::option")]
+    pub expires_at: Option<OffsetDateTime>,
+    /// When it was made.
+    #[serde(with = "time::serde::rfc3339")]
+    pub created_at: OffsetDateTime,
+    /// When it was changed last.
+    #[serde(with = "time::serde::rfc3339")]
+    pub updated_at: OffsetDateTime,
+}
+
+impl FromRow<'_, SqliteRow> for Account {
+    fn from_row(row: &SqliteRow) -> sqlx::Result<Self> {
+        Ok(Account {
+            id: columns::id(row, "id")?,
+            name: row.try_get("name")?,
+            role: columns::word(row, "role")?,
+            password_hash: row.try_get("password_hash")?,
+            inspector_id: columns::optional_id(row, "inspector_id")?,
+            disabled: row.try_get("disabled")?,
+            expires_at: columns::optional_instant(row, "expires_at")?,
+            created_at: columns::instant(row, "created_at")?,
+            updated_at: columns::instant(row, "updated_at")?,
+        })
+    }
+}
+
+/// Two names that differ by case are one.
+pub fn name_key(name: &str) -> String {
+    name.trim().to_lowercase()
+}
+
+/// All, by name.
+pub async fn list(db: impl SqliteExecutor<'_>) -> Result<Vec<Account>, StoreError> {
+    Ok(sqlx::query_as("select * from accounts order by name_key").fetch_all(db).await?)
+}
+
+/// The one with this id.
+pub async fn get(db: impl SqliteExecutor<'_>, id: Uuid) -> Result<Option<Account>, StoreError> {
+    let query = sqlx::query_as("select * from accounts where id = ?1").bind(id.to_string());
+    Ok(query.fetch_optional(db).await?)
+}
+
+/// The one with this name.
+pub async fn by_name(db: impl SqliteExecutor<'_>, name: &str) -> Result<Option<Account>, StoreError> {
+    let query = sqlx::query_as("select * from accounts where name_key = ?1").bind(name_key(name));
+    Ok(query.fetch_optional(db).await?)
+}
+
+/// Whether there is any.
+pub async fn any(db: impl SqliteExecutor<'_>) -> Result<bool, StoreError> {
+    let count: i64 = sqlx::query_scalar("select count(*) from accounts").fetch_one(db).await?;
+    Ok(count > 0)
+}
+
+/// How many administrators can sign in at this moment.
+pub async fn administrators(db: impl SqliteExecutor<'_>) -> Result<u64, StoreError> {
+    let count: i64 = sqlx::query_scalar(
+        "select count(*) from accounts where role = 'admin' and disabled = 0 and (expires_at is null or expires_at > ?1)",
+    )
+    .bind(utc::to_us(utc::now()))
+    .fetch_one(db)
+    .await?;
+    Ok(u64::try_from(count).unwrap_or(0))
+}
+
+/// Adds one.
+pub async fn insert(db: impl SqliteExecutor<'_>, account: &Account) -> Result<(), StoreError> {
+    sqlx::query(
+        "insert into accounts (id, name, name_key, role, password_hash, inspector_id, disabled, expires_at, created_at, updated_at)
+         values (?1, ?2, ?3, ?4, ?5, ?6, ?7, ?8, ?9, ?10)",
+    )
+    .bind(account.id.to_string())
+    .bind(&account.name)
+    .bind(name_key(&account.name))
+    .bind(columns::to_word(account.role))
+    .bind(&account.password_hash)
+    .bind(account.inspector_id.map(|id| id.to_string()))
+    .bind(account.disabled)
+    .bind(account.expires_at.map(utc::to_us))
+    .bind(utc::to_us(account.created_at))
+    .bind(utc::to_us(account.updated_at))
+    .execute(db)
+    .await?;
+    Ok(())
+}
+
+/// Writes one anew; its id and its age stay.
+pub async fn update(db: impl SqliteExecutor<'_>, account: &Account) -> Result<(), StoreError> {
+    sqlx::query(
+        "update accounts set name = ?2, name_key = ?3, role = ?4, password_hash = ?5, inspector_id = ?6, disabled = ?7,
+         expires_at = ?8, updated_at = ?9 where id = ?1",
+    )
+    .bind(account.id.to_string())
+    .bind(&account.name)
+    .bind(name_key(&account.name))
+    .bind(columns::to_word(account.role))
+    .bind(&account.password_hash)
+    .bind(account.inspector_id.map(|id| id.to_string()))
+    .bind(account.disabled)
+    .bind(account.expires_at.map(utc::to_us))
+    .bind(utc::to_us(account.updated_at))
+    .execute(db)
+    .await?;
+    Ok(())
+}
+
+/// Removes one, with its sign-ins and tokens.
+pub async fn delete(db: impl SqliteExecutor<'_>, id: Uuid) -> Result<(), StoreError> {
+    sqlx::query("delete from accounts where id = ?1").bind(id.to_string()).execute(db).await?;
+    Ok(())
+}
