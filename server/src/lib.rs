@@ -23,6 +23,7 @@ pub mod store;
 
 mod assets;
 mod auth;
+mod backup;
 mod figures;
 mod headers;
 pub mod origin;

@@ -21,7 +21,7 @@ use crate::site::Plan;
 use crate::state::{App, STOP_WITHIN, State};
 use crate::store::Store;
 use crate::store::accounts;
-use crate::{api, assets, auth, demo, figures, jobs, live, site};
+use crate::{api, assets, auth, demo, figures, jobs, live, site, utc};
 
 /// Uploaded logs that are read at once; more wait, so that the live sessions keep their share.
 const LOG_READERS: usize = 2;
@@ -130,15 +130,19 @@ pub(crate) async fn open(config: Config) -> Result<App> {
     let board = live::board_from_store(&store).await.context("could not read what the map shows")?;
     let hub = Hub::new(board);
     let has_accounts = accounts::any(store.read()).await.context("could not read the accounts")?;
-    let routes = api::Table::of(api::routes(&config).declared());
+    let declared = api::routes(&config);
+    let routes = api::Table::of(declared.declared());
+    let openapi = api::openapi::document(declared.declared()).to_string().into();
     let auth = Auth::new(has_accounts, config.setup_token.clone());
     Ok(Arc::new(State {
+        started_at: utc::now(),
         config,
         plan: Plan::of(&site),
         site,
         store,
         auth,
         routes,
+        openapi,
         upload_turns: UploadTurns::default(),
         log_readers: Semaphore::new(LOG_READERS),
         jobs: jobs::Queue::default(),

@@ -4,6 +4,7 @@ use std::path::Path;
 
 use anyhow::{Context, Result};
 use lodestep_engine::geo::{dome, terrain};
+use schemars::JsonSchema;
 use serde::Serialize;
 
 pub use lodestep_engine::geo::Site;
@@ -20,7 +21,7 @@ pub(crate) fn read(file: Option<&Path>) -> Result<Site> {
 }
 
 /// What stands still on the site, east-north-up in metres from its origin: `GET /site/plan`.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct Plan {
     /// The nodes of the reflector's cable net.
     pub nodes: Vec<Node>,
@@ -35,7 +36,7 @@ pub struct Plan {
 }
 
 /// A node of the cable net.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct Node {
     /// Such as `A17`.
     pub name: String,
@@ -50,7 +51,7 @@ pub struct Node {
 }
 
 /// A sector of the reflector; it reaches from its own axis to the next sector's.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct Sector {
     /// Its letter.
     pub name: char,
@@ -59,7 +60,7 @@ pub struct Sector {
 }
 
 /// A tower.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct Tower {
     /// Its name.
     pub name: String,

@@ -3,7 +3,9 @@
 use std::sync::Arc;
 use std::time::Duration;
 
+use bytes::Bytes;
 use metrics_exporter_prometheus::PrometheusHandle;
+use time::OffsetDateTime;
 use tokio::sync::Semaphore;
 use tokio_util::sync::CancellationToken;
 
@@ -22,12 +24,16 @@ pub type App = Arc<State>;
 
 /// What a running server consists of.
 pub struct State {
+    /// When it was started.
+    pub started_at: OffsetDateTime,
     /// How it was set up.
     pub config: Config,
     /// The site it serves.
     pub site: Site,
     /// What stands still there.
     pub plan: Plan,
+    /// The description of the API, in JSON.
+    pub(crate) openapi: Bytes,
     /// Everything that is kept.
     pub store: Store,
     /// Who is known, and who guesses.

@@ -1,5 +1,6 @@
 //! Instants: UTC at the edge, integer microseconds since 1970 in the tables.
 
+use schemars::{JsonSchema, SchemaGenerator};
 use time::OffsetDateTime;
 
 /// Now, to the microsecond, as it will be read back from a table.
@@ -22,6 +23,27 @@ pub fn from_us(us: i64) -> OffsetDateTime {
 /// The instant that lies `t_ns` after a session's start.
 pub fn at(started_at: OffsetDateTime, t_ns: i64) -> OffsetDateTime {
     from_us(to_us(started_at).saturating_add(t_ns / 1_000))
+}
+
+/// As a file's name can hold it, to a second: `20261125T081500Z`.
+pub(crate) fn in_a_file_name(instant: OffsetDateTime) -> String {
+    let (year, month, day) = instant.to_calendar_date();
+    let (hour, minute, second) = instant.to_hms();
+    format!("{year:04}{:02}{day:02}T{hour:02}{minute:02}{second:02}Z", u8::from(month))
+}
+
+/// An instant, as it is written: RFC 3339, UTC.
+#[derive(Clone, Copy, Debug)]
+pub struct Instant;
+
+impl JsonSchema for Instant {
+    fn schema_name() -> std::borrow::Cow<'static, str> {
+        "Instant".into()
+    }
+
+    fn json_schema(_: &mut SchemaGenerator) -> schemars::Schema {
+        schemars::json_schema!({"type": "string", "format": "date-time", "description": "RFC 3339, UTC"})
+    }
 }
 
 #[cfg(test)]

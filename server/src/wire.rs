@@ -1,6 +1,7 @@
 //! What clients see, as `docs/wire.md` tells it. A row of the store that is shown as it is has its
 //! shape in `store`; what is put together for the wire has it here.
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use time::OffsetDateTime;
 use uuid::Uuid;
@@ -15,7 +16,7 @@ use crate::store::stands::Stand;
 use crate::store::visits::Visit;
 
 /// A session with what hangs on it: `GET /sessions/{id}`.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct SessionView {
     /// The session itself.
     #[serde(flatten)]

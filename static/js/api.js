@@ -42,6 +42,8 @@ async function request(path, init) {
     // A proxy in between answers in HTML: the status says enough.
   }
   const problem = new Problem(response.status, body);
+  // A sign-in that has ended: the page asks for a new one. (A wrong password is no such thing.)
+  if (problem.code === "not_signed_in") dispatchEvent(new Event("signed-out"));
   // The right offset of a log that was appended to at a wrong one.
   const offset = response.headers.get("Upload-Offset");
   if (offset !== null) Object.assign(problem, { uploadOffset: Number(offset) });
@@ -75,6 +77,54 @@ async function send(method, path, body) {
 
 /** @param {string} id */
 const seg = (id) => encodeURIComponent(id);
+
+/**
+ * @typedef {{has_accounts: boolean, known: boolean, id: string | null, name: string | null, role: string | null, rights: string[], inspector_id: string | null}} Me
+ * @typedef {{id: string, name: string, role: string, inspector_id: string | null, disabled: boolean, expires_at: string | null, created_at: string}} Account
+ * @typedef {{id: string, address: string, agent: string, created_at: string, seen_at: string}} SignIn
+ * @typedef {{id: string, account_id: string, name: string, rights: string[], inspector_id: string | null, created_at: string, expires_at: string | null, used_at: string | null, revoked_at: string | null}} Token
+ * @typedef {{id: number, at: string, who: string, address: string, action: string, subject: string, before: any, after: any}} AuditEntry
+ */
+/** @returns {Promise<Me>} */
+export const account = () => get("/account");
+/** @param {{setup_token: string, name: string, password: string}} body */
+export const setUp = (body) => post("/account/set-up", body);
+/** @param {{name: string, password: string}} body */
+export const signIn = (body) => post("/account/sign-in", body);
+export const signOut = () => post("/account/sign-out");
+/** @param {{old: string, new: string}} body */
+export const changePassword = (body) => post("/account/password", body);
+/** @returns {Promise<SignIn[]>} */
+export const signIns = () => get("/account/sign-ins").then(rows);
+/** @param {string} id */
+export const endSignIn = (id) => request(`/account/sign-ins/${seg(id)}`, { method: "DELETE" });
+/** @returns {Promise<Account[]>} */
+export const accounts = () => get("/accounts").then(rows);
+/** @param {Record<string, unknown>} body */
+export const addAccount = (body) => post("/accounts", body);
+/**
+ * @param {string} id
+ * @param {Record<string, unknown>} change
+ */
+export const changeAccount = (id, change) => send("PATCH", `/accounts/${seg(id)}`, change);
+/** @param {string} id */
+export const removeAccount = (id) => request(`/accounts/${seg(id)}`, { method: "DELETE" });
+/** @returns {Promise<Token[]>} */
+export const tokens = (all = false) => get(`/tokens?all=${all}`).then(rows);
+/** @param {Record<string, unknown>} body @returns {Promise<Token & {secret: string}>} */
+export const makeToken = (body) => post("/tokens", body);
+/** @param {string} id */
+export const revokeToken = (id) => request(`/tokens/${seg(id)}`, { method: "DELETE" });
+/** @param {URLSearchParams} query @returns {Promise<AuditEntry[]>} */
+export const audit = (query) => get(`/audit?${query}`).then(rows);
+/** @param {URLSearchParams} query */
+export const auditFile = (query) => `${BASE}/audit.csv?${query}`;
+/** @returns {Promise<{version: string, started_at: string, database_bytes: number, free_bytes: number | null, sessions: number, last_backup_at: string | null}>} */
+export const server = () => get("/server");
+/** @returns {Promise<{file: string, bytes: number}>} */
+export const backUp = () => post("/backups");
+/** @returns {Promise<any[]>} */
+export const jobs = () => get("/jobs").then(rows);
 
 export const site = () => get("/site");
 export const sitePlan = () => get("/site/plan");

@@ -28,8 +28,9 @@ const MOVES = new Set(["position", "trail"]);
 /**
  * @param {Site} site
  * @param {import("./map/plan.js").Plan} plan
+ * @param {import("./api.js").Me} me
  */
-export function makeApp(site, plan) {
+export function makeApp(site, plan, me) {
   /** @type {((changed: Set<AnyTopic>) => void)[]} */
   const watchers = [];
   /** @type {Set<AnyTopic>} */
@@ -40,6 +41,10 @@ export function makeApp(site, plan) {
 
   const stage = makeStage(one("#map"), plan.ring_radius_m);
   const app = {
+    /** Who is in front of the page. */
+    me,
+    /** @param {string} right whether they may: what they may not is not offered */
+    may: (right) => me.rights.includes(right),
     site,
     plan,
     stage,

@@ -1,5 +1,6 @@
 // Starts the page: words, theme, site, map, feed; then each thing that changes is shown once a frame.
 
+import { throughTheDoor, watchForTheEnd } from "./account/door.js";
 import * as api from "./api.js";
 import { makeApp } from "./app.js";
 import { Feed } from "./feed.js";
@@ -23,8 +24,11 @@ await loadLanguage(pickLanguage(navigator.languages, store.recall("language")));
 const app = await start();
 
 async function start() {
+  const me = await fetchUntilThere(throughTheDoor);
+  watchForTheEnd();
   const [site, plan] = await fetchUntilThere(() => Promise.all([api.site(), api.sitePlan()]));
-  const app = makeApp(site, plan);
+  const app = makeApp(site, plan, me);
+  one("#account").hidden = false;
   const link = makeLinkState(app);
   const router = makeRouter(app);
   const alarms = makeAlarms(app);
@@ -53,6 +57,7 @@ async function start() {
     makeSocket: () => new WebSocket(api.feedUrl()),
     resume: () => (app.live.boot === null ? null : { since: app.live.seq, boot: app.live.boot }),
     onMessage(message) {
+      if (message.type === "error" && message.code === "not_signed_in") dispatchEvent(new Event("signed-out"));
       const { gap, changed } = apply(app.live, message, Date.now());
       app.changed(...changed);
       return { gap };
@@ -102,6 +107,7 @@ async function start() {
     document.documentElement.lang = currentLanguage();
     translate(document);
     setText(one("#language"), currentLanguage() === "en" ? "中文" : "English");
+    setText(one("#account span"), app.me.name ?? t("nav.account"));
     setAttribute(one("#language"), "lang", currentLanguage() === "en" ? "zh-CN" : "en");
   }
 }

@@ -9,6 +9,7 @@ import { extname, join, normalize } from "node:path";
 import { fileURLToPath, pathToFileURL } from "node:url";
 import { acceptWebSocket } from "./mock/websocket.mjs";
 import { MockSite, iso } from "./mock/site.mjs";
+import { MockStaff } from "./mock/staff.mjs";
 
 const ROOT = fileURLToPath(new URL("..", import.meta.url));
 const TYPES = { ".html": "text/html; charset=utf-8", ".js": "text/javascript", ".css": "text/css", ".json": "application/json", ".svg": "image/svg+xml" };
@@ -17,6 +18,7 @@ const CSP = "default-src 'self'; frame-ancestors 'none'; base-uri 'none'; form-a
 /** @param {{port?: number, stepMs?: number}} [options] */
 export async function startMock({ port = 0, stepMs = 500 } = {}) {
   const site = new MockSite();
+  const staff = new MockStaff();
   const finished = site.finishedWalk();
   const logs = new Map();
   const jobs = new Map();
@@ -44,6 +46,13 @@ export async function startMock({ port = 0, stepMs = 500 } = {}) {
     const [noun, id, part, number] = path.slice("/api/v1/".length).split("/").map(decodeURIComponent);
     const route = `${request.method} ${noun}${id ? "/:id" : ""}${part ? `/${part}` : ""}`;
     const given = () => JSON.parse(body.toString() || "{}");
+    const ofStaff = staff.answer(request.method ?? "GET", [noun, id, part], /json/.test(request.headers["content-type"] ?? "") ? given() : {});
+    if (ofStaff) {
+      const [status, value] = ofStaff;
+      if (status === 204) return response.writeHead(204).end();
+      return json(value, status);
+    }
+    if (!staff.known) return problem(401, "not_signed_in", "expected somebody who has signed in");
     switch (route) {
       case "GET site": return json({ name: "FAST (demo)", latitude_deg: 25.652944, longitude_deg: 106.856667, height_m: 1110, gravity_m_s2: 9.787, declination_deg: -2.45 });
       case "GET site/:id": return json(site.plan);
@@ -177,6 +186,7 @@ export async function startMock({ port = 0, stepMs = 500 } = {}) {
   return {
     url: `http://127.0.0.1:${address.port}`,
     site,
+    staff,
     orders,
     cut: () => sockets.forEach((s) => s.cut()),
     stop() {

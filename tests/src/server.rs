@@ -36,6 +36,11 @@ impl TestServer {
         TestServer::start_in(Arc::new(folder), change).await
     }
 
+    /// Starts one on a folder that holds something already.
+    pub async fn start_on(folder: TempDir) -> TestServer {
+        TestServer::start_in(Arc::new(folder), |_| ()).await
+    }
+
     async fn start_in(folder: Arc<TempDir>, change: impl FnOnce(&mut Config)) -> TestServer {
         let mut config = Config::for_testing(folder.path());
         change(&mut config);

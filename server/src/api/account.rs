@@ -4,6 +4,7 @@ use axum::extract::State;
 use axum::http::{HeaderMap, HeaderValue, StatusCode, header};
 use axum::response::{IntoResponse, Response};
 use cookie::{Cookie, SameSite};
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use uuid::Uuid;
 
@@ -21,16 +22,30 @@ use crate::utc;
 pub(super) fn routes() -> Routes {
     Routes::new()
         .get("/account", Right::Open, show)
+        .about("Who asks, and what they may")
+        .gives::<Me>()
         .post("/account/set-up", Right::Open, set_up)
+        .about("Makes the first account, an administrator's, with the setup token")
+        .takes::<SetUp>()
+        .gives::<Account>()
         .post("/account/sign-in", Right::Open, sign_in)
+        .about("Signs in: the answer sets the cookie")
+        .takes::<NameAndPassword>()
+        .gives::<Account>()
         .post("/account/sign-out", Right::Open, sign_out)
+        .about("Signs this browser out")
         .post("/account/password", Right::Known, change_password)
+        .about("Changes one's own password; other browsers are signed out")
+        .takes::<PasswordChange>()
         .get("/account/sign-ins", Right::Known, list_sign_ins)
+        .about("The browsers in which one is signed in")
+        .gives::<Vec<SignIn>>()
         .delete("/account/sign-ins/{id}", Right::Known, end_sign_in)
+        .about("Signs one of one's browsers out")
 }
 
 /// Who asks, and whether there is anything to sign in to.
-#[derive(Debug, Serialize)]
+#[derive(Debug, Serialize, JsonSchema)]
 struct Me {
     /// Whether there is an account; until then nobody signs in.
     has_accounts: bool,
@@ -59,7 +74,7 @@ async fn show(State(app): State<App>, caller: Caller) -> Result<axum::Json<Me>> 
     }))
 }
 
-#[derive(Deserialize)]
+#[derive(Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 struct SetUp {
     setup_token: String,
@@ -78,7 +93,7 @@ async fn set_up(
     Ok((StatusCode::CREATED, [(header::SET_COOKIE, set(&secret))], axum::Json(account)).into_response())
 }
 
-#[derive(Deserialize)]
+#[derive(Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 struct NameAndPassword {
     name: String,
@@ -101,7 +116,7 @@ async fn sign_out(State(app): State<App>, caller: Caller) -> Result<Response> {
     Ok((StatusCode::NO_CONTENT, [(header::SET_COOKIE, unset())]).into_response())
 }
 
-#[derive(Deserialize)]
+#[derive(Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 struct PasswordChange {
     old: Password,

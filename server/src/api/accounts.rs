@@ -2,6 +2,7 @@
 
 use axum::extract::State;
 use axum::http::StatusCode;
+use schemars::JsonSchema;
 use serde::{Deserialize, Deserializer};
 use sqlx::SqliteConnection;
 use time::OffsetDateTime;
@@ -20,10 +21,21 @@ use crate::utc;
 pub(super) fn routes() -> Routes {
     Routes::new()
         .get("/accounts", Right::Administer, list)
+        .about("All accounts")
+        .gives::<Vec<Account>>()
         .post("/accounts", Right::Administer, create)
+        .about("Adds an account")
+        .takes::<NewAccount>()
+        .gives::<Account>()
         .get("/accounts/{id}", Right::Administer, show)
+        .about("One account")
+        .gives::<Account>()
         .patch("/accounts/{id}", Right::Administer, change)
+        .about("Changes an account; what is left out stays, null takes away")
+        .takes::<AccountChange>()
+        .gives::<Account>()
         .delete("/accounts/{id}", Right::Administer, remove)
+        .about("Removes an account with its tokens")
 }
 
 async fn list(State(app): State<App>) -> Result<axum::Json<Vec<Account>>> {
@@ -35,7 +47,7 @@ async fn show(State(app): State<App>, Path(id): Path<Uuid>) -> Result<axum::Json
     Ok(axum::Json(account.ok_or_else(|| Error::not_found("account", id))?))
 }
 
-#[derive(Deserialize)]
+#[derive(Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 struct NewAccount {
     name: String,
@@ -43,6 +55,7 @@ struct NewAccount {
     role: Role,
     inspector_id: Option<Uuid>,
     #[serde(default, with = "time::serde::rfc3339::option")]
+    #[schemars(with = "Option<utc::Instant>")]
     expires_at: Option<OffsetDateTime>,
 }
 
@@ -88,7 +101,7 @@ async fn create(
 }
 
 /// What is to be different; what is left out stays, a null takes away.
-#[derive(Deserialize)]
+#[derive(Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 struct AccountChange {
     name: Option<String>,
@@ -96,8 +109,10 @@ struct AccountChange {
     role: Option<Role>,
     disabled: Option<bool>,
     #[serde(default, deserialize_with = "told")]
+    #[schemars(with = "Option<Uuid>")]
     inspector_id: Option<Option<Uuid>>,
     #[serde(default, deserialize_with = "told_instant")]
+    #[schemars(with = "Option<utc::Instant>")]
     expires_at: Option<Option<OffsetDateTime>>,
 }
 

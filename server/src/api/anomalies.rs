@@ -1,6 +1,7 @@
 //! Trouble with sensors or their data.
 
 use axum::extract::State;
+use serde_json::Value;
 use uuid::Uuid;
 
 use super::Routes;
@@ -12,7 +13,10 @@ use crate::store::anomalies::{self, Anomaly};
 use crate::store::sessions;
 
 pub(super) fn routes() -> Routes {
-    Routes::new().get("/sessions/{id}/anomalies", Right::Read, list)
+    Routes::new()
+        .get("/sessions/{id}/anomalies", Right::Read, list)
+        .about("What was wrong with sensors or data")
+        .gives::<Vec<Value>>()
 }
 
 async fn list(State(app): State<App>, Path(session_id): Path<Uuid>) -> Result<axum::Json<Vec<Anomaly>>> {

@@ -3,6 +3,7 @@
 use axum::extract::State;
 use axum::http::header;
 use axum::response::{IntoResponse, Response};
+use schemars::JsonSchema;
 use serde::Deserialize;
 
 use super::Routes;
@@ -19,10 +20,18 @@ const USUAL: u32 = 100;
 const MOST_IN_A_FILE: u32 = 1_000_000;
 
 pub(super) fn routes() -> Routes {
-    Routes::new().get("/audit", Right::Administer, list).get("/audit.csv", Right::Administer, export)
+    Routes::new()
+        .get("/audit", Right::Administer, list)
+        .about("Who changed what, the newest first")
+        .query::<ListQuery>()
+        .gives::<Vec<Entry>>()
+        .get("/audit.csv", Right::Administer, export)
+        .about("The same as a file")
+        .query::<ListQuery>()
+        .gives_bytes("text/csv")
 }
 
-#[derive(Deserialize)]
+#[derive(Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 struct ListQuery {
     who: Option<String>,

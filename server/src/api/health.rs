@@ -11,7 +11,13 @@ use crate::state::App;
 use crate::store::markers;
 
 pub(super) fn routes() -> Routes {
-    Routes::new().get("/healthz", Right::Open, health).get("/metrics", Right::Read, figures)
+    Routes::new()
+        .get("/healthz", Right::Open, health)
+        .about("Whether the database answers and the last write reached the disk")
+        .gives_bytes("text/plain")
+        .get("/metrics", Right::Read, figures)
+        .about("Figures for Prometheus")
+        .gives_bytes("text/plain")
 }
 
 /// `ok` when the database answers and the last write reached the disk.

@@ -2,6 +2,7 @@
 
 use axum::extract::State;
 use axum::http::StatusCode;
+use schemars::JsonSchema;
 use serde::Deserialize;
 use serde_json::json;
 use uuid::Uuid;
@@ -20,16 +21,27 @@ use crate::wire::Change;
 pub(super) fn routes() -> Routes {
     Routes::new()
         .get("/inspectors", Right::Read, list)
+        .about("Everybody who walks")
+        .gives::<Vec<Inspector>>()
         .post("/inspectors", Right::Dispatch, create)
+        .about("Adds an inspector")
+        .takes::<Named>()
+        .gives::<Inspector>()
         .get("/inspectors/{id}", Right::Read, show)
+        .about("One inspector")
+        .gives::<Inspector>()
         .patch("/inspectors/{id}", Right::Dispatch, rename)
+        .about("Renames an inspector")
+        .takes::<Named>()
+        .gives::<Inspector>()
         .delete("/inspectors/{id}", Right::Dispatch, remove)
+        .about("Removes an inspector who never walked")
 }
 
 /// Letters in a name.
 const NAME_LENGTH: usize = 80;
 
-#[derive(Deserialize)]
+#[derive(Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 struct Named {
     name: String,

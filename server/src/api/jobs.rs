@@ -19,8 +19,14 @@ const LISTED: u32 = 200;
 pub(super) fn routes() -> Routes {
     Routes::new()
         .post("/sessions/{id}/process", Needs::OwnSession, process)
+        .about("Works a walk out again; the answer is a job")
+        .gives::<Job>()
         .get("/jobs", Right::Read, list)
+        .about("Jobs, the newest first")
+        .gives::<Vec<Job>>()
         .get("/jobs/{id}", Right::Read, show)
+        .about("One job")
+        .gives::<Job>()
 }
 
 async fn process(State(app): State<App>, Path(session_id): Path<Uuid>) -> Result<Response> {

@@ -30,8 +30,10 @@ mod health;
 mod inspectors;
 mod jobs;
 mod markers;
+pub mod openapi;
 mod reports;
 mod routes;
+mod server;
 pub mod sessions;
 mod site;
 mod stands;
@@ -43,7 +45,7 @@ mod visits;
 /// The header that names a request in the answer and in the log.
 const REQUEST_ID: HeaderName = HeaderName::from_static("x-request-id");
 
-pub use routes::{Declared, Needs, Routes, Table};
+pub use routes::{Content, Declared, Needs, Routes, Shape, Table};
 
 /// Every route with what it asks of its caller.
 pub fn routes(config: &Config) -> Routes {
@@ -52,10 +54,12 @@ pub fn routes(config: &Config) -> Routes {
         Duration::from_secs(config.request_s),
     );
     let quick = Routes::new()
+        .merge(openapi::routes())
         .merge(account::routes())
         .merge(accounts::routes())
         .merge(tokens::routes())
         .merge(audit::routes())
+        .merge(server::routes())
         .merge(site::routes())
         .merge(inspectors::routes())
         .merge(sessions::routes())
@@ -72,6 +76,7 @@ pub fn routes(config: &Config) -> Routes {
         .with(|router| router.layer(timeout));
     quick
         .merge(uploads::long_routes())
+        .merge(server::long_routes())
         .below("/api/v1")
         .merge(health::routes().with(|router| router.layer(timeout)))
 }

@@ -3,6 +3,7 @@
 use axum::extract::State;
 use axum::http::header::CONTENT_TYPE;
 use axum::response::{IntoResponse, Response};
+use serde_json::Value;
 use uuid::Uuid;
 
 use super::Routes;
@@ -13,7 +14,10 @@ use crate::state::App;
 use crate::store::{reports, sessions};
 
 pub(super) fn routes() -> Routes {
-    Routes::new().get("/sessions/{id}/report", Right::Read, report)
+    Routes::new()
+        .get("/sessions/{id}/report", Right::Read, report)
+        .about("How a walk went, by what the filter saw")
+        .gives::<Value>()
 }
 
 async fn report(State(app): State<App>, Path(session_id): Path<Uuid>) -> Result<Response> {

@@ -1,5 +1,5 @@
-//! How a route is declared: a method, a path, the right that it asks for, its handler. There is no way to add a
-//! route without saying who may ask for it.
+//! How a route is declared: a method, a path, the right that it asks for, its handler; then what it is about, what it
+//! takes and what it gives. There is no way to add a route without saying who may ask for it, and a test asks for the rest.
 
 use std::collections::HashMap;
 
@@ -7,6 +7,7 @@ use axum::Router;
 use axum::handler::Handler;
 use axum::http::Method;
 use axum::routing::{MethodFilter, on};
+use schemars::{JsonSchema, Schema, SchemaGenerator};
 
 use crate::rights::Right;
 use crate::state::App;
@@ -38,7 +39,7 @@ pub struct Routes {
 }
 
 /// One route, as it was declared.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug)]
 pub struct Declared {
     /// The method; a route of GET answers HEAD, too.
     pub method: Method,
@@ -46,6 +47,26 @@ pub struct Declared {
     pub path: String,
     /// What it asks of its caller.
     pub needs: Needs,
+    /// What it is about, in a line.
+    pub about: &'static str,
+    /// What comes after the question mark.
+    pub query: Option<Shape>,
+    /// Its body.
+    pub takes: Option<Content>,
+    /// What is answered when all is well.
+    pub gives: Option<Content>,
+}
+
+/// The shape of a type, for the description of the API.
+pub type Shape = fn(&mut SchemaGenerator) -> Schema;
+
+/// A body.
+#[derive(Clone, Copy, Debug)]
+pub enum Content {
+    /// JSON of this shape.
+    Json(Shape),
+    /// Bytes of this media type.
+    Bytes(&'static str),
 }
 
 impl Routes {
@@ -105,8 +126,56 @@ impl Routes {
         T: 'static,
     {
         let filter = MethodFilter::try_from(method.clone()).expect("the methods here have a filter");
-        self.declared.push(Declared { method, path: path.to_owned(), needs: needs.into() });
+        self.declared.push(Declared {
+            method,
+            path: path.to_owned(),
+            needs: needs.into(),
+            about: "",
+            query: None,
+            takes: None,
+            gives: None,
+        });
         Routes { router: self.router.route(path, on(filter, handler)), declared: self.declared }
+    }
+
+    /// What the route before is about, in a line.
+    pub fn about(mut self, about: &'static str) -> Routes {
+        self.last().about = about;
+        self
+    }
+
+    /// The query that the route before takes.
+    pub fn query<Q: JsonSchema>(mut self) -> Routes {
+        self.last().query = Some(Q::json_schema);
+        self
+    }
+
+    /// The JSON that the route before takes.
+    pub fn takes<B: JsonSchema>(mut self) -> Routes {
+        self.last().takes = Some(Content::Json(|schemas| schemas.subschema_for::<B>()));
+        self
+    }
+
+    /// The bytes that the route before takes.
+    pub fn takes_bytes(mut self, kind: &'static str) -> Routes {
+        self.last().takes = Some(Content::Bytes(kind));
+        self
+    }
+
+    /// The JSON that the route before gives.
+    pub fn gives<B: JsonSchema>(mut self) -> Routes {
+        self.last().gives = Some(Content::Json(|schemas| schemas.subschema_for::<B>()));
+        self
+    }
+
+    /// The bytes that the route before gives.
+    pub fn gives_bytes(mut self, kind: &'static str) -> Routes {
+        self.last().gives = Some(Content::Bytes(kind));
+        self
+    }
+
+    fn last(&mut self) -> &mut Declared {
+        self.declared.last_mut().expect("what is said is said of a route before")
     }
 
     /// These and others.
@@ -149,7 +218,7 @@ impl Table {
     /// Of these routes.
     pub fn of(declared: &[Declared]) -> Table {
         let mut by_path: HashMap<String, Vec<(Method, Needs)>> = HashMap::new();
-        for Declared { method, path, needs } in declared {
+        for Declared { method, path, needs, .. } in declared {
             by_path.entry(path.clone()).or_default().push((method.clone(), *needs));
         }
         Table { by_path }

@@ -3,6 +3,7 @@
 use axum::extract::State;
 use axum::http::StatusCode;
 use lodestep_engine::sample::Foot;
+use schemars::JsonSchema;
 use serde::Deserialize;
 use time::OffsetDateTime;
 use uuid::Uuid;
@@ -23,10 +24,22 @@ use crate::wire::{Change, SessionView};
 pub(super) fn routes() -> Routes {
     Routes::new()
         .get("/sessions", Right::Read, list)
+        .about("Walks, the newest first")
+        .query::<ListQuery>()
+        .gives::<Vec<Session>>()
         .post("/sessions", Right::Walk, create)
+        .about("Begins a walk")
+        .takes::<NewSession>()
+        .gives::<SessionView>()
         .get("/sessions/{id}", Right::Read, show)
+        .about("One walk with its logs")
+        .gives::<SessionView>()
         .patch("/sessions/{id}", Needs::OwnSession, change)
+        .about("Switches automatic visits; the track is worked out again")
+        .takes::<SessionChange>()
+        .gives::<Session>()
         .delete("/sessions/{id}", Needs::OwnSession, remove)
+        .about("Removes a walk with all that hangs on it")
 }
 
 /// Letters in a title.
@@ -36,19 +49,21 @@ const TITLE_LENGTH: usize = 200;
 const FARTHEST_M: f64 = 100_000.0;
 
 /// A session as it is asked for.
-#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct NewSession {
     /// Who walks.
     pub inspector_id: Uuid,
     /// The instant of `t_ns` = 0; now, when it is left out.
     #[serde(default, with = "time::serde::rfc3339::option")]
+    #[schemars(with = "Option<utc::Instant>")]
     pub started_at: Option<OffsetDateTime>,
     /// Free words.
     #[serde(default)]
     pub title: String,
     /// Which feet carry a sensor; both, when it is left out.
     #[serde(default = "both")]
+    #[schemars(with = "Vec<String>")]
     pub feet: Vec<Foot>,
     /// Where the middle of the feet stands at the start; the site's origin, when it is left out.
     pub start: Option<NewStart>,
@@ -65,7 +80,7 @@ fn both() -> Vec<Foot> {
 }
 
 /// `{"marker":"A17"}` or `{"position_m":[e,n,u]}`.
-#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum NewStart {
     /// At this marker; at the origin's height where it has none.
@@ -174,7 +189,7 @@ async fn create(
     Ok((StatusCode::CREATED, axum::Json(SessionView { session, logs: Vec::new(), visits: 0, anomalies: 0 })))
 }
 
-#[derive(Deserialize)]
+#[derive(Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 struct ListQuery {
     inspector_id: Option<Uuid>,
@@ -197,7 +212,7 @@ async fn show(State(app): State<App>, Path(id): Path<Uuid>) -> Result<axum::Json
     }))
 }
 
-#[derive(Deserialize)]
+#[derive(Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 struct SessionChange {
     automatic_visits: bool,

@@ -7,11 +7,18 @@ use axum::response::{IntoResponse, Response};
 
 use super::Routes;
 use crate::rights::Right;
-use crate::site::Site;
+use crate::site::{Plan, Site};
 use crate::state::App;
+use serde_json::Value;
 
 pub(super) fn routes() -> Routes {
-    Routes::new().get("/site", Right::Read, site).get("/site/plan", Right::Read, plan)
+    Routes::new()
+        .get("/site", Right::Read, site)
+        .about("The site: place, gravity, magnetic field")
+        .gives::<Value>()
+        .get("/site/plan", Right::Read, plan)
+        .about("What stands still: actuators, road, sectors, towers")
+        .gives::<Plan>()
 }
 
 async fn site(State(app): State<App>) -> Json<Site> {

@@ -2,6 +2,7 @@
 
 use axum::extract::State;
 use axum::http::StatusCode;
+use schemars::JsonSchema;
 use serde::Deserialize;
 use uuid::Uuid;
 
@@ -18,8 +19,14 @@ use crate::store::visits::Visit;
 pub(super) fn routes() -> Routes {
     Routes::new()
         .get("/sessions/{id}/stands", Right::Read, list)
+        .about("Where the inspector stood, with the likely markers")
+        .gives::<Vec<Stand>>()
         .put("/sessions/{id}/stands/{number}/choice", Needs::OwnSession, choose)
+        .about("Makes a visit of a stand")
+        .takes::<Choice>()
+        .gives::<Visit>()
         .delete("/sessions/{id}/stands/{number}/choice", Needs::OwnSession, take_back)
+        .about("Takes that visit back")
 }
 
 async fn list(State(app): State<App>, Path(session_id): Path<Uuid>) -> Result<axum::Json<Vec<Stand>>> {
@@ -29,7 +36,7 @@ async fn list(State(app): State<App>, Path(session_id): Path<Uuid>) -> Result<ax
     Ok(axum::Json(stands::of_session(app.store.read(), session_id).await?))
 }
 
-#[derive(Deserialize)]
+#[derive(Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 struct Choice {
     marker: String,

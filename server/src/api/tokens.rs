@@ -2,6 +2,7 @@
 
 use axum::extract::State;
 use axum::http::StatusCode;
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use time::OffsetDateTime;
 use uuid::Uuid;
@@ -20,14 +21,20 @@ use crate::utc;
 const NAME_LETTERS: usize = 80;
 
 pub(super) fn routes() -> Routes {
-    Routes::new().get("/tokens", Right::Known, list).post("/tokens", Right::Known, create).delete(
-        "/tokens/{id}",
-        Right::Known,
-        revoke,
-    )
+    Routes::new()
+        .get("/tokens", Right::Known, list)
+        .about("One's own tokens, or everybody's")
+        .query::<ListQuery>()
+        .gives::<Vec<Token>>()
+        .post("/tokens", Right::Known, create)
+        .about("Makes a token; its secret is shown this once")
+        .takes::<NewToken>()
+        .gives::<Made>()
+        .delete("/tokens/{id}", Right::Known, revoke)
+        .about("Revokes a token")
 }
 
-#[derive(Deserialize)]
+#[derive(Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 struct ListQuery {
     /// Everybody's, for administrators.
@@ -48,18 +55,19 @@ async fn list(
     Ok(axum::Json(tokens::list(app.store.read(), Some(account)).await?))
 }
 
-#[derive(Deserialize)]
+#[derive(Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 struct NewToken {
     name: String,
     rights: Vec<Right>,
     inspector_id: Option<Uuid>,
     #[serde(default, with = "time::serde::rfc3339::option")]
+    #[schemars(with = "Option<utc::Instant>")]
     expires_at: Option<OffsetDateTime>,
 }
 
 /// A token that has just been made: the only time that its secret is shown.
-#[derive(Serialize)]
+#[derive(Serialize, JsonSchema)]
 struct Made {
     #[serde(flatten)]
     token: Token,

@@ -6,6 +6,7 @@ use axum::response::{IntoResponse, Response};
 use futures_util::TryStreamExt;
 use lodestep_engine::event::{TrackPoint, VisitOutcome};
 use serde::Deserialize;
+use serde_json::Value;
 use tokio::runtime::Handle;
 use uuid::Uuid;
 
@@ -25,10 +26,20 @@ use crate::store::{inspectors, visits};
 pub(super) fn routes() -> Routes {
     Routes::new()
         .get("/sessions/{id}/track", Right::Read, json)
+        .about("The track of a run as rows")
+        .gives::<Value>()
         .get("/sessions/{id}/track.csv", Right::Read, csv)
+        .about("The track as CSV")
+        .gives_bytes("text/csv")
         .get("/sessions/{id}/track.geojson", Right::Read, geojson)
+        .about("The track as GeoJSON")
+        .gives_bytes("application/geo+json")
         .get("/sessions/{id}/track.gpx", Right::Read, gpx)
+        .about("The track as GPX")
+        .gives_bytes("application/gpx+xml")
         .get("/sessions/{id}/track.kml", Right::Read, kml)
+        .about("The track as KML")
+        .gives_bytes("application/vnd.google-earth.kml+xml")
 }
 
 #[derive(Deserialize)]

@@ -4,6 +4,7 @@ use axum::body::Body;
 use axum::extract::State;
 use axum::http::{HeaderMap, HeaderName, HeaderValue, StatusCode, header};
 use axum::response::{IntoResponse, Response};
+use schemars::JsonSchema;
 use serde::Deserialize;
 use uuid::Uuid;
 
@@ -21,7 +22,11 @@ const UPLOAD_OFFSET: HeaderName = HeaderName::from_static("upload-offset");
 
 /// The quick ones.
 pub(super) fn routes() -> Routes {
-    Routes::new().post("/sessions/{id}/logs", Needs::OwnSession, begin)
+    Routes::new()
+        .post("/sessions/{id}/logs", Needs::OwnSession, begin)
+        .about("Begins the upload of a foot's log")
+        .takes::<BeginLog>()
+        .gives::<Log>()
 }
 
 /// Those that take as long as the link or the log does: no time limit; a sender may be silent for
@@ -29,9 +34,17 @@ pub(super) fn routes() -> Routes {
 pub(super) fn long_routes() -> Routes {
     Routes::new()
         .get("/logs/{id}", Right::Read, show)
+        .about("An upload; HEAD tells where to go on, in Upload-Offset")
+        .gives::<Log>()
         .patch("/logs/{id}", Needs::OwnLog, append)
+        .about("Appends bytes at the header Upload-Offset")
+        .takes_bytes("application/octet-stream")
         .delete("/logs/{id}", Needs::OwnLog, give_up)
+        .about("Gives an upload up")
         .post("/logs/{id}/finish", Needs::OwnLog, finish)
+        .about("Ends an upload: the log is read whole, and stored")
+        .takes::<FinishLog>()
+        .gives::<Log>()
 }
 
 async fn begin(
@@ -77,7 +90,7 @@ async fn append(
     }
 }
 
-#[derive(Deserialize)]
+#[derive(Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 struct FinishLog {
     /// SHA-256 of the bytes as sent, hex; may be left out when it was announced.

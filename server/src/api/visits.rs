@@ -5,6 +5,7 @@ use axum::extract::State;
 use axum::http::{HeaderMap, StatusCode, header};
 use lodestep_engine::parse::visits_csv;
 use serde::Deserialize;
+use serde_json::Value;
 use uuid::Uuid;
 
 use super::extract::Path;
@@ -20,11 +21,14 @@ use crate::store::visits::{self, Visit};
 const LATEST_S: f64 = 366.0 * 86_400.0;
 
 pub(super) fn routes() -> Routes {
-    Routes::new().get("/sessions/{id}/visits", Right::Read, list).post(
-        "/sessions/{id}/visits",
-        Needs::OwnSession,
-        tell,
-    )
+    Routes::new()
+        .get("/sessions/{id}/visits", Right::Read, list)
+        .about("The visits of a walk with their outcomes")
+        .gives::<Vec<Visit>>()
+        .post("/sessions/{id}/visits", Needs::OwnSession, tell)
+        .about("Tells of visits, in JSON or CSV")
+        .takes::<Value>()
+        .gives::<TellVisits>()
 }
 
 async fn list(State(app): State<App>, Path(session_id): Path<Uuid>) -> Result<axum::Json<Vec<Visit>>> {

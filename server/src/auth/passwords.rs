@@ -6,6 +6,7 @@ use std::sync::LazyLock;
 use argon2::Argon2;
 use argon2::password_hash::phc::PasswordHash;
 use argon2::password_hash::{PasswordHasher, PasswordVerifier};
+use schemars::JsonSchema;
 use serde::Deserialize;
 use tokio::sync::Semaphore;
 
@@ -20,7 +21,7 @@ const LONGEST_BYTES: usize = 1_000;
 static TURNS: Semaphore = Semaphore::const_new(2);
 
 /// A password as it was typed. Its text appears in no log.
-#[derive(Clone, Deserialize)]
+#[derive(Clone, Deserialize, JsonSchema)]
 #[serde(transparent)]
 pub(crate) struct Password(String);
 

@@ -1,8 +1,9 @@
 //! The command line: `process` a walk, `simulate` one, `evaluate` many, `predict` how good they can be,
-//! `serve` them all; and `account`, who may sign in.
+//! `serve` them all; `account`, who may sign in; `backup` and `restore`.
 
 mod account;
 mod aids;
+mod backup;
 mod evaluate;
 mod failure;
 mod log_file;
@@ -54,6 +55,10 @@ enum Verb {
     Serve(serve::ServeArgs),
     /// Makes accounts at the machine itself, while no server runs
     Account(account::AccountArgs),
+    /// Copies everything that a server keeps, while it runs
+    Backup(backup::BackupArgs),
+    /// Brings a backup back, while no server runs
+    Restore(backup::RestoreArgs),
 }
 
 /// Runs one command; the arguments start with the program's name.
@@ -76,6 +81,8 @@ pub fn run(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
         Verb::Predict(args) => predict::predict(&args),
         Verb::Serve(args) => serve::serve(args),
         Verb::Account(args) => account::account(args),
+        Verb::Backup(args) => backup::backup(&args),
+        Verb::Restore(args) => backup::restore(&args),
     };
     match done {
         Ok(()) => ExitCode::SUCCESS,

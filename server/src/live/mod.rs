@@ -32,9 +32,9 @@ pub use board_from_store::{board_from_store, session_changes};
 
 /// The routes below `/api/v1`.
 pub(crate) fn routes() -> Routes {
-    Routes::new().get("/live", Needs::Socket(Right::Walk), device_socket::open).get(
-        "/feed",
-        Needs::Socket(Right::Read),
-        feed::open,
-    )
+    Routes::new()
+        .get("/live", Needs::Socket(Right::Walk), device_socket::open)
+        .about("The websocket of a device: docs/wire.md")
+        .get("/feed", Needs::Socket(Right::Read), feed::open)
+        .about("The websocket of a dashboard: docs/wire.md")
 }

@@ -3,6 +3,7 @@
 use std::collections::HashSet;
 
 use futures_util::FutureExt;
+use schemars::JsonSchema;
 use serde::Serialize;
 use uuid::Uuid;
 
@@ -27,7 +28,7 @@ pub(crate) struct Told {
 }
 
 /// What became of a list of visits.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
 pub(crate) struct TellVisits {
     /// How many are new.
     pub(crate) added: u64,
@@ -40,7 +41,7 @@ pub(crate) struct TellVisits {
 }
 
 /// Two visits that overlap.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
 pub(crate) struct Overlap {
     /// The earlier one's marker.
     pub(crate) marker: String,

@@ -11,6 +11,7 @@ use axum::http::StatusCode;
 use bytes::Bytes;
 use futures_util::{FutureExt, StreamExt};
 use lodestep_engine::sample::Foot;
+use schemars::JsonSchema;
 use serde::Deserialize;
 use uuid::Uuid;
 
@@ -33,10 +34,11 @@ const SILENT_FOR: Duration = Duration::from_secs(30);
 const MOST_UNFINISHED: usize = 16;
 
 /// How an upload begins.
-#[derive(Debug, Deserialize)]
+#[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct BeginLog {
     /// The foot that the log was recorded on.
+    #[schemars(with = "String")]
     pub(crate) foot: Foot,
     /// The file's name, to be shown.
     pub(crate) file_name: Option<String>,

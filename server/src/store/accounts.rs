@@ -1,5 +1,6 @@
 //! People who can sign in.
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use sqlx::sqlite::SqliteRow;
 use sqlx::{FromRow, Row, SqliteExecutor};
@@ -11,7 +12,7 @@ use crate::rights::Role;
 use crate::utc;
 
 /// One who can sign in.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub struct Account {
     /// Its id.
     pub id: Uuid,
@@ -28,12 +29,15 @@ pub struct Account {
     pub disabled: bool,
     /// When it ends by itself.
     #[serde(with = "time::serde::rfc3339::option")]
+    #[schemars(with = "Option<utc::Instant>")]
     pub expires_at: Option<OffsetDateTime>,
     /// When it was made.
     #[serde(with = "time::serde::rfc3339")]
+    #[schemars(with = "utc::Instant")]
     pub created_at: OffsetDateTime,
     /// When it was changed last.
     #[serde(with = "time::serde::rfc3339")]
+    #[schemars(with = "utc::Instant")]
     pub updated_at: OffsetDateTime,
 }
 

@@ -1,5 +1,6 @@
 //! Who changed what, when, from what to what. Rows are only ever added, in the transaction of the change.
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 use sqlx::sqlite::SqliteRow;
@@ -11,12 +12,13 @@ use super::{StoreError, columns};
 use crate::utc;
 
 /// One change.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Entry {
     /// Counts up.
     pub id: i64,
     /// When.
     #[serde(with = "time::serde::rfc3339")]
+    #[schemars(with = "utc::Instant")]
     pub at: OffsetDateTime,
     /// The account behind it, where there is one.
     pub account_id: Option<Uuid>,

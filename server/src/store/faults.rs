@@ -1,5 +1,6 @@
 //! Findings on equipment.
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use sqlx::sqlite::SqliteRow;
 use sqlx::{FromRow, Row, SqliteExecutor};
@@ -50,7 +51,7 @@ pub struct Fault {
 }
 
 /// One actuator that a fault may be about.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Candidate {
     /// Its name; `None` stands for "none of them".
     pub marker: Option<String>,

@@ -1,5 +1,6 @@
 //! The people who walk.
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use sqlx::sqlite::SqliteRow;
 use sqlx::{FromRow, Row, SqliteExecutor};
@@ -10,7 +11,7 @@ use super::{StoreError, columns};
 use crate::utc;
 
 /// One who walks.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub struct Inspector {
     /// Its id.
     pub id: Uuid,
@@ -18,6 +19,7 @@ pub struct Inspector {
     pub name: String,
     /// When it was added.
     #[serde(with = "time::serde::rfc3339")]
+    #[schemars(with = "utc::Instant")]
     pub created_at: OffsetDateTime,
 }
 

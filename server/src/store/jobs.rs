@@ -1,5 +1,6 @@
 //! Work on stored sessions that takes a while.
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use sqlx::sqlite::SqliteRow;
 use sqlx::{FromRow, Row, SqliteExecutor};
@@ -10,7 +11,7 @@ use super::{StoreError, columns};
 use crate::utc;
 
 /// One run over a stored session.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Job {
     /// Its id.
     pub id: Uuid,
@@ -27,17 +28,20 @@ pub struct Job {
     pub error: Option<String>,
     /// When it was asked for.
     #[serde(with = "time::serde::rfc3339")]
+    #[schemars(with = "utc::Instant")]
     pub created_at: OffsetDateTime,
     /// When it began.
     #[serde(with = "time::serde::rfc3339::option")]
+    #[schemars(with = "Option<utc::Instant>")]
     pub started_at: Option<OffsetDateTime>,
     /// When it ended.
     #[serde(with = "time::serde::rfc3339::option")]
+    #[schemars(with = "Option<utc::Instant>")]
     pub finished_at: Option<OffsetDateTime>,
 }
 
 /// How far a job has come.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum JobState {
     /// It waits for its turn.

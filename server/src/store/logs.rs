@@ -1,6 +1,7 @@
 //! Logs on their way and logs that were handed in, one foot each.
 
 use lodestep_engine::sample::Foot;
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use sqlx::sqlite::SqliteRow;
 use sqlx::{FromRow, Row, SqliteExecutor};
@@ -11,13 +12,14 @@ use super::{StoreError, columns};
 use crate::utc;
 
 /// One foot's log.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub struct Log {
     /// Its id.
     pub id: Uuid,
     /// The walk it belongs to.
     pub session_id: Uuid,
     /// The foot it was recorded on.
+    #[schemars(with = "String")]
     pub foot: Foot,
     /// How far it has come.
     pub state: LogState,
@@ -42,14 +44,16 @@ pub struct Log {
     pub error: Option<String>,
     /// When it was begun.
     #[serde(with = "time::serde::rfc3339")]
+    #[schemars(with = "utc::Instant")]
     pub created_at: OffsetDateTime,
     /// When it was accepted or failed.
     #[serde(with = "time::serde::rfc3339::option")]
+    #[schemars(with = "Option<utc::Instant>")]
     pub finished_at: Option<OffsetDateTime>,
 }
 
 /// How far a log has come.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum LogState {
     /// Bytes are on their way.
@@ -63,7 +67,7 @@ pub enum LogState {
 }
 
 /// How a log was packed.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Codec {
     /// Not at all.

@@ -2,6 +2,7 @@
 
 use lodestep_engine::sample::Foot;
 use lodestep_engine::session::Summary;
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use sqlx::sqlite::SqliteRow;
 use sqlx::{FromRow, Row, SqliteExecutor};
@@ -12,7 +13,7 @@ use super::{StoreError, columns};
 use crate::utc;
 
 /// One walk.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Session {
     /// Its id.
     pub id: Uuid,
@@ -24,11 +25,14 @@ pub struct Session {
     pub state: SessionState,
     /// The instant of `t_ns` = 0.
     #[serde(with = "time::serde::rfc3339")]
+    #[schemars(with = "utc::Instant")]
     pub started_at: OffsetDateTime,
     /// The instant of its last point; `None` while it goes on.
     #[serde(with = "time::serde::rfc3339::option")]
+    #[schemars(with = "Option<utc::Instant>")]
     pub ended_at: Option<OffsetDateTime>,
     /// Which feet carry a sensor, left first.
+    #[schemars(with = "Vec<String>")]
     pub feet: Vec<Foot>,
     /// Where it started.
     pub start: Start,
@@ -56,11 +60,12 @@ pub struct Session {
     pub error: Option<String>,
     /// When it was made.
     #[serde(with = "time::serde::rfc3339")]
+    #[schemars(with = "utc::Instant")]
     pub created_at: OffsetDateTime,
 }
 
 /// Where a walk started.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Start {
     /// The marker's name; `None` when coordinates were given.
     pub marker: Option<String>,
@@ -69,7 +74,7 @@ pub struct Start {
 }
 
 /// How far a session has come.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum SessionState {
     /// Nothing has come yet.

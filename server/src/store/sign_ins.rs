@@ -1,5 +1,6 @@
 //! Browsers in which somebody has signed in.
 
+use schemars::JsonSchema;
 use serde::Serialize;
 use sqlx::sqlite::SqliteRow;
 use sqlx::{FromRow, Row, SqliteConnection, SqliteExecutor};
@@ -11,7 +12,7 @@ use super::{StoreError, columns};
 use crate::utc;
 
 /// A browser in which somebody has signed in.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, JsonSchema)]
 pub struct SignIn {
     /// Its id.
     pub id: Uuid,
@@ -23,12 +24,15 @@ pub struct SignIn {
     pub agent: String,
     /// When.
     #[serde(with = "time::serde::rfc3339")]
+    #[schemars(with = "utc::Instant")]
     pub created_at: OffsetDateTime,
     /// When it was used last, to a minute or so.
     #[serde(with = "time::serde::rfc3339")]
+    #[schemars(with = "utc::Instant")]
     pub seen_at: OffsetDateTime,
     /// When it ends by itself.
     #[serde(with = "time::serde::rfc3339")]
+    #[schemars(with = "utc::Instant")]
     pub expires_at: OffsetDateTime,
 }
 

@@ -1,6 +1,7 @@
 //! Where inspectors stood, with the markers that it may have been.
 
 use lodestep_engine::event;
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use sqlx::sqlite::SqliteRow;
 use sqlx::{FromRow, Row, SqliteConnection, SqliteExecutor};
@@ -10,7 +11,7 @@ use super::faults::Candidate;
 use super::{StoreError, columns};
 
 /// A place at which an inspector stands or stood.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Stand {
     /// Counts the stands of a session from 1.
     pub number: u32,

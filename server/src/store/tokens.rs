@@ -1,5 +1,6 @@
 //! Bearer tokens of devices and scripts.
 
+use schemars::JsonSchema;
 use serde::Serialize;
 use sqlx::sqlite::SqliteRow;
 use sqlx::{FromRow, Row, SqliteExecutor};
@@ -12,7 +13,7 @@ use crate::rights::Right;
 use crate::utc;
 
 /// A token, without its secret.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, JsonSchema)]
 pub struct Token {
     /// Its id.
     pub id: Uuid,
@@ -26,15 +27,19 @@ pub struct Token {
     pub inspector_id: Option<Uuid>,
     /// When it was made.
     #[serde(with = "time::serde::rfc3339")]
+    #[schemars(with = "utc::Instant")]
     pub created_at: OffsetDateTime,
     /// When it ends by itself.
     #[serde(with = "time::serde::rfc3339::option")]
+    #[schemars(with = "Option<utc::Instant>")]
     pub expires_at: Option<OffsetDateTime>,
     /// When it was used last, to a minute or so.
     #[serde(with = "time::serde::rfc3339::option")]
+    #[schemars(with = "Option<utc::Instant>")]
     pub used_at: Option<OffsetDateTime>,
     /// When it was taken back.
     #[serde(with = "time::serde::rfc3339::option")]
+    #[schemars(with = "Option<utc::Instant>")]
     pub revoked_at: Option<OffsetDateTime>,
 }
 

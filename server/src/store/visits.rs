@@ -1,6 +1,7 @@
 //! Visits: what inspectors said, and what the filter made of it.
 
 use lodestep_engine::event::VisitOutcome;
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use sqlx::sqlite::SqliteRow;
 use sqlx::{FromRow, Row, SqliteExecutor};
@@ -11,7 +12,7 @@ use super::{StoreError, columns};
 use crate::utc;
 
 /// An inspector stood at a marker.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Visit {
     /// Its id.
     pub id: Uuid,
@@ -28,6 +29,7 @@ pub struct Visit {
     pub origin: Origin,
     /// When it was told.
     #[serde(with = "time::serde::rfc3339")]
+    #[schemars(with = "utc::Instant")]
     pub created_at: OffsetDateTime,
     /// What became of it; absent until a run has weighed it.
     #[serde(flatten)]
@@ -35,7 +37,7 @@ pub struct Visit {
 }
 
 /// Who said that it was this marker.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Origin {
     /// Somebody keyed it in.
@@ -48,7 +50,7 @@ pub enum Origin {
 }
 
 /// What the filter made of a visit.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Outcome {
     /// The moment at which it was applied, ns.
     pub t_applied_ns: i64,

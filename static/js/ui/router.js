@@ -1,28 +1,29 @@
 // Which screen is shown: the address after the #. A link to a session can be sent to a colleague.
 
 import { one, render, html } from "../html.js";
-import { liveView } from "../live/view.js";
-import { sessionsView } from "../sessions/list.js";
-import { sessionView } from "../sessions/view.js";
-import { uploadView } from "../upload/view.js";
-import { faultsView } from "../faults/view.js";
-import { markersView } from "../markers/view.js";
 import { t } from "../i18n.js";
+import { liveView } from "../live/view.js";
+import { problemBox } from "./problem.js";
 
 /**
  * @typedef {{update?: (changed: Set<import("../app.js").AnyTopic>) => void, close?: () => void}} View
  * @typedef {(app: import("../app.js").App, side: HTMLElement, argument: string) => View} MakeView
  */
 
-/** Screens, how they share the room with the map, and which place in the navigation they belong to. */
-/** @type {Record<string, {make: MakeView, layout: string, place: string}>} */
+/**
+ * Screens, how they share the room with the map, and which place in the navigation they belong to. The live one comes
+ * with the page; the code of another is fetched when it is first opened.
+ * @type {Record<string, {load: () => MakeView | Promise<MakeView>, layout: string, place: string}>}
+ */
 const SCREENS = {
-  live: { make: liveView, layout: "map", place: "live" },
-  sessions: { make: sessionsView, layout: "map", place: "sessions" },
-  session: { make: sessionView, layout: "wide", place: "sessions" },
-  upload: { make: uploadView, layout: "page", place: "upload" },
-  faults: { make: faultsView, layout: "map", place: "faults" },
-  markers: { make: markersView, layout: "page", place: "markers" },
+  live: { load: () => liveView, layout: "map", place: "live" },
+  sessions: { load: () => import("../sessions/list.js").then((m) => m.sessionsView), layout: "map", place: "sessions" },
+  session: { load: () => import("../sessions/view.js").then((m) => m.sessionView), layout: "wide", place: "sessions" },
+  upload: { load: () => import("../upload/view.js").then((m) => m.uploadView), layout: "page", place: "upload" },
+  faults: { load: () => import("../faults/view.js").then((m) => m.faultsView), layout: "map", place: "faults" },
+  markers: { load: () => import("../markers/view.js").then((m) => m.markersView), layout: "page", place: "markers" },
+  account: { load: () => import("../account/view.js").then((m) => m.accountView), layout: "page", place: "account" },
+  admin: { load: () => import("../admin/view.js").then((m) => m.adminView), layout: "page", place: "admin" },
 };
 
 /**
@@ -33,7 +34,7 @@ export function readRoute(hash) {
   const [path] = hash.replace(/^#\/?/, "").split("?");
   const [first, second] = path.split("/");
   if (first === "sessions" && second) return { screen: "session", argument: decodeURIComponent(second) };
-  return { screen: Object.hasOwn(SCREENS, first) ? first : "live", argument: "" };
+  return { screen: Object.hasOwn(SCREENS, first) ? first : "live", argument: second ? decodeURIComponent(second) : "" };
 }
 
 /** @param {import("../app.js").App} app */
@@ -43,11 +44,16 @@ export function makeRouter(app) {
   /** @type {View | null} */
   let view = null;
   let name = "live";
+  /** Counts the changes of place: a screen whose code comes when another was asked for is not shown. */
+  let visits = 0;
 
-  function go() {
+  async function go() {
     view?.close?.();
+    view = null;
+    visits += 1;
+    const visit = visits;
     const { screen, argument } = readRoute(location.hash);
-    const { make, layout, place } = SCREENS[screen];
+    const { load, layout, place } = SCREENS[screen];
     name = screen;
     main.dataset.view = screen;
     main.dataset.layout = layout;
@@ -63,7 +69,14 @@ export function makeRouter(app) {
     one("#drawer").hidden = true;
     app.stage.map.invalidateSize({ animate: false });
     app.runs = null;
-    view = make(app, side, argument);
+    try {
+      const found = load();
+      const make = found instanceof Promise ? await found : found;
+      if (visit !== visits) return;
+      view = make(app, side, argument);
+    } catch (error) {
+      if (visit === visits) render(side, problemBox(error));
+    }
     app.layers.repaint();
     app.changed("all");
   }

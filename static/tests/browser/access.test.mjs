@@ -39,8 +39,8 @@ describe("every screen can be read and used", { skip }, () => {
           );
           wrongs.push(...found.map((/** @type {string} */ words) => `${where}: ${words}`));
         };
-        const screens = ["#/live", "#/sessions", "#/sessions/s9", "#/upload", "#/faults", "#/markers"];
-        const signs = [".person-row", "[data-testid=session-card]", "[data-drawn=yes]", "[data-testid=drop]", "[data-testid=fault-card]", "[data-testid=markers] td"];
+        const screens = ["#/live", "#/sessions", "#/sessions/s9", "#/upload", "#/faults", "#/markers", "#/account", "#/admin", "#/admin/tokens", "#/admin/audit", "#/admin/server"];
+        const signs = [".person-row", "[data-testid=session-card]", "[data-drawn=yes]", "[data-testid=drop]", "[data-testid=fault-card]", "[data-testid=markers] td", "[data-testid=set-up]", "[data-testid=admin-accounts] p", "[data-testid=tokens] td", "[data-testid=audit] td", ".figures div"];
         for (const [i, screen] of screens.entries()) {
           await page.goto(`${mock.url}/${screen}`);
           await page.locator(signs[i]).first().waitFor();
@@ -54,6 +54,21 @@ describe("every screen can be read and used", { skip }, () => {
         await page.getByTestId("report-fault").click();
         await page.getByTestId("dialog-fault").waitFor();
         await look("the fault form");
+        mock.staff.close();
+        await page.goto("about:blank");
+        await page.goto(`${mock.url}/#/admin`);
+        await page.getByTestId("door").waitFor();
+        await page.evaluate(axe);
+        await look("the door");
+        await page.locator("[data-testid=door] [name=name]").fill("Chen Wei");
+        await page.locator("[data-testid=door] [name=password]").fill("a good sentence");
+        await page.keyboard.press("Enter");
+        await page.getByTestId("accounts").waitFor();
+        await look("accounts");
+        await page.goto(`${mock.url}/#/account`);
+        await page.getByTestId("password").waitFor();
+        await look("one's own account");
+        mock.staff.open();
         assert.deepEqual(wrongs, []);
       } finally {
         await tab.close();

@@ -11,6 +11,7 @@ use serde_json::json;
 const MATRIX: &[(&str, &str, &str)] = &[
     ("GET", "/healthz", "anybody"),
     ("GET", "/metrics", "videsa"),
+    ("GET", "/api/v1/openapi.json", "anybody"),
     ("GET", "/api/v1/account", "anybody"),
     ("POST", "/api/v1/account/set-up", "anybody"),
     ("POST", "/api/v1/account/sign-in", "anybody"),
@@ -28,6 +29,8 @@ const MATRIX: &[(&str, &str, &str)] = &[
     ("DELETE", "/api/v1/tokens/{id}", "videsa"),
     ("GET", "/api/v1/audit", "a"),
     ("GET", "/api/v1/audit.csv", "a"),
+    ("GET", "/api/v1/server", "a"),
+    ("POST", "/api/v1/backups", "a"),
     ("GET", "/api/v1/site", "videsa"),
     ("GET", "/api/v1/site/plan", "videsa"),
     ("GET", "/api/v1/inspectors", "videsa"),

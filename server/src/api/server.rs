@@ -1,0 +1,78 @@
+//! How the server itself is: version, storage, backups.
+
+use axum::extract::State;
+use axum::http::StatusCode;
+use schemars::JsonSchema;
+use serde::Serialize;
+use time::OffsetDateTime;
+
+use super::Routes;
+use crate::auth::Caller;
+use crate::backup;
+use crate::error::{Error, Result};
+use crate::rights::Right;
+use crate::state::App;
+use crate::store::{audit, sessions};
+use crate::utc;
+
+pub(super) fn routes() -> Routes {
+    Routes::new()
+        .get("/server", Right::Administer, show)
+        .about("Version, storage, the last backup")
+        .gives::<Server>()
+}
+
+/// Those that take as long as the database is large.
+pub(super) fn long_routes() -> Routes {
+    Routes::new()
+        .post("/backups", Right::Administer, back_up)
+        .about("Makes a backup in the data folder")
+        .gives::<Made>()
+}
+
+#[derive(Serialize, JsonSchema)]
+struct Server {
+    version: &'static str,
+    #[serde(with = "time::serde::rfc3339")]
+    #[schemars(with = "utc::Instant")]
+    started_at: OffsetDateTime,
+    database_bytes: u64,
+    free_bytes: Option<u64>,
+    sessions: usize,
+    #[serde(with = "time::serde::rfc3339::option")]
+    #[schemars(with = "Option<utc::Instant>")]
+    last_backup_at: Option<OffsetDateTime>,
+}
+
+async fn show(State(app): State<App>) -> Result<axum::Json<Server>> {
+    let database = app.config.database();
+    let bytes = |ending: &str| {
+        let mut name = database.as_os_str().to_owned();
+        name.push(ending);
+        std::fs::metadata(name).map_or(0, |file| file.len())
+    };
+    Ok(axum::Json(Server {
+        version: env!("CARGO_PKG_VERSION"),
+        started_at: app.started_at,
+        database_bytes: bytes("") + bytes("-wal"),
+        free_bytes: fs4::available_space(&app.config.data).ok(),
+        sessions: sessions::list(app.store.read(), sessions::Filter::default()).await?.len(),
+        last_backup_at: backup::newest(&app.config.data),
+    }))
+}
+
+/// A backup that has just been made.
+#[derive(Serialize, JsonSchema)]
+struct Made {
+    file: String,
+    bytes: u64,
+}
+
+async fn back_up(State(app): State<App>, caller: Caller) -> Result<(StatusCode, axum::Json<Made>)> {
+    let data = app.config.data.clone();
+    let made = backup::make(&data, &backup::folder(&data)).await.map_err(Error::Internal)?;
+    let file = made.file.file_name().unwrap_or_default().to_string_lossy().into_owned();
+    let entry = caller.did("backup.made", &file, None, Some(serde_json::json!({"bytes": made.bytes})));
+    app.store.writer().run(move |db| Box::pin(async move { audit::insert(db, &entry).await })).await?;
+    Ok((StatusCode::CREATED, axum::Json(Made { file, bytes: made.bytes })))
+}

@@ -1,0 +1,66 @@
+// The door: where there are accounts, nobody gets in without signing in.
+
+import * as api from "../api.js";
+import { html, one, render } from "../html.js";
+import { t } from "../i18n.js";
+import { problemBox } from "../ui/problem.js";
+
+/**
+ * Who is in front of the page, asked until it is somebody.
+ * @returns {Promise<api.Me>}
+ */
+export async function throughTheDoor() {
+  const me = await api.account();
+  if (me.known) return me;
+  document.documentElement.dataset.ready = "door";
+  await signInHere();
+  document.documentElement.dataset.ready = "";
+  return api.account();
+}
+
+/** A new sign-in is asked for by starting afresh: what the page shows may belong to somebody else. */
+export function watchForTheEnd() {
+  let told = false;
+  addEventListener("signed-out", () => {
+    if (told) return;
+    told = true;
+    location.reload();
+  });
+}
+
+/** @returns {Promise<void>} */
+function signInHere() {
+  return new Promise((done) => {
+    const dialog = document.createElement("dialog");
+    dialog.dataset.testid = "door";
+    dialog.setAttribute("aria-labelledby", "door-title");
+    one("#dialogs").append(dialog);
+    // There is nothing behind it to go back to.
+    dialog.addEventListener("cancel", (event) => event.preventDefault());
+    render(dialog, html`<form class="door">
+      <h1 id="door-title">${t("door.title")}</h1>
+      <label class="field"><span>${t("account.name")}</span><input name="name" autocomplete="username" autocapitalize="none" spellcheck="false" required autofocus></label>
+      <label class="field"><span>${t("account.password")}</span><input name="password" type="password" autocomplete="current-password" required></label>
+      <div class="answer" aria-live="polite"></div>
+      <div class="row end"><button class="main-action">${t("door.sign_in")}</button></div>
+      <p class="muted">${t("door.lost")}</p></form>`);
+    const form = /** @type {HTMLFormElement} */ (one("form", dialog));
+    form.addEventListener("submit", async (event) => {
+      event.preventDefault();
+      const data = new FormData(form);
+      const button = /** @type {HTMLButtonElement} */ (one("button", form));
+      button.disabled = true;
+      try {
+        await api.signIn({ name: String(data.get("name")), password: String(data.get("password")) });
+        dialog.close();
+        dialog.remove();
+        done();
+      } catch (error) {
+        render(one(".answer", form), problemBox(error));
+        /** @type {HTMLInputElement} */ (one("[name=password]", form)).select();
+      }
+      button.disabled = false;
+    });
+    dialog.showModal();
+  });
+}
