@@ -27,6 +27,16 @@ pub enum ParseErrorKind {
     DegreesNotRadians,
     /// Specific forces that can only be multiples of g.
     GNotMetres,
+    /// Rates said to be in degrees per second that can only be radians.
+    RadiansNotDegrees,
+    /// Forces said to be in g that can only be metres per second squared.
+    MetresNotG,
+    /// A table or a dump in none of the known formats.
+    UnknownFormat,
+    /// A known format of which the file does not say in which units, or at which rate.
+    MappingNeeded,
+    /// A mapping of columns to channels that does not hold together.
+    BadMapping,
     /// A time that cannot be: not finite, out of range, or an end before its start.
     BadTime,
     /// The same name twice.
@@ -105,6 +115,11 @@ impl ParseError {
             ParseErrorKind::TooLong => "too_long",
             ParseErrorKind::DegreesNotRadians => "degrees_not_radians",
             ParseErrorKind::GNotMetres => "g_not_metres",
+            ParseErrorKind::RadiansNotDegrees => "radians_not_degrees",
+            ParseErrorKind::MetresNotG => "metres_not_g",
+            ParseErrorKind::UnknownFormat => "unknown_format",
+            ParseErrorKind::MappingNeeded => "mapping_needed",
+            ParseErrorKind::BadMapping => "bad_mapping",
             ParseErrorKind::BadTime => "bad_time",
             ParseErrorKind::RepeatedName => "repeated_name",
             ParseErrorKind::OutOfRange => "out_of_range",

@@ -4,7 +4,7 @@ use crate::parse::error::{ParseError, ParseErrorKind};
 use crate::parse::header::Header;
 use crate::parse::number::{bad_number, need_number, need_time_ns, number};
 use crate::parse::records::{Record, Records};
-use crate::parse::units_check::UnitsCheck;
+use crate::parse::units_check::{Said, UnitsCheck};
 use crate::sample::ImuSample;
 
 /// The columns of the log, with their units: seconds, rad/s, m/s², µT, hPa.
@@ -33,7 +33,11 @@ impl ImuCsv {
     pub fn new() -> ImuCsv {
         ImuCsv {
             records: Records::new(),
-            rows: Rows { header: None, units: UnitsCheck::default(), samples: 0 },
+            rows: Rows {
+                header: None,
+                units: UnitsCheck::new(Said { canonical: true, ..Said::default() }),
+                samples: 0,
+            },
         }
     }
 

@@ -3,19 +3,32 @@
 //! says where, what was expected, what was found and what to do.
 
 pub mod batch;
+mod clock_text;
 pub mod error;
 pub mod frame;
 mod header;
 pub mod imu_csv;
 pub mod live_message;
+pub mod log_format;
+pub mod log_reader;
+pub mod log_survey;
+mod mapped_csv;
+pub mod mapping;
 pub mod markers_csv;
+mod microstrain;
 mod number;
 mod records;
 mod table;
+pub mod table_head;
 pub mod truth_csv;
 mod units_check;
 pub mod visits_csv;
+mod wit_serial;
+mod wit_table;
+mod x_io;
+mod xsens;
 
 pub use batch::Batch;
 pub use error::{ParseError, ParseErrorKind};
 pub use imu_csv::ImuCsv;
+pub use log_reader::{LogReader, Reading};

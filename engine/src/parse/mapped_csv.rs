@@ -1,0 +1,372 @@
+//! A table of samples whose columns a [`Mapping`] describes: one row a sample, whatever stands before
+//! the header.
+
+use std::borrow::Cow;
+
+use crate::parse::clock_text::{self, DAY_NS};
+use crate::parse::error::{ParseError, ParseErrorKind, quoted};
+use crate::parse::mapping::{Axes, Factor, Mapping, RateUnit, TimeUnit};
+use crate::parse::mapping::{Delimiter, FieldUnit, ForceUnit};
+use crate::parse::number::{bad_number, number, seconds_to_ns};
+use crate::parse::records::{Record, Records, not_text};
+use crate::parse::units_check::{Said, UnitsCheck};
+use crate::sample::ImuSample;
+
+/// The header stands within so many lines.
+const HEADER_WITHIN: u64 = 500;
+const BOM: &[u8] = b"\xEF\xBB\xBF";
+
+/// A push parser: takes bytes in pieces of any size and gives the samples that they complete. Times
+/// are those of the file's own clock.
+pub(super) struct MappedCsv {
+    records: Records,
+    rows: Rows,
+}
+
+struct Rows {
+    mapping: Mapping,
+    /// What the field is multiplied by besides its unit; `None` leaves it out.
+    field_factor: Option<f64>,
+    places: Option<Places>,
+    fields: usize,
+    first: Option<String>,
+    clock: Clock,
+    units: UnitsCheck,
+    rows: u64,
+    samples: u64,
+}
+
+/// Where the channels stand in a row.
+struct Places {
+    time: Option<usize>,
+    gyr: [usize; 3],
+    acc: [usize; 3],
+    mag: Option<[usize; 3]>,
+    pressure: Option<usize>,
+}
+
+/// What the time column has come to.
+#[derive(Default)]
+struct Clock {
+    last_ticks: i64,
+    wrapped_ticks: i64,
+    last_day_ns: i64,
+    days_ns: i64,
+}
+
+impl MappedCsv {
+    /// A parser at the start of a file.
+    ///
+    /// # Errors
+    ///
+    /// When the mapping does not hold together.
+    pub(super) fn new(mapping: Mapping, field_ut_per_count: Option<f64>) -> Result<MappedCsv, ParseError> {
+        mapping.check()?;
+        let field_factor = match mapping.mag.as_ref().map(|mag| mag.unit) {
+            Some(FieldUnit::Counts) => field_ut_per_count,
+            _ => Some(1.0),
+        };
+        let said = Said {
+            canonical: false,
+            degrees: mapping.gyr.unit == RateUnit::DegS,
+            g: mapping.acc.unit == ForceUnit::G,
+        };
+        Ok(MappedCsv {
+            records: Records::parted_by(mapping.delimiter.byte()),
+            rows: Rows {
+                mapping,
+                field_factor,
+                places: None,
+                fields: 0,
+                first: None,
+                clock: Clock::default(),
+                units: UnitsCheck::new(said),
+                rows: 0,
+                samples: 0,
+            },
+        })
+    }
+
+    pub(super) fn push(&mut self, bytes: &[u8], samples: &mut Vec<ImuSample>) -> Result<(), ParseError> {
+        let MappedCsv { records, rows } = self;
+        records.push(bytes, |record| rows.take(record, samples))
+    }
+
+    pub(super) fn finish(&mut self, samples: &mut Vec<ImuSample>) -> Result<(), ParseError> {
+        let MappedCsv { records, rows } = self;
+        records.finish(|record| rows.take(record, samples))?;
+        if let Some(error) = not_text(records.head(), &[]) {
+            return Err(error);
+        }
+        if rows.places.is_none() {
+            return Err(rows.no_header());
+        }
+        if rows.samples == 0 {
+            return Err(ParseError::new(
+                ParseErrorKind::EmptyFile,
+                "a row for every sample below the header",
+                if rows.rows == 0 { "no row" } else { "no row with an angular rate and a specific force" },
+                "check that the recorder wrote the log, and export it again",
+            ));
+        }
+        rows.units.finish()
+    }
+}
+
+impl Rows {
+    fn take(&mut self, record: &Record<'_>, out: &mut Vec<ImuSample>) -> Result<(), ParseError> {
+        let Some(places) = &self.places else {
+            return self.look_for_header(record);
+        };
+        self.rows += 1;
+        let needed = self.fields;
+        if record.len() < needed {
+            let whole: Vec<&[u8]> = record.fields().collect();
+            return Err(ParseError::new(
+                ParseErrorKind::WrongFieldCount,
+                format!("at least {needed} fields, as in the header"),
+                format!("{} in {}", record.len(), quoted(&whole.join(&self.mapping.delimiter.byte()))),
+                "complete the line, or delete it if the recorder was switched off while it wrote",
+            )
+            .at_line(record.line));
+        }
+        let decimal_comma = self.mapping.delimiter != Delimiter::Comma;
+        let row = Row { record, decimal_comma };
+        if self.mapping.skip_rows_without_inertial
+            && places.gyr.iter().chain(&places.acc).any(|&i| row.missing(i))
+        {
+            return Ok(());
+        }
+        let w_ib_b_rad_s = row.axes(places.gyr, &self.mapping.gyr)?;
+        let f_b_m_s2 = row.axes(places.acc, &self.mapping.acc)?;
+        let mag_b_ut = match (places.mag, &self.mapping.mag, self.field_factor) {
+            (Some(at), Some(axes), Some(factor)) if !at.iter().any(|&i| row.missing(i)) => {
+                Some(row.axes(at, axes)?.map(|value| value * factor))
+            }
+            _ => None,
+        };
+        let pressure_hpa = match (places.pressure, &self.mapping.pressure) {
+            (Some(at), Some(scalar)) if !row.missing(at) => {
+                Some(row.number(at, &scalar.column)? * scalar.unit.factor())
+            }
+            _ => None,
+        };
+        let t_ns = self.clock.tell(&row, places.time, &self.mapping, self.rows - 1)?;
+        let sample = ImuSample {
+            t_ns,
+            w_ib_b_rad_s,
+            f_b_m_s2,
+            mag_b_ut: mag_b_ut.filter(|mag| mag.iter().all(|value| !value.is_nan())),
+            pressure_hpa: pressure_hpa.filter(|value| !value.is_nan()),
+        };
+        self.units.take(&sample)?;
+        self.samples += 1;
+        out.push(sample);
+        Ok(())
+    }
+
+    /// Takes a line for the header when all the columns are in it.
+    fn look_for_header(&mut self, record: &Record<'_>) -> Result<(), ParseError> {
+        let names: Vec<String> = record.fields().map(|field| name_of(field).into_owned()).collect();
+        if self.first.is_none() {
+            let line: String = names.join(", ").chars().take(160).collect();
+            self.first = Some(line);
+        }
+        if record.line > HEADER_WITHIN {
+            return Err(self.no_header());
+        }
+        let Some(places) = Places::find(&names, &self.mapping) else { return Ok(()) };
+        if let Some(column) = self.mapping.columns().into_iter().find(|c| {
+            let clean = c.trim();
+            names.iter().filter(|name| name.as_str() == clean).count() > 1
+        }) {
+            return Err(ParseError::new(
+                ParseErrorKind::RepeatedColumn,
+                "every column once",
+                format!("\"{column}\" more than once in the header"),
+                "remove or rename one of the two",
+            )
+            .at_line(record.line)
+            .in_column(column));
+        }
+        self.fields = 1 + places.all().max().unwrap_or(0);
+        self.places = Some(places);
+        Ok(())
+    }
+
+    fn no_header(&self) -> ParseError {
+        ParseError::new(
+            ParseErrorKind::MissingColumn,
+            format!("a line with the columns {}", self.mapping.columns().join(", ")),
+            match &self.first {
+                Some(line) => format!("no such line; the file begins \"{line}\""),
+                None => "nothing".to_owned(),
+            },
+            "choose the mapping that belongs to this file, or map its columns anew",
+        )
+    }
+}
+
+impl Places {
+    fn find(names: &[String], mapping: &Mapping) -> Option<Places> {
+        let place = |wanted: &str| names.iter().position(|name| name == wanted.trim());
+        let three =
+            |columns: &[String; 3]| Some([place(&columns[0])?, place(&columns[1])?, place(&columns[2])?]);
+        Some(Places {
+            time: match &mapping.time.column {
+                Some(column) => Some(place(column)?),
+                None => None,
+            },
+            gyr: three(&mapping.gyr.columns)?,
+            acc: three(&mapping.acc.columns)?,
+            mag: match &mapping.mag {
+                Some(axes) => Some(three(&axes.columns)?),
+                None => None,
+            },
+            pressure: match &mapping.pressure {
+                Some(scalar) => Some(place(&scalar.column)?),
+                None => None,
+            },
+        })
+    }
+
+    fn all(&self) -> impl Iterator<Item = usize> {
+        let three = self.gyr.into_iter().chain(self.acc);
+        three.chain(self.mag.into_iter().flatten()).chain(self.time).chain(self.pressure)
+    }
+}
+
+/// A row and how its numbers are written.
+struct Row<'a> {
+    record: &'a Record<'a>,
+    decimal_comma: bool,
+}
+
+impl Row<'_> {
+    /// Whether a field says that there is no value.
+    fn missing(&self, index: usize) -> bool {
+        let field = self.record.field(index).trim_ascii();
+        field.is_empty() || field.eq_ignore_ascii_case(b"nan") || field.eq_ignore_ascii_case(b"null")
+    }
+
+    fn text(&self, index: usize) -> Cow<'_, [u8]> {
+        let field = self.record.field(index);
+        if self.decimal_comma && field.contains(&b',') {
+            return Cow::Owned(field.iter().map(|b| if *b == b',' { b'.' } else { *b }).collect());
+        }
+        Cow::Borrowed(field)
+    }
+
+    fn number(&self, index: usize, column: &str) -> Result<f64, ParseError> {
+        number(&self.text(index)).ok_or_else(|| bad_number(self.record, index, column))
+    }
+
+    fn axes<U: Factor>(&self, at: [usize; 3], axes: &Axes<U>) -> Result<[f64; 3], ParseError> {
+        let factor = axes.unit.factor();
+        let mut values = [0.0; 3];
+        for ((value, index), column) in values.iter_mut().zip(at).zip(&axes.columns) {
+            *value = self.number(index, column)? * factor;
+        }
+        Ok(values)
+    }
+}
+
+impl Clock {
+    /// The time of a row on the file's clock, ns.
+    fn tell(
+        &mut self,
+        row: &Row<'_>,
+        place: Option<usize>,
+        mapping: &Mapping,
+        rows_before: u64,
+    ) -> Result<i64, ParseError> {
+        let source = &mapping.time;
+        let column = source.column.as_deref().unwrap_or_default();
+        let bad = |expected: &str| {
+            let found = place.map_or_else(String::new, |at| quoted(row.record.field(at)));
+            ParseError::new(
+                ParseErrorKind::BadTime,
+                expected,
+                found,
+                "check which column the time is in, and its unit",
+            )
+            .at_line(row.record.line)
+            .in_column(column)
+        };
+        let of_rate = |samples: f64| samples / source.rate_hz.unwrap_or(1.0) * 1e9;
+        let Some(place) = place else {
+            return Ok(of_rate(rows_before as f64).round() as i64);
+        };
+        let field = row.text(place);
+        if source.unit == TimeUnit::DateTime {
+            let ns = clock_text::read(&field)
+                .ok_or_else(|| bad("a date and time such as 2026-05-01 08:00:00.120"))?;
+            return self.days(ns).ok_or_else(|| bad("a time within a hundred years"));
+        }
+        let finite = || bad("a finite time that fits the unit");
+        if let Some(wraps_at) = source.wraps_at {
+            let ticks = number(&field).filter(|ticks| ticks.abs() < 9e15).ok_or_else(finite)?;
+            let ticks = self.unwrapped(ticks as i64, wraps_at).ok_or_else(finite)?;
+            return match source.unit.ns() {
+                Some(ns) => ticks.checked_mul(ns).ok_or_else(finite),
+                None => Ok(of_rate(ticks as f64).round() as i64),
+            };
+        }
+        match source.unit.ns() {
+            Some(unit_ns) => scaled_ns(&field, unit_ns).ok_or_else(finite),
+            None => match number(&field).filter(|samples| samples.abs() < 9e9) {
+                Some(samples) => Ok(of_rate(samples).round() as i64),
+                None => Err(finite()),
+            },
+        }
+    }
+
+    /// A counter that began again at 0 goes on.
+    fn unwrapped(&mut self, ticks: i64, wraps_at: u64) -> Option<i64> {
+        let wraps_at = i64::try_from(wraps_at).ok()?;
+        if ticks < self.last_ticks - wraps_at / 2 {
+            self.wrapped_ticks = self.wrapped_ticks.checked_add(wraps_at)?;
+        }
+        self.last_ticks = ticks;
+        self.wrapped_ticks.checked_add(ticks)
+    }
+
+    /// A time of day without a date goes on over midnight.
+    fn days(&mut self, ns: i64) -> Option<i64> {
+        if (0..DAY_NS).contains(&ns) && ns < self.last_day_ns - DAY_NS / 2 {
+            self.days_ns = self.days_ns.checked_add(DAY_NS)?;
+        }
+        self.last_day_ns = ns;
+        self.days_ns.checked_add(ns)
+    }
+}
+
+/// A decimal number of some unit as whole nanoseconds, exact where the unit allows it.
+fn scaled_ns(field: &[u8], unit_ns: i64) -> Option<i64> {
+    if unit_ns == 1_000_000_000 {
+        return seconds_to_ns(field);
+    }
+    let text = std::str::from_utf8(field).ok()?.trim();
+    if let Ok(whole) = text.parse::<i64>() {
+        return whole.checked_mul(unit_ns);
+    }
+    let ns = number(field)? * unit_ns as f64;
+    (ns.abs() < 9e18).then_some(ns.round() as i64)
+}
+
+/// The name of a column: UTF-8 or GBK, without the blanks around it.
+pub(super) fn name_of(field: &[u8]) -> Cow<'_, str> {
+    let field = field.strip_prefix(BOM).unwrap_or(field);
+    let text = match std::str::from_utf8(field) {
+        Ok(text) => Cow::Borrowed(text),
+        Err(_) => encoding_rs::GBK.decode_without_bom_handling(field).0,
+    };
+    match text {
+        Cow::Borrowed(text) => Cow::Borrowed(text.trim()),
+        Cow::Owned(text) => Cow::Owned(text.trim().to_owned()),
+    }
+}
+
+#[cfg(test)]
+#[path = "mapped_csv_tests.rs"]
+mod tests;
