@@ -29,6 +29,7 @@ pub(crate) mod faults;
 mod health;
 mod inspectors;
 mod jobs;
+mod mappings;
 mod markers;
 pub mod openapi;
 mod reports;
@@ -66,6 +67,7 @@ pub fn routes(config: &Config) -> Routes {
         .merge(faults::routes())
         .merge(markers::routes())
         .merge(uploads::routes())
+        .merge(mappings::routes())
         .merge(jobs::routes())
         .merge(tracks::routes())
         .merge(visits::routes())

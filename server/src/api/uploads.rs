@@ -5,20 +5,25 @@ use axum::extract::State;
 use axum::http::{HeaderMap, HeaderName, HeaderValue, StatusCode, header};
 use axum::response::{IntoResponse, Response};
 use schemars::JsonSchema;
+use lodestep_engine::parse::Reading;
 use serde::Deserialize;
 use uuid::Uuid;
 
-use super::extract::{Json, Path};
+use super::extract::{Json, Path, Query};
 use super::{Needs, Routes};
 use crate::error::{Error, Result};
 use crate::rights::Right;
 use crate::sessions::accept_log;
+use crate::sessions::preview_log::Preview;
 use crate::sessions::uploads::{self, BeginLog, Begun};
 use crate::state::App;
 use crate::store::logs::{Log, LogState};
 
 /// Where an upload goes on; sent with a chunk, and with every answer about an upload.
 const UPLOAD_OFFSET: HeaderName = HeaderName::from_static("upload-offset");
+
+/// Bytes of a log that are looked at without an upload.
+const MOST_PREVIEW_BYTES: usize = 16 << 20;
 
 /// The quick ones.
 pub(super) fn routes() -> Routes {
@@ -45,6 +50,8 @@ pub(super) fn long_routes() -> Routes {
         .about("Ends an upload: the log is read whole, and stored")
         .takes::<FinishLog>()
         .gives::<Log>()
+        .post("/logs/{id}/preview", Needs::OwnLog, preview_upload)
+        .post("/logs/preview", Right::Walk, preview)
 }
 
 async fn begin(
@@ -95,17 +102,19 @@ async fn append(
 struct FinishLog {
     /// SHA-256 of the bytes as sent, hex; may be left out when it was announced.
     sha256: Option<String>,
+    /// What the log does not say itself; as said when it was begun, when it is left out.
+    reading: Option<Reading>,
 }
 
 async fn finish(
     State(app): State<App>,
     Path(log_id): Path<Uuid>,
-    Json(FinishLog { sha256 }): Json<FinishLog>,
+    Json(FinishLog { sha256, reading }): Json<FinishLog>,
 ) -> Result<Response> {
     let finishing = {
         let app = app.clone();
         // A task of its own: a sender who does not wait for the answer finds it with GET.
-        tokio::spawn(async move { accept_log::finish(&app, log_id, sha256).await })
+        tokio::spawn(async move { accept_log::finish(&app, log_id, sha256, reading).await })
     };
     match ended(finishing.await)? {
         Ok(log) => Ok((at_offset(&log), axum::Json(log)).into_response()),
@@ -114,6 +123,59 @@ async fn finish(
             Ok((log.as_ref().map(at_offset), error).into_response())
         }
     }
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct PreviewUpload {
+    /// What the log does not say itself.
+    reading: Option<Reading>,
+}
+
+/// A dry run of an upload: reads what has arrived and keeps nothing of it.
+async fn preview_upload(
+    State(app): State<App>,
+    Path(log_id): Path<Uuid>,
+    Json(PreviewUpload { reading }): Json<PreviewUpload>,
+) -> Result<axum::Json<Preview>> {
+    Ok(axum::Json(accept_log::preview_upload(&app, log_id, reading).await?))
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct PreviewQuery {
+    /// What the log does not say itself, as JSON.
+    reading: Option<String>,
+    /// Whether the body is only the beginning of a log.
+    #[serde(default)]
+    part: bool,
+}
+
+/// Looks at a log, or its beginning, in the body; nothing is kept.
+async fn preview(
+    State(app): State<App>,
+    Query(query): Query<PreviewQuery>,
+    body: Body,
+) -> Result<axum::Json<Preview>> {
+    let reading = match query.reading.as_deref() {
+        None => Reading::default(),
+        Some(text) => serde_json::from_str(text).map_err(|error| {
+            Error::invalid(
+                "wrong_field",
+                format!(
+                    "expected reading as JSON such as {{\"rate_hz\":100}}, found something else ({error})"
+                ),
+            )
+        })?,
+    };
+    let bytes = axum::body::to_bytes(body, MOST_PREVIEW_BYTES).await.map_err(|_| {
+        Error::http(
+            StatusCode::PAYLOAD_TOO_LARGE,
+            "preview_too_large",
+            format!("expected at most {MOST_PREVIEW_BYTES} bytes to look at, found more: send the beginning of the log with ?part=true, or look at the whole of it with POST /logs/{{id}}/preview once it is uploaded"),
+        )
+    })?;
+    Ok(axum::Json(accept_log::preview_bytes(&app, bytes, reading, query.part).await?))
 }
 
 async fn give_up(State(app): State<App>, Path(log_id): Path<Uuid>) -> Result<StatusCode> {

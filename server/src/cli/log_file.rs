@@ -6,7 +6,9 @@ use std::path::{Path, PathBuf};
 
 use anyhow::Result;
 use indicatif::ProgressBar;
-use lodestep_engine::parse::ImuCsv;
+use lodestep_engine::parse::log_format::LogFormat;
+use lodestep_engine::parse::log_reader::common_zero_ns;
+use lodestep_engine::parse::{LogReader, Reading};
 use lodestep_engine::sample::ImuSample;
 
 use crate::cli::failure::Failure;
@@ -23,7 +25,7 @@ const NO_LIMITS: UnpackLimits = UnpackLimits { max_unpacked_bytes: u64::MAX, max
 pub(super) struct LogFile {
     path: PathBuf,
     unpack: Unpack<Watched>,
-    parser: ImuCsv,
+    reader: LogReader,
     buffer: Vec<u8>,
     ended: bool,
 }
@@ -43,8 +45,13 @@ impl Read for Watched {
 }
 
 impl LogFile {
-    /// Opens a log and adds its size to the bar's length.
+    /// Opens a log that says all of itself, and adds its size to the bar's length.
     pub(super) fn open(path: &Path, bar: &ProgressBar) -> Result<LogFile> {
+        LogFile::open_as(path, Reading::default(), bar)
+    }
+
+    /// Opens a log, to be read as this says, and adds its size to the bar's length.
+    pub(super) fn open_as(path: &Path, reading: Reading, bar: &ProgressBar) -> Result<LogFile> {
         let file = open(path)?;
         bar.inc_length(file.metadata().map_or(0, |metadata| metadata.len()));
         let unpack = Unpack::new(Watched { file, bar: bar.clone() }, NO_LIMITS)
@@ -52,7 +59,7 @@ impl LogFile {
         Ok(LogFile {
             path: path.to_owned(),
             unpack,
-            parser: ImuCsv::new(),
+            reader: LogReader::new(reading),
             buffer: vec![0; PIECE_BYTES],
             ended: false,
         })
@@ -67,14 +74,31 @@ impl FootSamples for LogFile {
                 self.unpack.read(&mut self.buffer).map_err(|error| Failure::bad_input(&self.path, error))?;
             let parsed = if n == 0 {
                 self.ended = true;
-                self.parser.finish(samples)
+                self.reader.finish(samples)
             } else {
-                self.parser.push(&self.buffer[..n], samples)
+                self.reader.push(&self.buffer[..n], samples)
             };
             parsed.map_err(|error| Failure::bad_input(&self.path, error))?;
         }
         Ok(())
     }
+}
+
+/// What the clocks of both feet's logs show at the session's start, where that has to be said: logs of
+/// another maker's clock count from the earlier first sample, so that the feet stay together.
+pub(super) fn shared_zero_ns(paths: [&Path; 2], reading: &Reading) -> Result<Option<i64>> {
+    let mut first_ns = [0; 2];
+    for (first_ns, path) in first_ns.iter_mut().zip(paths) {
+        let mut log = LogFile::open_as(path, reading.clone(), &ProgressBar::hidden())?;
+        let mut samples = Vec::new();
+        while log.reader.clock_ns().is_none() && !log.ended {
+            log.next_piece(&mut samples)?;
+        }
+        let canonical = log.reader.recognised().is_none_or(|r| r.format == LogFormat::Canonical);
+        let Some((first, _)) = log.reader.clock_ns().filter(|_| !canonical) else { return Ok(None) };
+        *first_ns = first;
+    }
+    Ok(common_zero_ns(first_ns))
 }
 
 /// Opens an input file, or says why it cannot be.

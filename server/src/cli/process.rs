@@ -6,13 +6,15 @@ use std::path::PathBuf;
 use anyhow::Result;
 use clap::Args;
 use lodestep_engine::geo::Site;
+use lodestep_engine::parse::Reading;
+use lodestep_engine::parse::mapping::Mapping;
 use lodestep_engine::sample::Foot;
 use lodestep_engine::session::{Aids, SessionConfig};
 use time::OffsetDateTime;
 use time::format_description::well_known::Rfc3339;
 
 use crate::cli::failure::Failure;
-use crate::cli::log_file::LogFile;
+use crate::cli::log_file::{self, LogFile};
 use crate::cli::report::Report;
 use crate::cli::run::{Walked, run};
 use crate::cli::solution::Solution;
@@ -23,6 +25,9 @@ const AFTER_HELP: &str = "\
 A log is CSV with a header, plain or packed with gzip or zstd, columns in any order:
   t_s,gyr_x_rad_s,gyr_y_rad_s,gyr_z_rad_s,acc_x_m_s2,acc_y_m_s2,acc_z_m_s2
   and, where recorded, mag_x_ut,mag_y_ut,mag_z_ut,pressure_hpa
+or, recognised by its content, a log of x-io (NGIMU, x-IMU3), MicroStrain (SensorConnect), Xsens
+(MT Manager, DOT) or WitMotion (CMP10A; text log or serial dump); any other table with --mapping.
+Such a log counts its time from its first sample; two whose clocks are one, from the earlier one.
 Positions are metres east, north and up of the site's origin; headings run clockwise from true north.
 
 Exit codes: 0 done; 1 something failed inside, or a result could not be written;
@@ -39,6 +44,20 @@ pub(super) struct ProcessArgs {
     /// Log of the right foot
     #[arg(long, value_name = "R.csv")]
     right: Option<PathBuf>,
+
+    /// Which column is which channel, JSON as the upload page keeps it: {"time":{"column":"t","unit":"ms"},
+    /// "gyr":{"columns":["gx","gy","gz"],"unit":"deg_s"},"acc":{"columns":["ax","ay","az"],"unit":"g"}}
+    #[arg(long, value_name = "MAPPING.json")]
+    mapping: Option<PathBuf>,
+
+    /// Samples a second of a log that does not tell the time, Hz
+    #[arg(long, value_name = "HZ", value_parser = parse_rate)]
+    sensor_rate_hz: Option<f64>,
+
+    /// How much one count of the magnetometer is, µT, for a log that tells it in counts [default: such a
+    /// field is left out]
+    #[arg(long, value_name = "UT", value_parser = parse_rate)]
+    field_ut_per_count: Option<f64>,
 
     /// The site: TOML with name, latitude_deg, longitude_deg, height_m; gives gravity and declination
     #[arg(long, value_name = "SITE.toml")]
@@ -107,11 +126,15 @@ pub(super) fn process(args: &ProcessArgs) -> Result<()> {
     };
     let config = args.session_config(site.as_ref());
 
+    let mut reading = args.reading()?;
+    if let (Some(left), Some(right)) = (&args.left, &args.right) {
+        reading.clock_zero_ns = log_file::shared_zero_ns([left, right], &reading)?;
+    }
     let bar = progress::of_bytes();
     let mut feet = Vec::new();
     for (foot, path) in [(Foot::Left, &args.left), (Foot::Right, &args.right)] {
         if let Some(path) = path {
-            feet.push((foot, LogFile::open(path, &bar)?));
+            feet.push((foot, LogFile::open_as(path, reading.clone(), &bar)?));
         }
     }
     let walked = run(config.clone(), &visits, feet);
@@ -153,6 +176,25 @@ impl ProcessArgs {
             }
         }
         Ok(())
+    }
+
+    /// What the command line says of the logs.
+    fn reading(&self) -> Result<Reading> {
+        let mapping = match &self.mapping {
+            None => None,
+            Some(path) => {
+                let mapping: Mapping = serde_json::from_slice(&log_file::read_small(path)?)
+                    .map_err(|error| Failure::bad_input(path, format!("expected a mapping of columns as JSON, found something else ({error}); see --help")))?;
+                mapping.check().map_err(|error| Failure::bad_input(path, error))?;
+                Some(mapping)
+            }
+        };
+        Ok(Reading {
+            mapping,
+            rate_hz: self.sensor_rate_hz,
+            field_ut_per_count: self.field_ut_per_count,
+            clock_zero_ns: None,
+        })
     }
 
     fn session_config(&self, site: Option<&Site>) -> SessionConfig {
@@ -237,7 +279,7 @@ fn parse_rate(text: &str) -> Result<f64, String> {
     text.parse()
         .ok()
         .filter(|value: &f64| *value > 0.0 && value.is_finite())
-        .ok_or_else(|| format!("expected a positive number of points per second, found {text:?}"))
+        .ok_or_else(|| format!("expected a positive number, found {text:?}"))
 }
 
 fn parse_utc(text: &str) -> Result<OffsetDateTime, String> {

@@ -3,9 +3,12 @@
 use std::io;
 
 use axum::http::StatusCode;
+use bytes::Bytes;
 use futures_util::FutureExt;
+use lodestep_engine::parse::Reading;
 use uuid::Uuid;
 
+use super::preview_log::{self, Preview};
 use super::read_log::{self, ReadLog, ReadLogError};
 use super::unpack::{Packing, UnpackError, UnpackLimits};
 use super::upload_file;
@@ -16,8 +19,14 @@ use crate::store::logs::{self, Codec, Log, LogState};
 use crate::store::raw_chunks;
 use crate::utc;
 
-/// Finishes an upload whose bytes have this SHA-256. Finishing again is answered in the same way.
-pub(crate) async fn finish(app: &App, log_id: Uuid, sha256: Option<String>) -> Result<Log> {
+/// Finishes an upload whose bytes have this SHA-256, to be read as this says (or as was said when it
+/// began). Finishing again is answered in the same way.
+pub(crate) async fn finish(
+    app: &App,
+    log_id: Uuid,
+    sha256: Option<String>,
+    reading: Option<Reading>,
+) -> Result<Log> {
     let _turn = app.upload_turns.take(log_id).await;
     let log = uploads::get(app, log_id).await?;
     let sha256 = sha256.as_deref().map(parse_sha256).transpose()?;
@@ -49,7 +58,9 @@ pub(crate) async fn finish(app: &App, log_id: Uuid, sha256: Option<String>) -> R
         ));
     }
     check_hash(app, &log, &sha256).await?;
-    if logs::accepted_with(app.store.read(), log.session_id, log.foot, &sha256).await?.is_some() {
+    let log = Log { reading: reading.unwrap_or_else(|| log.reading.clone()), ..log };
+    if let Some(held) = logs::accepted_with(app.store.read(), log.session_id, log.foot, &sha256).await? {
+        uploads::same_reading(&held, &log.reading)?;
         return settle(app, Log { state: LogState::Unchanged, sha256: Some(sha256), ..log }).await;
     }
     match read(app, &log).await {
@@ -108,15 +119,60 @@ async fn read(app: &App, log: &Log) -> Result<ReadLog, ReadLogError> {
     if log.offset_bytes == 0 {
         return Err(UnpackError::Empty.into());
     }
-    let limits =
-        UnpackLimits { max_unpacked_bytes: app.config.unpacked_bytes, max_ratio: app.config.unpacked_ratio };
-    let foot = log.foot;
+    let limits = limits(app);
+    let (foot, reading) = (log.foot, log.reading.clone());
     // Reading is work for a core: a few at a time, the others wait here.
     let _permit = app.log_readers.acquire().await;
-    match blocking(move || read_log::read_log(&path, &spill_path, foot, limits)).await {
+    match blocking(move || read_log::read_log(&path, &spill_path, foot, reading, limits)).await {
         Ok(read) => read,
         Err(error) => Err(ReadLogError::Spill(io::Error::other(error.to_string()))),
     }
+}
+
+/// How far a log may unpack here.
+fn limits(app: &App) -> UnpackLimits {
+    UnpackLimits { max_unpacked_bytes: app.config.unpacked_bytes, max_ratio: app.config.unpacked_ratio }
+}
+
+/// What the bytes that have arrived would be read as; nothing changes.
+pub(crate) async fn preview_upload(app: &App, log_id: Uuid, reading: Option<Reading>) -> Result<Preview> {
+    let _turn = app.upload_turns.take(log_id).await;
+    let log = uploads::get(app, log_id).await?;
+    if log.state != LogState::Receiving {
+        return Err(Error::conflict(
+            "upload_finished",
+            "this upload is finished and its bytes are gone: look at a log before it is finished",
+        ));
+    }
+    let path = upload_file::path(&app.config.uploads(), log_id);
+    let part = log.size_bytes.is_none_or(|size_bytes| log.offset_bytes < size_bytes);
+    let reading = reading.unwrap_or(log.reading);
+    let empty = log.offset_bytes == 0;
+    look(
+        app,
+        move || if empty { Ok(Box::new(io::empty())) } else { Ok(Box::new(std::fs::File::open(path)?)) },
+        reading,
+        part,
+    )
+    .await
+}
+
+/// What these bytes, the whole of a log or its beginning, would be read as; nothing is kept.
+pub(crate) async fn preview_bytes(app: &App, bytes: Bytes, reading: Reading, part: bool) -> Result<Preview> {
+    look(app, move || Ok(Box::new(io::Cursor::new(bytes))), reading, part).await
+}
+
+async fn look(
+    app: &App,
+    open: impl FnOnce() -> io::Result<Box<dyn io::Read>> + Send + 'static,
+    reading: Reading,
+    part: bool,
+) -> Result<Preview> {
+    let limits = limits(app);
+    let _permit = app.log_readers.acquire().await;
+    let looked =
+        blocking(move || preview_log::preview(open().map_err(UnpackError::Io)?, limits, reading, part));
+    looked.await?.map_err(|error| problem(error.into()))
 }
 
 /// Stores the samples and the log's new state in one transaction, then lets go of the bytes.
@@ -128,6 +184,7 @@ async fn accept(app: &App, log: Log, read: ReadLog) -> Result<Log> {
             Packing::Gzip => Codec::Gzip,
             Packing::Zstd => Codec::Zstd,
         }),
+        format: Some(read.format),
         samples: read.samples,
         t_first_ns: Some(read.t_first_ns),
         t_last_ns: Some(read.t_last_ns),

@@ -1,7 +1,7 @@
 //! What a session is made of on the server.
 //!
 //! A log comes in ([`uploads`], [`upload_file`], [`upload_turns`]), is read whole ([`unpack`],
-//! [`read_log`], [`spill`]) and accepted ([`accept_log`]); the samples of both feet
+//! [`read_log`], [`spill`]; [`preview_log`] keeps nothing) and accepted ([`accept_log`]); the samples of both feet
 //! ([`stored_samples`], [`in_time_order`]) are run through the engine ([`run`]), as [`process`] has it:
 //! [`stored_walk`] reads what a walk is computed from, [`put_in_place`] stores the result.
 
@@ -10,6 +10,7 @@ pub(crate) mod body_writer;
 pub(crate) mod engine_config;
 pub(crate) mod identification;
 pub(crate) mod in_time_order;
+pub(crate) mod preview_log;
 pub(crate) mod process;
 mod put_in_place;
 pub(crate) mod read_log;

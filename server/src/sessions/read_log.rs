@@ -4,8 +4,8 @@ use std::fs::File;
 use std::io::{self, Read};
 use std::path::Path;
 
-use lodestep_engine::parse::ParseError;
-use lodestep_engine::parse::imu_csv::ImuCsv;
+use lodestep_engine::parse::log_format::LogFormat;
+use lodestep_engine::parse::{LogReader, ParseError, Reading};
 use lodestep_engine::sample::{Foot, ImuSample};
 use sha2::{Digest, Sha256};
 
@@ -23,6 +23,7 @@ const PIECE_BYTES: usize = 64 << 10;
 /// A log that was read to its end and found right.
 pub(crate) struct ReadLog {
     pub(crate) packing: Packing,
+    pub(crate) format: LogFormat,
     pub(crate) samples: u64,
     /// Times of the first and the last sample, ns.
     pub(crate) t_first_ns: i64,
@@ -60,17 +61,19 @@ pub(crate) fn sha256(path: &Path) -> io::Result<String> {
     Ok(hasher.finalize().iter().map(|byte| format!("{byte:02x}")).collect())
 }
 
-/// Reads the log at `path`, setting packed samples aside in `spill_path`.
+/// Reads the log at `path` as `reading` says, setting packed samples aside in `spill_path`.
 pub(crate) fn read_log(
     path: &Path,
     spill_path: &Path,
     foot: Foot,
+    reading: Reading,
     limits: UnpackLimits,
 ) -> Result<ReadLog, ReadLogError> {
     let file = File::open(path).map_err(UnpackError::Io)?;
     let mut unpack = Unpack::new(file, limits)?;
     let mut chunks = Chunks::new(foot, Spill::create(spill_path).map_err(ReadLogError::Spill)?);
-    match parse(&mut unpack, &mut chunks) {
+    let mut reader = LogReader::new(reading);
+    match parse(&mut unpack, &mut reader, &mut chunks) {
         // What does not read as a log may be a bomb: that is the more useful thing to say.
         Err(ReadLogError::Parse(error)) => {
             unpack.judge_packing()?;
@@ -78,20 +81,20 @@ pub(crate) fn read_log(
         }
         other => other?,
     }
-    chunks.finish(unpack.packing())
+    let format = reader.recognised().map_or(LogFormat::Canonical, |recognised| recognised.format);
+    chunks.finish(unpack.packing(), format)
 }
 
-fn parse(unpack: &mut Unpack<File>, chunks: &mut Chunks) -> Result<(), ReadLogError> {
-    let mut parser = ImuCsv::new();
+fn parse(unpack: &mut Unpack<File>, reader: &mut LogReader, chunks: &mut Chunks) -> Result<(), ReadLogError> {
     let mut piece = vec![0; PIECE_BYTES];
     loop {
         match unpack.read(&mut piece)? {
             0 => break,
-            n => parser.push(&piece[..n], &mut chunks.waiting)?,
+            n => reader.push(&piece[..n], &mut chunks.waiting)?,
         }
         chunks.pack_full()?;
     }
-    parser.finish(&mut chunks.waiting)?;
+    reader.finish(&mut chunks.waiting)?;
     Ok(())
 }
 
@@ -131,12 +134,13 @@ impl Chunks {
         self.spill.push(packed).map_err(ReadLogError::Spill)
     }
 
-    fn finish(mut self, packing: Packing) -> Result<ReadLog, ReadLogError> {
+    fn finish(mut self, packing: Packing, format: LogFormat) -> Result<ReadLog, ReadLogError> {
         self.pack_full()?;
         let rest = std::mem::take(&mut self.waiting);
         self.pack(rest)?;
         Ok(ReadLog {
             packing,
+            format,
             samples: self.samples,
             t_first_ns: self.first_t_ns.unwrap_or_default(),
             t_last_ns: self.last_t_ns,

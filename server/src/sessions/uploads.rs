@@ -10,6 +10,7 @@ use axum::body::{Body, BodyDataStream};
 use axum::http::StatusCode;
 use bytes::Bytes;
 use futures_util::{FutureExt, StreamExt};
+use lodestep_engine::parse::Reading;
 use lodestep_engine::sample::Foot;
 use schemars::JsonSchema;
 use serde::Deserialize;
@@ -46,6 +47,9 @@ pub(crate) struct BeginLog {
     pub(crate) size_bytes: Option<u64>,
     /// SHA-256 of these bytes, hex.
     pub(crate) sha256: Option<String>,
+    /// What the log does not say itself.
+    #[serde(default)]
+    pub(crate) reading: Reading,
 }
 
 /// What beginning an upload came to.
@@ -79,6 +83,9 @@ pub(crate) async fn begin(app: &App, session_id: Uuid, asked: BeginLog) -> Resul
     if let Some(sha256) = &sha256
         && let Some(log) = known(&begun, asked.foot, sha256)
     {
+        if log.state == LogState::Unchanged {
+            same_reading(&log, &asked.reading)?;
+        }
         return Ok(Begun::Known(log));
     }
     if begun.iter().filter(|log| log.state == LogState::Receiving).count() >= MOST_UNFINISHED {
@@ -99,6 +106,8 @@ pub(crate) async fn begin(app: &App, session_id: Uuid, asked: BeginLog) -> Resul
         size_bytes: asked.size_bytes,
         sha256,
         codec: None,
+        format: None,
+        reading: asked.reading,
         samples: 0,
         t_first_ns: None,
         t_last_ns: None,
@@ -135,6 +144,19 @@ fn known(begun: &[Log], foot: Foot, sha256: &str) -> Option<Log> {
         return Some(Log { state: LogState::Unchanged, ..log.clone() });
     }
     begun.iter().filter(same).rfind(|log| log.state == LogState::Receiving).cloned()
+}
+
+/// Refuses bytes that this session holds already, read in another way: they would be other samples.
+pub(crate) fn same_reading(held: &Log, asked: &Reading) -> Result<()> {
+    // The clock's zero follows from the other foot's log, which may have come later.
+    let said = |reading: &Reading| Reading { clock_zero_ns: None, ..reading.clone() };
+    if said(&held.reading) == said(asked) {
+        return Ok(());
+    }
+    Err(Error::conflict(
+        "other_reading",
+        "this session holds these very bytes, read with another mapping, rate or field: make a new session to read them anew",
+    ))
 }
 
 /// Appends a request's body at `offset_bytes`, and tells how far the upload is on disk then. A sender

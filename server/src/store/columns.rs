@@ -100,3 +100,26 @@ pub(super) fn to_word<T: serde::Serialize>(value: T) -> String {
         other => unreachable!("enums of the store are written as one word, not as {other:?}"),
     }
 }
+
+/// A value that is written as JSON.
+pub(super) fn json<T: serde::de::DeserializeOwned>(row: &SqliteRow, column: &str) -> sqlx::Result<T> {
+    let text: &str = row.try_get(column)?;
+    parse(column, text, serde_json::from_str(text).ok())
+}
+
+/// A value that is written as JSON and may be null.
+pub(super) fn optional_json<T: serde::de::DeserializeOwned>(
+    row: &SqliteRow,
+    column: &str,
+) -> sqlx::Result<Option<T>> {
+    let text: Option<&str> = row.try_get(column)?;
+    text.map(|text| parse(column, text, serde_json::from_str(text).ok())).transpose()
+}
+
+/// The JSON of a value.
+pub(super) fn to_json<T: serde::Serialize>(value: &T) -> Result<String, super::StoreError> {
+    serde_json::to_string(value).map_err(|error| super::StoreError::Damaged {
+        what: std::any::type_name::<T>().to_owned(),
+        why: error.to_string(),
+    })
+}

@@ -1,5 +1,7 @@
 //! Logs on their way and logs that were handed in, one foot each.
 
+use lodestep_engine::parse::Reading;
+use lodestep_engine::parse::log_format::LogFormat;
 use lodestep_engine::sample::Foot;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -12,7 +14,7 @@ use super::{StoreError, columns};
 use crate::utc;
 
 /// One foot's log.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Log {
     /// Its id.
     pub id: Uuid,
@@ -33,6 +35,11 @@ pub struct Log {
     pub sha256: Option<String>,
     /// How the bytes were packed; `None` until they were read.
     pub codec: Option<Codec>,
+    /// Its format; `None` until it was read.
+    pub format: Option<LogFormat>,
+    /// What was said of it that it does not say itself.
+    #[serde(default, skip_serializing_if = "Reading::is_empty")]
+    pub reading: Reading,
     /// Samples found in it.
     pub samples: u64,
     /// Time of the first sample, ns.
@@ -81,6 +88,7 @@ pub enum Codec {
 impl FromRow<'_, SqliteRow> for Log {
     fn from_row(row: &SqliteRow) -> sqlx::Result<Self> {
         let codec: Option<&str> = row.try_get("codec")?;
+        let format: Option<&str> = row.try_get("format")?;
         Ok(Log {
             id: columns::id(row, "id")?,
             session_id: columns::id(row, "session_id")?,
@@ -91,6 +99,8 @@ impl FromRow<'_, SqliteRow> for Log {
             size_bytes: columns::optional_count(row, "size_bytes")?,
             sha256: row.try_get("sha256")?,
             codec: codec.map(|_| columns::word(row, "codec")).transpose()?,
+            format: format.map(|_| columns::word(row, "format")).transpose()?,
+            reading: columns::optional_json(row, "reading")?.unwrap_or_default(),
             samples: columns::count(row, "samples")?,
             t_first_ns: row.try_get("t_first_ns")?,
             t_last_ns: row.try_get("t_last_ns")?,
@@ -158,8 +168,8 @@ pub async fn insert(db: impl SqliteExecutor<'_>, log: &Log) -> Result<(), StoreE
         log,
         "insert into logs (
             id, session_id, foot, state, file_name, offset_bytes, size_bytes, sha256, codec, samples,
-            t_first_ns, t_last_ns, error, created_at, finished_at
-         ) values (?1, ?2, ?3, ?4, ?5, ?6, ?7, ?8, ?9, ?10, ?11, ?12, ?13, ?14, ?15)",
+            t_first_ns, t_last_ns, error, created_at, finished_at, format, reading
+         ) values (?1, ?2, ?3, ?4, ?5, ?6, ?7, ?8, ?9, ?10, ?11, ?12, ?13, ?14, ?15, ?16, ?17)",
     )
     .await
 }
@@ -171,13 +181,15 @@ pub async fn update(db: impl SqliteExecutor<'_>, log: &Log) -> Result<(), StoreE
         log,
         "update logs set
             state = ?4, file_name = ?5, offset_bytes = ?6, size_bytes = ?7, sha256 = ?8, codec = ?9,
-            samples = ?10, t_first_ns = ?11, t_last_ns = ?12, error = ?13, finished_at = ?15
+            samples = ?10, t_first_ns = ?11, t_last_ns = ?12, error = ?13, finished_at = ?15,
+            format = ?16, reading = ?17
          where id = ?1 and session_id = ?2 and foot = ?3 and created_at = ?14",
     )
     .await
 }
 
 async fn write(db: impl SqliteExecutor<'_>, log: &Log, sql: &'static str) -> Result<(), StoreError> {
+    let reading = if log.reading.is_empty() { None } else { Some(columns::to_json(&log.reading)?) };
     sqlx::query(sql)
         .bind(log.id.to_string())
         .bind(log.session_id.to_string())
@@ -194,6 +206,8 @@ async fn write(db: impl SqliteExecutor<'_>, log: &Log, sql: &'static str) -> Res
         .bind(&log.error)
         .bind(utc::to_us(log.created_at))
         .bind(log.finished_at.map(utc::to_us))
+        .bind(log.format.map(LogFormat::name))
+        .bind(reading)
         .execute(db)
         .await?;
     Ok(())

@@ -11,6 +11,7 @@ pub mod faults;
 pub mod inspectors;
 pub mod jobs;
 pub mod logs;
+pub mod mappings;
 pub mod markers;
 pub mod raw_chunks;
 pub mod reports;

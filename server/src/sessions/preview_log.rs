@@ -1,0 +1,171 @@
+//! What a log would be read as, before anything of it is kept.
+
+use std::io::Read;
+
+use lodestep_engine::parse::log_format::{LogFormat, Note};
+use lodestep_engine::parse::log_survey::{LogSurvey, Survey};
+use lodestep_engine::parse::mapping::{Delimiter, Mapping};
+use lodestep_engine::parse::{LogReader, ParseError, Reading};
+use serde::Serialize;
+
+use super::unpack::{Unpack, UnpackError, UnpackLimits};
+use crate::error::{Place, Problem};
+
+/// Bytes given to the reader at a time.
+const PIECE_BYTES: usize = 64 << 10;
+
+/// What was found. Where something is wrong with the log, `problem` says so, and the rest is what was
+/// found before that.
+#[derive(Debug, Serialize)]
+pub(crate) struct Preview {
+    /// Its format; `None` when it is none that is known.
+    format: Option<LogFormat>,
+    /// Which of its columns is which channel, where it is a table of another's making.
+    mapping: Option<Mapping>,
+    /// What should be known about it.
+    notes: Vec<Note>,
+    /// What stands between the fields of its table.
+    delimiter: Option<Delimiter>,
+    /// The columns of its table.
+    columns: Vec<String>,
+    /// The first rows of its table, as they stand in the file.
+    rows: Vec<Vec<String>>,
+    /// What the log's own clock shows at its first and last sample, ns.
+    clock_ns: Option<[i64; 2]>,
+    /// Whether only a part of the log was there to be looked at.
+    part: bool,
+    /// Whether the field is told in counts, as nobody said how much one is.
+    field_in_counts: bool,
+    /// What its samples are worth.
+    survey: Survey,
+    /// What is wrong with it.
+    problem: Option<Problem>,
+}
+
+/// Reads a log to its end, or what there is of a `part` of one, and keeps nothing.
+pub(crate) fn preview(
+    source: impl Read,
+    limits: UnpackLimits,
+    reading: Reading,
+    part: bool,
+) -> Result<Preview, UnpackError> {
+    let field_unsaid = reading.field_ut_per_count.is_none();
+    // A field in counts is looked at as it is: how large it is says how much a count may be.
+    let mut reader =
+        LogReader::new(Reading { field_ut_per_count: reading.field_ut_per_count.or(Some(1.0)), ..reading });
+    let mut survey = LogSurvey::default();
+    let read = read_through(source, limits, part, &mut reader, &mut survey);
+    let problem = match read {
+        Ok(()) => None,
+        Err(Trouble::Parse(error)) => Some(problem(error)),
+        Err(Trouble::Unpack(error)) => return Err(error),
+    };
+    let recognised = reader.recognised();
+    let notes = recognised.map_or_else(Vec::new, |recognised| recognised.notes.clone());
+    let table = reader.table();
+    Ok(Preview {
+        format: recognised.map(|recognised| recognised.format),
+        mapping: recognised.and_then(|recognised| recognised.mapping.clone()),
+        field_in_counts: field_unsaid && notes.contains(&Note::FieldWithoutUnit),
+        notes,
+        delimiter: table.as_ref().map(|table| table.delimiter),
+        columns: table.as_ref().map_or_else(Vec::new, |table| table.columns.clone()),
+        rows: table.map_or_else(Vec::new, |table| table.rows),
+        clock_ns: reader.clock_ns().map(|(first, last)| [first, last]),
+        part,
+        survey: survey.finish(),
+        problem,
+    })
+}
+
+enum Trouble {
+    Parse(ParseError),
+    Unpack(UnpackError),
+}
+
+fn read_through(
+    source: impl Read,
+    limits: UnpackLimits,
+    part: bool,
+    reader: &mut LogReader,
+    survey: &mut LogSurvey,
+) -> Result<(), Trouble> {
+    let mut unpack = Unpack::new(source, limits).map_err(Trouble::Unpack)?;
+    let mut piece = vec![0; PIECE_BYTES];
+    let mut samples = Vec::new();
+    loop {
+        let read = match unpack.read(&mut piece) {
+            Ok(read) => read,
+            // A part of a packed log ends where it was cut.
+            Err(UnpackError::Truncated { .. }) if part => 0,
+            Err(error) => return Err(Trouble::Unpack(error)),
+        };
+        let parsed = match read {
+            // The last line of a part is half a line.
+            0 if part && reader.recognised().is_some() => Ok(()),
+            0 => reader.finish(&mut samples),
+            read => reader.push(&piece[..read], &mut samples),
+        };
+        samples.drain(..).for_each(|sample| survey.take(&sample));
+        parsed.map_err(Trouble::Parse)?;
+        if read == 0 {
+            return Ok(());
+        }
+    }
+}
+
+fn problem(error: ParseError) -> Problem {
+    let place = Place { line: error.line, column: error.column.clone() };
+    crate::error::Error::invalid_at(error.code(), error.to_string(), place).into_problem()
+}
+
+#[cfg(test)]
+mod tests {
+    use std::io::Write;
+
+    use super::*;
+
+    const LIMITS: UnpackLimits = UnpackLimits { max_unpacked_bytes: 1 << 30, max_ratio: 200 };
+
+    fn log(rows: usize) -> String {
+        let mut text =
+            "t_s,gyr_x_rad_s,gyr_y_rad_s,gyr_z_rad_s,acc_x_m_s2,acc_y_m_s2,acc_z_m_s2\n".to_owned();
+        for i in 0..rows {
+            text += &format!("{},0.001,0.002,{},0.1,0.2,9.7\n", i as f64 * 0.01, i % 7);
+        }
+        text
+    }
+
+    #[test]
+    fn a_part_of_a_packed_log_is_looked_at_as_far_as_it_goes() {
+        let mut encoder = flate2::write::GzEncoder::new(Vec::new(), flate2::Compression::fast());
+        encoder.write_all(log(20_000).as_bytes()).unwrap();
+        let packed = encoder.finish().unwrap();
+        let half = &packed[..packed.len() / 2];
+        let seen = preview(half, LIMITS, Reading::default(), true).unwrap();
+        assert!(seen.problem.is_none() && seen.part);
+        assert!(seen.survey.samples > 5_000 && seen.survey.samples < 15_000, "{}", seen.survey.samples);
+        assert_eq!((seen.format, seen.survey.rate_hz), (Some(LogFormat::Canonical), Some(100.0)));
+        assert!(matches!(
+            preview(half, LIMITS, Reading::default(), false),
+            Err(UnpackError::Truncated { .. })
+        ));
+    }
+
+    #[test]
+    fn what_is_wrong_comes_with_what_was_found_before_it() {
+        let text = log(5_000) + "50.0,0,0,zero,0,0,9.8\n";
+        let seen = preview(text.as_bytes(), LIMITS, Reading::default(), false).unwrap();
+        assert_eq!((seen.survey.samples, seen.columns.len()), (5_000, 7));
+        let problem = seen.problem.unwrap();
+        assert_eq!((&*problem.code, problem.place.unwrap().line), ("not_a_number", Some(5_002)));
+    }
+
+    #[test]
+    fn an_unknown_table_shows_its_columns() {
+        let seen =
+            preview(&b"a,b,c,d,e,f,g\n1,2,3,4,5,6,7\n"[..], LIMITS, Reading::default(), false).unwrap();
+        assert_eq!((seen.format, seen.columns.len(), seen.rows.len()), (None, 7, 1));
+        assert_eq!(seen.problem.unwrap().code, "unknown_format");
+    }
+}
