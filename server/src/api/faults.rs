@@ -10,7 +10,7 @@ use super::Routes;
 use super::extract::{Json, Path, Query};
 use crate::auth::Caller;
 use crate::error::{Error, Result};
-use crate::faults::{NewFault, report};
+use crate::faults::{NewFault, report, reported};
 use crate::rights::Right;
 use crate::state::App;
 use crate::store::faults::{self, Fault, FaultState, Severity};
@@ -41,6 +41,9 @@ async fn create(
     caller: Caller,
     Json(new): Json<NewFault>,
 ) -> Result<(StatusCode, axum::Json<Fault>)> {
+    if let Some(fault) = reported(&app, new.id).await? {
+        return Ok((StatusCode::OK, axum::Json(fault)));
+    }
     Ok((StatusCode::CREATED, axum::Json(report(&app, &caller, new).await?)))
 }
 
@@ -58,6 +61,7 @@ pub(crate) async fn report_live(app: &App, session: &Session, message: FaultMess
         }
     };
     let new = NewFault {
+        id: None,
         inspector_id: None,
         session_id: Some(session.id),
         reported_at: Some(utc::at(session.started_at, message.t_ns)),

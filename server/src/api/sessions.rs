@@ -52,6 +52,9 @@ const FARTHEST_M: f64 = 100_000.0;
 #[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct NewSession {
+    /// Its id, a UUID of the sender's own: sent again after a lost answer, it makes nothing new.
+    #[serde(default)]
+    pub id: Option<Uuid>,
     /// Who walks.
     pub inspector_id: Uuid,
     /// The instant of `t_ns` = 0; now, when it is left out.
@@ -144,7 +147,7 @@ pub(crate) async fn begin(
     };
     let now = utc::now();
     let session = Session {
-        id: Uuid::now_v7(),
+        id: new.id.unwrap_or_else(Uuid::now_v7),
         inspector_id: new.inspector_id,
         title: title.to_owned(),
         state,
@@ -185,6 +188,17 @@ async fn create(
     caller: Caller,
     Json(new): Json<NewSession>,
 ) -> Result<(StatusCode, axum::Json<SessionView>)> {
+    if let Some(id) = new.id
+        && let Some(session) = sessions::get(app.store.read(), id).await?
+    {
+        if session.inspector_id != new.inspector_id {
+            return Err(Error::conflict(
+                "id_taken",
+                "there is already a session of another inspector with this id: choose a new UUID",
+            ));
+        }
+        return Ok((StatusCode::OK, show(State(app), Path(id)).await?));
+    }
     let session = begin(&app, &caller, new, SessionState::Created).await?;
     Ok((StatusCode::CREATED, axum::Json(SessionView { session, logs: Vec::new(), visits: 0, anomalies: 0 })))
 }

@@ -12,6 +12,7 @@ use super::extract::Path;
 use super::{Needs, Routes};
 use crate::error::{Error, Place, Result};
 use crate::rights::Right;
+use crate::sessions::stand_choice;
 use crate::sessions::tell_visits::{self, TellVisits, Told};
 use crate::state::App;
 use crate::store::sessions;
@@ -29,6 +30,8 @@ pub(super) fn routes() -> Routes {
         .about("Tells of visits, in JSON or CSV")
         .takes::<Value>()
         .gives::<TellVisits>()
+        .delete("/sessions/{id}/visits/{visit_id}", Needs::OwnSession, take_back)
+        .about("Takes a visit back")
 }
 
 async fn list(State(app): State<App>, Path(session_id): Path<Uuid>) -> Result<axum::Json<Vec<Visit>>> {
@@ -36,6 +39,14 @@ async fn list(State(app): State<App>, Path(session_id): Path<Uuid>) -> Result<ax
         return Err(Error::not_found("session", session_id));
     }
     Ok(axum::Json(visits::of_session(app.store.read(), session_id).await?))
+}
+
+async fn take_back(
+    State(app): State<App>,
+    Path((session_id, visit_id)): Path<(Uuid, Uuid)>,
+) -> Result<StatusCode> {
+    stand_choice::take_visit_back(&app, session_id, visit_id).await?;
+    Ok(StatusCode::NO_CONTENT)
 }
 
 async fn tell(

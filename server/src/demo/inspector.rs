@@ -98,6 +98,7 @@ impl Walk {
         .await?;
         let clock = Clock::started_before(self.history_s);
         let new = NewSession {
+            id: None,
             inspector_id: self.inspector_id,
             started_at: Some(utc::now() - Duration::from_secs_f64(self.history_s)),
             title: "Spiral road (demo)".to_owned(),

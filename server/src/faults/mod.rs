@@ -4,4 +4,4 @@ mod candidates;
 mod place;
 mod report;
 
-pub(crate) use report::{NewFault, report};
+pub(crate) use report::{NewFault, report, reported};

@@ -26,6 +26,8 @@ const AFTER_END_S: i64 = 600;
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct NewFault {
+    /// Its id, a UUID of the sender's own: sent again after a lost answer, it makes nothing new.
+    pub(crate) id: Option<Uuid>,
     /// Who found it; may be left out with a session.
     pub(crate) inspector_id: Option<Uuid>,
     /// The walk it was found on; without it, the inspector's session at that time.
@@ -43,6 +45,14 @@ pub(crate) struct NewFault {
     pub(crate) text: Option<String>,
     /// The actuator the inspector named.
     pub(crate) marker: Option<String>,
+}
+
+/// The fault that was reported under this id before, if there is one.
+pub(crate) async fn reported(app: &App, id: Option<Uuid>) -> Result<Option<Fault>> {
+    match id {
+        Some(id) => Ok(faults::get(app.store.read(), id).await?),
+        None => Ok(None),
+    }
 }
 
 /// Stores a fault with the inspector's position at that time and the candidates, and tells the feed.
@@ -84,7 +94,7 @@ pub(crate) async fn report(app: &App, caller: &Caller, new: NewFault) -> Result<
         }
     };
     let fault = Fault {
-        id: Uuid::now_v7(),
+        id: new.id.unwrap_or_else(Uuid::now_v7),
         inspector_id,
         session_id: session.map(|session| session.id),
         reported_at,

@@ -74,6 +74,7 @@ async fn begin(
     let inspector_id =
         Uuid::parse_str(inspector_id).map_err(|_| Error::not_found("inspector", inspector_id))?;
     let new = NewSession {
+        id: None,
         inspector_id,
         started_at: None,
         title: String::new(),

@@ -72,6 +72,35 @@ pub(crate) async fn take_back(app: &App, session_id: Uuid, number: u32) -> Resul
     work_out_again(app, &session).await
 }
 
+/// Takes back a visit that somebody keyed in, chose, or that automatic mode made; the track is worked out
+/// without it.
+pub(crate) async fn take_visit_back(app: &App, session_id: Uuid, visit_id: Uuid) -> Result<()> {
+    let db = app.store.read();
+    let session = sessions::get(db, session_id).await?;
+    let session = session.ok_or_else(|| Error::not_found("session", session_id))?;
+    let known = visits::of_session(db, session_id).await?.into_iter().find(|visit| visit.id == visit_id);
+    let visit = known.ok_or_else(|| Error::not_found("visit", visit_id))?;
+    let row = visit.clone();
+    app.store
+        .writer()
+        .run(move |db| {
+            async move {
+                if row.origin == Origin::Automatic {
+                    for stand in stands::of_session(&mut *db, session_id).await? {
+                        if stand.overlaps(row.t_start_ns, row.t_end_ns) {
+                            stands::undo(&mut *db, session_id, stand.t_start_ns).await?;
+                        }
+                    }
+                }
+                visits::delete(&mut *db, visit_id).await
+            }
+            .boxed()
+        })
+        .await?;
+    tell_removed(app, session_id, vec![visit]);
+    work_out_again(app, &session).await
+}
+
 /// Switches automatic mode of a session.
 pub(crate) async fn set_automatic(app: &App, id: Uuid, automatic: bool) -> Result<Session> {
     let before = sessions::get(app.store.read(), id).await?.ok_or_else(|| Error::not_found("session", id))?;
