@@ -177,7 +177,7 @@ export const trackFile = (id, format) => `${BASE}/sessions/${seg(id)}/track.${fo
 
 /**
  * @param {string} sessionId
- * @param {{foot: string, file_name: string, size_bytes: number, sha256: string}} body
+ * @param {{foot: string, file_name: string, size_bytes: number, sha256: string, reading?: import("./upload/preview.js").Reading}} body
  */
 export const beginLog = (sessionId, body) => post(`/sessions/${seg(sessionId)}/logs`, body);
 /**
@@ -205,8 +205,37 @@ export async function appendLog(logId, offset, bytes) {
 /**
  * @param {string} logId
  * @param {string} sha256
+ * @param {import("./upload/preview.js").Reading} [reading]
  */
-export const finishLog = (logId, sha256) => post(`/logs/${seg(logId)}/finish`, { sha256 });
+export const finishLog = (logId, sha256, reading) => post(`/logs/${seg(logId)}/finish`, { sha256, ...(reading ? { reading } : {}) });
+/**
+ * What a log, or its beginning, would be read as; nothing is kept.
+ * @param {Blob} bytes
+ * @param {boolean} part whether more follows
+ * @param {import("./upload/preview.js").Reading} reading
+ * @returns {Promise<import("./upload/preview.js").Preview>}
+ */
+export async function previewLog(bytes, part, reading) {
+  const query = new URLSearchParams({ part: String(part), reading: JSON.stringify(reading) });
+  const response = await request(`/logs/preview?${query}`, { method: "POST", headers: { "Content-Type": "application/octet-stream" }, body: bytes });
+  return response.json();
+}
+/**
+ * @param {string} logId
+ * @param {import("./upload/preview.js").Reading} reading
+ * @returns {Promise<import("./upload/preview.js").Preview>}
+ */
+export const previewUpload = (logId, reading) => post(`/logs/${seg(logId)}/preview`, { reading });
+/** @returns {Promise<import("./upload/preview.js").NamedMapping[]>} */
+export const mappings = () => get("/mappings").then(rows);
+/**
+ * @param {string} name
+ * @param {import("./upload/preview.js").Mapping} mapping
+ * @returns {Promise<import("./upload/preview.js").NamedMapping>}
+ */
+export const saveMapping = (name, mapping) => post("/mappings", { name, mapping });
+/** @param {string} id */
+export const deleteMapping = (id) => request(`/mappings/${seg(id)}`, { method: "DELETE" });
 /**
  * @param {string} sessionId
  * @param {Blob} csv
@@ -217,6 +246,16 @@ export const addVisits = (sessionId, csv) =>
     headers: { "Content-Type": "text/csv" },
     body: csv,
   });
+/**
+ * @param {string} sessionId
+ * @param {Record<string, unknown>} visit
+ */
+export const addVisit = (sessionId, visit) => post(`/sessions/${seg(sessionId)}/visits`, visit);
+/**
+ * @param {string} sessionId
+ * @param {string} visitId
+ */
+export const takeVisitBack = (sessionId, visitId) => request(`/sessions/${seg(sessionId)}/visits/${seg(visitId)}`, { method: "DELETE" });
 /** @param {string} sessionId */
 export const processSession = (sessionId) => post(`/sessions/${seg(sessionId)}/process`);
 /** @param {string} id */

@@ -12,7 +12,7 @@ import * as store from "./ui/remembered.js";
 
 /** @typedef {import("./state/live.js").Topic | "tick" | "choice" | "link"} AnyTopic */
 /**
- * @typedef {{name: string, latitude_deg: number, longitude_deg: number, height_m: number, gravity_m_s2: number, declination_deg: number}} Site
+ * @typedef {{name: string, latitude_deg: number, longitude_deg: number, height_m: number, gravity_m_s2: number, declination_deg: number, field_ut?: number}} Site
  */
 /**
  * Moves of people are shown this often: fifty of them send five times a second each, not at the same

@@ -8,6 +8,7 @@ import { createServer } from "node:http";
 import { extname, join, normalize } from "node:path";
 import { fileURLToPath, pathToFileURL } from "node:url";
 import { acceptWebSocket } from "./mock/websocket.mjs";
+import { previewOf } from "./mock/preview.mjs";
 import { MockSite, iso } from "./mock/site.mjs";
 import { MockStaff } from "./mock/staff.mjs";
 
@@ -22,12 +23,15 @@ export async function startMock({ port = 0, stepMs = 500 } = {}) {
   const finished = site.finishedWalk();
   const logs = new Map();
   const jobs = new Map();
+  const mappings = [];
+  /** Visits that were keyed in. */
+  const told = [];
   const walks = new Map([["s9", {
     id: "s9", inspector_id: "i5", title: "Spiral, evening", state: "finished", started_at: iso(-9e6), ended_at: iso(-7.8e6), feet: ["left", "right"],
     samples: 240_000, epochs: 120_000, duration_s: 1200, distance_m: 1440.2, track_sha256: "5e1c".repeat(16),
     logs: [{ id: "l1", foot: "left", file_name: "left.csv.gz", size_bytes: 5_100_000, samples: 120_000, state: "accepted" }], visits: 9, anomalies: 1,
   }]]);
-  const orders = { dropAfterBytes: Infinity, refused: false };
+  const orders = { dropAfterBytes: Infinity, refused: false, loseVisitAnswer: false, farMarker: "" };
   /** @type {Set<{cut(): void}>} */
   const sockets = new Set();
 
@@ -64,6 +68,8 @@ export async function startMock({ port = 0, stepMs = 500 } = {}) {
       }
       case "GET sessions": return json([...walks.values(), ...site.sessions.values()]);
       case "POST sessions": {
+        const again = walks.get(given().id);
+        if (again) return json(again);
         const row = { id: `s${100 + walks.size}`, state: "created", samples: 0, epochs: 0, duration_s: 0, distance_m: 0, started_at: iso(0), logs: [], ...given() };
         walks.set(row.id, row);
         return json(row, 201);
@@ -89,7 +95,42 @@ export async function startMock({ port = 0, stepMs = 500 } = {}) {
         return;
       case "GET sessions/:id/anomalies": return json(id === "s9" ? [{ anomaly: "gap", foot: "left", t_start_ns: 431.2e9, t_end_ns: 431.9e9, samples: 70, detail: "expected a sample every 10 ms, found none for 700 ms" }] : []);
       case "GET sessions/:id/track": return json(finished[url.searchParams.get("run") ?? "main"]);
-      case "POST sessions/:id/visits": return json([], 201);
+      case "POST sessions/:id/visits": {
+        if (request.headers["content-type"]?.startsWith("text/csv")) return json([], 201);
+        const asked = given();
+        const t_start_ns = asked.t_start_s * 1e9;
+        let visit = told.find((v) => v.session_id === id && v.marker === asked.marker && v.t_start_ns === t_start_ns);
+        const added = visit ? 0 : 1;
+        if (!visit) {
+          visit = { id: `v-keyed-${told.length + 1}`, session_id: id, marker: asked.marker, t_start_ns, t_end_ns: asked.t_end_s * 1e9, origin: "keyed" };
+          told.push(visit);
+          const far = asked.marker === orders.farMarker;
+          site.publish([{ kind: "visit", ...visit, ...(far ? { accepted: false, nis: 61.2, reason: "expected within 4.1 m, found 38.0 m" } : { accepted: true, nis: 1.1, reason: "" }) }]);
+        }
+        if (orders.loseVisitAnswer) {
+          orders.loseVisitAnswer = false;
+          return request.socket.destroy();
+        }
+        return json({ added, unchanged: 1 - added, overlaps: [], visits: told.filter((v) => v.session_id === id) }, added ? 201 : 200);
+      }
+      case "DELETE sessions/:id/visits": {
+        const at = told.findIndex((v) => v.id === number);
+        if (at < 0) return problem(404, "visit_not_found", `there is no visit ${number}`);
+        told.splice(at, 1);
+        site.publish([{ kind: "visit_removed", session_id: id, id: number }]);
+        response.writeHead(204).end();
+        return;
+      }
+      case "POST logs/:id":
+        if (id === "preview") return json(previewOf(body.toString("latin1", 0, 5000), url.searchParams.get("part") === "true", JSON.parse(url.searchParams.get("reading") ?? "{}")));
+        return problem(404, "no_such_route", "expected /logs/preview");
+      case "POST logs/:id/preview": return json(previewOf(logs.get(id).data.toString("latin1", 0, 5000), false, given().reading ?? {}));
+      case "GET mappings": return json(mappings);
+      case "POST mappings": {
+        const named = { id: `m${mappings.length + 1}`, created_at: iso(0), updated_at: iso(0), ...given() };
+        mappings.push(named);
+        return json(named, 201);
+      }
       case "POST sessions/:id/logs": {
         const asked = given();
         const known = [...logs.values()].find((l) => l.sha256 === asked.sha256 && l.session_id === id && l.foot === asked.foot && l.state === "accepted");
@@ -146,7 +187,9 @@ export async function startMock({ port = 0, stepMs = 500 } = {}) {
       case "GET faults": return json(site.faults.filter((f) => !url.searchParams.get("state") || f.state === url.searchParams.get("state")));
       case "POST faults": {
         const asked = given();
-        const walk = site.walks.find((w) => w.session.id === asked.session_id);
+        const again = site.faults.find((f) => f.id === asked.id);
+        if (again) return json(again);
+        const walk = site.walks.find((w) => w.session.id === asked.session_id) ?? site.walks[0];
         const [e, n] = walk.position.position_m;
         const near = site.plan.nodes.map((m) => ({ marker: m.name, distance_m: Math.hypot(m.e_m - e, m.n_m - n) })).sort((a, b) => a.distance_m - b.distance_m).slice(0, 5);
         const fault = { id: `f${site.faults.length + 1}`, inspector_id: walk.inspector.id, text: "", marker: null, state: "open", reported_at: iso(0), position_m: walk.position.position_m, sigma_m: walk.position.sigma_m, candidates: near.map((c, i) => ({ ...c, probability: [0.5, 0.25, 0.15, 0.07, 0.03][i] })), ...asked };

@@ -72,8 +72,14 @@ function server() {
       if (faults.afterAppend > 0) { faults.afterAppend -= 1; throw new TypeError("answer lost"); }
       return log.size;
     },
-    async finishLog(id, sha256) {
+    /** @returns {Promise<any>} */
+    async previewUpload(id, reading) {
+      calls.push(["previewUpload", logs.get(id).size, reading]);
+      return { format: "x_io", problem: null };
+    },
+    async finishLog(id, sha256, reading) {
       const log = logs.get(id);
+      log.readAs = reading;
       assert.equal(reference(Buffer.concat(log.data)), sha256);
       log.done = true;
       return { id, state: "accepted" };
@@ -195,4 +201,20 @@ test("a start is read as typed, and what is wrong is said in words", () => {
   assert.deepEqual(readStart(form({ start: "origin" }), () => undefined), {});
   assert.throws(() => readStart(form({ start: "position", east: "1", north: "x", up: "0" }), () => undefined), /North x/);
   assert.throws(() => readStart(form({ start: "marker", marker: " " }), () => undefined), /marker!/);
+});
+
+test("a dry run sends the log, looks at the whole of it and stores nothing; handing in then only finishes", async () => {
+  const api = server();
+  const bytes = pattern(500);
+  const reading = { rate_hz: 100 };
+  let unfinished = null;
+  const task = { files: { left: file(bytes) }, visits: null, session: { title: "T" }, onFoot() {}, onJob() {}, readings: { left: reading }, wait: noWait };
+  const dry = await runUpload(api, { ...task, unfinished, remember: (/** @type {any} */ u) => (unfinished = u && structuredClone(u)), dryRun: true });
+  assert.equal(dry.looked.left?.format, "x_io");
+  assert.deepEqual(api.calls.filter(([name]) => name === "previewUpload" || name === "process"), [["previewUpload", 500, reading]]);
+  assert.equal(api.logs.get("l1").done, false);
+  const whole = await runUpload(api, { ...task, unfinished, remember() {} });
+  assert.equal(whole.session_id, dry.session_id);
+  assert.equal(api.calls.filter(([name]) => name === "appendLog").length, 1);
+  assert.deepEqual([api.logs.get("l1").done, api.logs.get("l1").readAs], [true, reading]);
 });

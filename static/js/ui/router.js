@@ -22,6 +22,7 @@ const SCREENS = {
   upload: { load: () => import("../upload/view.js").then((m) => m.uploadView), layout: "page", place: "upload" },
   faults: { load: () => import("../faults/view.js").then((m) => m.faultsView), layout: "map", place: "faults" },
   markers: { load: () => import("../markers/view.js").then((m) => m.markersView), layout: "page", place: "markers" },
+  me: { load: () => import("../me/view.js").then((m) => m.meView), layout: "page", place: "me" },
   account: { load: () => import("../account/view.js").then((m) => m.accountView), layout: "page", place: "account" },
   admin: { load: () => import("../admin/view.js").then((m) => m.adminView), layout: "page", place: "admin" },
 };

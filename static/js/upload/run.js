@@ -6,7 +6,7 @@ import { handIn } from "./transfer.js";
  * @typedef {"left" | "right"} Foot
  * @typedef {Partial<Record<Foot, File>>} Files
  * @typedef {import("./remembered_upload.js").Unfinished} Unfinished
- * @typedef {Pick<typeof import("../api.js"), "createSession" | "beginLog" | "logOffset" | "appendLog" | "finishLog" | "addVisits" | "processSession" | "job">} UploadApi
+ * @typedef {Pick<typeof import("../api.js"), "createSession" | "beginLog" | "logOffset" | "appendLog" | "finishLog" | "previewUpload" | "addVisits" | "processSession" | "job">} UploadApi
  */
 
 /** How often a job is asked for when the feed says nothing, ms. */
@@ -19,8 +19,9 @@ const ASK_EVERY_MS = 700;
  *   onFoot: (foot: Foot, progress: import("./transfer.js").Progress) => void,
  *   onJob: (job: import("../state/live.js").Job) => void,
  *   remember: (unfinished: Unfinished | null) => void, wait?: (ms: number) => Promise<void>,
- * }} task
- * @returns {Promise<{session_id: string, unchanged: boolean}>}
+ *   readings?: Partial<Record<Foot, import("./preview.js").Reading>>, dryRun?: boolean,
+ * }} task a dry run sends the logs, looks at the whole of them and stores nothing
+ * @returns {Promise<{session_id: string, unchanged: boolean, looked: Partial<Record<Foot, import("./preview.js").Preview>>}>}
  */
 export async function runUpload(api, task) {
   const wait = task.wait ?? ((ms) => new Promise((resolve) => setTimeout(resolve, ms)));
@@ -34,6 +35,8 @@ export async function runUpload(api, task) {
   task.remember(record);
 
   const outcomes = [];
+  /** @type {Partial<Record<Foot, import("./preview.js").Preview>>} */
+  const looked = {};
   for (const foot of feet) {
     const file = /** @type {File} */ (task.files[foot]);
     const handedIn = handIn(api, {
@@ -47,9 +50,13 @@ export async function runUpload(api, task) {
       },
       onProgress: (progress) => task.onFoot(foot, progress),
       wait: task.wait,
+      reading: task.readings?.[foot],
+      dryRun: task.dryRun,
     });
     try {
-      outcomes.push((await handedIn).state);
+      const { state, preview } = await handedIn;
+      outcomes.push(state);
+      if (preview) looked[foot] = preview;
     } catch (/** @type {any} */ error) {
       // What the server has refused it does not keep: there is nothing of this log to go on with.
       if (error.status >= 400 && error.status < 500) {
@@ -59,6 +66,8 @@ export async function runUpload(api, task) {
       throw error;
     }
   }
+  const unchanged = outcomes.every((state) => state === "unchanged");
+  if (task.dryRun) return { session_id: record.session_id, unchanged, looked };
   if (task.visits) await api.addVisits(record.session_id, task.visits);
 
   let job = await api.processSession(record.session_id);
@@ -70,7 +79,7 @@ export async function runUpload(api, task) {
   }
   if (job.state === "failed") throw Object.assign(new Error(jobError(job)), { job });
   task.remember(null);
-  return { session_id: record.session_id, unchanged: outcomes.every((state) => state === "unchanged") };
+  return { session_id: record.session_id, unchanged, looked };
 }
 
 /** @param {import("../state/live.js").Job} job */

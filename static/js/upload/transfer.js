@@ -11,22 +11,24 @@ const WAITS_MS = [500, 1000, 2000, 5000, 10_000];
 const MOST_TRIES = 65;
 
 /**
- * @typedef {{stage: "hashing" | "sending" | "waiting" | "checking" | "accepted" | "unchanged", done: number, total: number}} Progress
- * @typedef {Pick<typeof import("../api.js"), "beginLog" | "logOffset" | "appendLog" | "finishLog">} LogApi
+ * @typedef {{stage: "hashing" | "sending" | "waiting" | "checking" | "looking" | "looked" | "accepted" | "unchanged", done: number, total: number}} Progress
+ * @typedef {Pick<typeof import("../api.js"), "beginLog" | "logOffset" | "appendLog" | "finishLog" | "previewUpload">} LogApi
+ * @typedef {import("./preview.js").Reading} Reading
  */
 
 /**
  * @typedef {{
  *   sessionId: string, foot: "left" | "right", file: File, begun?: {log_id: string, sha256: string} | null,
  *   onLog?: (logId: string, sha256: string) => void, onProgress?: (progress: Progress) => void,
- *   wait?: (ms: number) => Promise<void>, unreachable?: (error: unknown) => boolean,
- * }} Task `begun` is the log of an earlier try, to be gone on with when the file is the same
+ *   wait?: (ms: number) => Promise<void>, unreachable?: (error: unknown) => boolean, reading?: Reading, dryRun?: boolean,
+ * }} Task `begun` is the log of an earlier try, to be gone on with when the file is the same; a dry run ends
+ *   before the log is finished, with what the whole of it would be read as
  */
 
 /**
  * @param {LogApi} api
  * @param {Task} task
- * @returns {Promise<{state: "accepted" | "unchanged", log: any}>}
+ * @returns {Promise<{state: "accepted" | "unchanged" | "looked", log: any, preview?: import("./preview.js").Preview}>}
  */
 export async function handIn(api, task) {
   const { file, foot, sessionId } = task;
@@ -57,8 +59,14 @@ export async function handIn(api, task) {
       }
     });
   }
+  if (task.dryRun) {
+    tell({ stage: "looking", done: total, total });
+    const preview = await persist(task, total, () => api.previewUpload(begun.id, task.reading ?? {}));
+    tell({ stage: "looked", done: total, total });
+    return { state: "looked", log: begun, preview };
+  }
   tell({ stage: "checking", done: total, total });
-  const log = await persist(task, total, () => api.finishLog(begun.id, sha256));
+  const log = await persist(task, total, () => api.finishLog(begun.id, sha256, task.reading));
   const state = log.state === "unchanged" ? "unchanged" : "accepted";
   tell({ stage: state, done: total, total });
   return { state, log };
@@ -83,7 +91,7 @@ async function begin(api, task, sha256) {
     }
   }
   const log = await persist(task, file.size, () =>
-    api.beginLog(sessionId, { foot, file_name: file.name, size_bytes: file.size, sha256 }),
+    api.beginLog(sessionId, { foot, file_name: file.name, size_bytes: file.size, sha256, ...(task.reading ? { reading: task.reading } : {}) }),
   );
   const offset = log.state === "unchanged" ? 0 : await persist(task, file.size, () => api.logOffset(log.id));
   return { log, offset };

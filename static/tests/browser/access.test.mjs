@@ -39,14 +39,23 @@ describe("every screen can be read and used", { skip }, () => {
           );
           wrongs.push(...found.map((/** @type {string} */ words) => `${where}: ${words}`));
         };
-        const screens = ["#/live", "#/sessions", "#/sessions/s9", "#/upload", "#/faults", "#/markers", "#/account", "#/admin", "#/admin/tokens", "#/admin/audit", "#/admin/server"];
-        const signs = [".person-row", "[data-testid=session-card]", "[data-drawn=yes]", "[data-testid=drop]", "[data-testid=fault-card]", "[data-testid=markers] td", "[data-testid=set-up]", "[data-testid=admin-accounts] p", "[data-testid=tokens] td", "[data-testid=audit] td", ".figures div"];
+        const screens = ["#/live", "#/sessions", "#/sessions/s9", "#/upload", "#/faults", "#/markers", "#/me", "#/account", "#/admin", "#/admin/tokens", "#/admin/audit", "#/admin/server"];
+        const signs = [".person-row", "[data-testid=session-card]", "[data-drawn=yes]", "[data-testid=drop]", "[data-testid=fault-card]", "[data-testid=markers] td", "[data-testid=me]", "[data-testid=set-up]", "[data-testid=admin-accounts] p", "[data-testid=tokens] td", "[data-testid=audit] td", ".figures div"];
         for (const [i, screen] of screens.entries()) {
           await page.goto(`${mock.url}/${screen}`);
           await page.locator(signs[i]).first().waitFor();
           await page.evaluate(axe);
           await look(screen);
         }
+        await page.goto(`${mock.url}/#/upload`);
+        await page.getByTestId("files").setInputFiles([
+          { name: "left.csv", mimeType: "text/csv", buffer: Buffer.from("t_s,gyr_x_rad_s\n0,1\n") },
+          { name: "right.csv", mimeType: "text/csv", buffer: Buffer.from("secs,wx,wy,wz,fx,fy,fz\n0,1,2,3,0,0,9.8\n") },
+        ]);
+        await page.getByTestId("mapping").waitFor();
+        await page.getByTestId("preview-left").locator("summary").first().click();
+        await page.evaluate(axe);
+        await look("logs looked at");
         await page.goto(`${mock.url}/#/live`);
         await page.locator(".person-row").first().click();
         await page.getByTestId("drawer").waitFor();

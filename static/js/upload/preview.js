@@ -1,0 +1,138 @@
+// What the server says of a log before anything of it is kept, and what follows from that.
+
+/**
+ * @typedef {{columns: [string, string, string], unit: string}} Axes
+ * @typedef {{
+ *   delimiter?: string, time: {column?: string, unit?: string, rate_hz?: number, wraps_at?: number},
+ *   gyr: Axes, acc: Axes, mag?: Axes, pressure?: {column: string, unit: string}, skip_rows_without_inertial?: boolean,
+ * }} Mapping which column is which channel, as docs/wire.md has it
+ * @typedef {{mapping?: Mapping, rate_hz?: number, field_ut_per_count?: number, clock_zero_ns?: number}} Reading
+ * @typedef {{id: string, name: string, mapping: Mapping}} NamedMapping
+ * @typedef {{
+ *   samples: number, t_first_s: number, t_last_s: number, duration_s: number, rate_hz: number | null, gaps: number, gaps_s: number,
+ *   first_gaps: {t_s: number, length_s: number}[], repeated_times: number, backward_times: number, clipped_rates: number, clipped_forces: number,
+ *   largest_rate_rad_s: number, largest_force_m_s2: number, still_s: number, field_share: number, field_mean_ut: number | null, pressure_share: number,
+ *   first_rows: (number | null)[][],
+ *   chart: {t_first_s: number, step_s: number, rate_rad_s: ([number, number] | null)[], force_m_s2: ([number, number] | null)[]},
+ * }} Survey
+ * @typedef {{
+ *   format: string | null, mapping: Mapping | null, notes: string[], delimiter: string | null, columns: string[], rows: string[][],
+ *   clock_ns: [number, number] | null, part: boolean, field_in_counts: boolean, survey: Survey,
+ *   problem: {detail: string, code: string, status: number, where?: Record<string, unknown>} | null,
+ * }} Preview
+ */
+
+/** The beginning of a log tells all but its gaps; more is only sent with the upload. */
+export const PART_BYTES = 4 << 20;
+/** The engine aligns on a stand of about this length, s. */
+export const STAND_S = 10;
+/** A magnetic field outside of these is no field of the Earth, µT. */
+export const FIELD_UT = /** @type {const} */ ([20, 80]);
+/** Clocks that differ by more are not one clock, ns. */
+const ONE_CLOCK_NS = 3.6e12;
+
+/**
+ * @param {Pick<typeof import("../api.js"), "previewLog">} api
+ * @param {File} file
+ * @param {Reading} reading
+ */
+export function look(api, file, reading) {
+  const part = file.size > PART_BYTES;
+  return api.previewLog(part ? file.slice(0, PART_BYTES) : file, part, reading);
+}
+
+/**
+ * The preset whose columns are all in this table, if there is just one like that.
+ * @param {NamedMapping[]} presets
+ * @param {Pick<Preview, "columns" | "delimiter">} table
+ */
+export function fittingPreset(presets, table) {
+  const fits = presets.filter(
+    ({ mapping }) => (mapping.delimiter ?? "comma") === table.delimiter && columnsOf(mapping).every((column) => table.columns.includes(column)),
+  );
+  return fits.length === 1 ? fits[0] : null;
+}
+
+/** @param {Mapping} mapping */
+export function columnsOf(mapping) {
+  return [mapping.time.column, ...mapping.gyr.columns, ...mapping.acc.columns, ...(mapping.mag?.columns ?? []), mapping.pressure?.column].filter(
+    (column) => column !== undefined,
+  );
+}
+
+/**
+ * How the logs of both feet lie in time. A canonical log counts from the session's start; another maker's
+ * shows its own clock, and two of one clock begin together at the earlier first sample.
+ * @param {Preview} left
+ * @param {Preview} right
+ * @returns {{one_clock: boolean, zero_ns: number | null, right_after_left_s: number, overlap_s: number} | null}
+ */
+export function feetInTime(left, right) {
+  if (!left.clock_ns || !right.clock_ns) return null;
+  const canonical = [left, right].map((preview) => preview.format === "canonical");
+  const [l, r] = [left.clock_ns, right.clock_ns];
+  const one_clock = canonical[0] === canonical[1] && Math.abs(l[0] - r[0]) <= ONE_CLOCK_NS;
+  // Each counts from its own first sample otherwise.
+  const shift = one_clock ? [0, 0] : [l[0], r[0]];
+  const first = [l[0] - shift[0], r[0] - shift[1]];
+  const last = [l[1] - shift[0], r[1] - shift[1]];
+  return {
+    one_clock,
+    zero_ns: one_clock && !canonical[0] ? Math.min(l[0], r[0]) : null,
+    right_after_left_s: (first[1] - first[0]) / 1e9,
+    overlap_s: Math.max(0, (Math.min(...last) - Math.max(...first)) / 1e9),
+  };
+}
+
+/**
+ * What a person should look at before handing in, worst first.
+ * @param {Preview} preview
+ * @returns {{key: string, values?: Record<string, string | number>}[]}
+ */
+export function warnings(preview) {
+  const { survey } = preview;
+  if (survey.samples === 0) return [];
+  /** @type {{key: string, values?: Record<string, string | number>}[]} */
+  const found = [];
+  if (survey.still_s < STAND_S) found.push({ key: "still", values: { s: survey.still_s.toFixed(1) } });
+  if (survey.gaps > 0) found.push({ key: "gaps", values: { gaps: survey.gaps, s: survey.gaps_s.toFixed(2) } });
+  if (survey.clipped_rates + survey.clipped_forces > 0) {
+    found.push({ key: "clipped", values: { samples: survey.clipped_rates + survey.clipped_forces } });
+  }
+  if (survey.repeated_times + survey.backward_times > 0) {
+    found.push({ key: "times", values: { samples: survey.repeated_times + survey.backward_times } });
+  }
+  if (preview.field_in_counts) found.push({ key: "counts" });
+  else if (survey.field_mean_ut !== null && !(survey.field_mean_ut >= FIELD_UT[0] && survey.field_mean_ut <= FIELD_UT[1])) {
+    found.push({ key: "field", values: { ut: survey.field_mean_ut.toFixed(1) } });
+  }
+  return found;
+}
+
+/** Time left of something that has come so far; told only once that means something. */
+export class TimeLeft {
+  constructor(now = () => performance.now()) {
+    this.now = now;
+    /** @type {string | null} */
+    this.what = null;
+    this.begun_ms = 0;
+    this.from = 0;
+  }
+
+  /**
+   * @param {string} what a new thing begins anew
+   * @param {number} done 0 to 1
+   * @returns {number | null} seconds
+   */
+  of(what, done) {
+    if (this.what !== what || done < this.from) {
+      this.what = what;
+      this.begun_ms = this.now();
+      this.from = done;
+      return null;
+    }
+    const spent_s = (this.now() - this.begun_ms) / 1000;
+    const part = done - this.from;
+    return spent_s < 1 || part < 0.01 ? null : (spent_s / part) * (1 - done);
+  }
+}

@@ -1,0 +1,46 @@
+// Lets the inspector's page be opened without a link: files and the few tables that it starts with are answered
+// by the server while it can be reached, and from what was kept when it cannot. Nothing that changes something
+// and nothing of a walk goes through here.
+
+const CACHE = "lodestep";
+/** What the page asks for before it can be used. */
+const TABLES = /^\/api\/v1\/(site|site\/plan|inspectors|markers)$/;
+/** A server that takes longer is as good as none, ms. */
+const PATIENCE_MS = 5000;
+
+self.addEventListener("install", () => self.skipWaiting());
+self.addEventListener("activate", (event) => event.waitUntil(self.clients.claim()));
+
+self.addEventListener("message", (event) => {
+  if (event.data?.type !== "keep") return;
+  event.waitUntil(
+    caches.open(CACHE).then((cache) =>
+      Promise.all(event.data.paths.filter(kept).map((path) => cache.match(path).then((known) => known ?? cache.add(path).catch(() => undefined)))),
+    ),
+  );
+});
+
+self.addEventListener("fetch", (event) => {
+  const { request } = event;
+  const url = new URL(request.url);
+  if (request.method !== "GET" || url.origin !== self.location.origin || !kept(url.pathname)) return;
+  event.respondWith(answer(request));
+});
+
+/** @param {string} path */
+function kept(path) {
+  return path.startsWith("/api/") ? TABLES.test(path) : !/^\/(healthz|metrics)/.test(path);
+}
+
+/** @param {Request} request */
+async function answer(request) {
+  const cache = await caches.open(CACHE);
+  const known = await cache.match(request, { ignoreSearch: request.mode === "navigate" });
+  const asked = fetch(request).then((response) => {
+    if (response.ok) cache.put(request, response.clone()).catch(() => undefined);
+    return response;
+  });
+  if (!known) return asked;
+  const patience = new Promise((resolve) => setTimeout(() => resolve(known), PATIENCE_MS));
+  return Promise.race([asked.catch(() => known), patience]);
+}
