@@ -4,7 +4,9 @@
 
 const CACHE = "lodestep";
 /** What the page asks for before it can be used. */
-const TABLES = /^\/api\/v1\/(site|site\/plan|inspectors|markers)$/;
+const TABLES = /^\/api\/v1\/(account|site|site\/plan|inspectors|markers)$/;
+/** Who comes or goes takes nothing of the one before along. */
+const SIGNS = /^\/api\/v1\/account\/sign-(in|out)$/;
 /** A server that takes longer is as good as none, ms. */
 const PATIENCE_MS = 5000;
 
@@ -23,6 +25,7 @@ self.addEventListener("message", (event) => {
 self.addEventListener("fetch", (event) => {
   const { request } = event;
   const url = new URL(request.url);
+  if (SIGNS.test(url.pathname)) event.waitUntil(caches.delete(CACHE));
   if (request.method !== "GET" || url.origin !== self.location.origin || !kept(url.pathname)) return;
   event.respondWith(answer(request));
 });

@@ -56,7 +56,7 @@ pub struct LogReader {
 }
 
 enum Parser {
-    Canonical(ImuCsv),
+    Canonical(Box<ImuCsv>),
     Mapped(Box<MappedCsv>),
     WitSerial(Box<WitSerial>),
 }
@@ -162,7 +162,7 @@ impl LogReader {
                 Parser::WitSerial(Box::new(WitSerial::new(rate_hz, field_ut_per_count)))
             }
             (_, Some(mapping)) => Parser::Mapped(Box::new(MappedCsv::new(mapping, field_ut_per_count)?)),
-            (_, None) => Parser::Canonical(ImuCsv::new()),
+            (_, None) => Parser::Canonical(Box::default()),
         });
         if recognised.format == LogFormat::Canonical {
             self.zero_ns = Some(0);

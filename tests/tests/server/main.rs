@@ -5,12 +5,14 @@
 mod backup;
 mod doors;
 mod faults;
+mod formats;
 mod inspectors;
 mod live;
 mod markers;
 mod people;
 mod processing;
 mod rights;
+mod sent_again;
 mod sessions;
 mod stands;
 mod surroundings;
