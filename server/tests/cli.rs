@@ -404,3 +404,46 @@ fn help_names_units_and_exit_codes() {
     let (code, sentence) = failed(&["evaluate", "/there/is/none"]);
     assert!(code == 3 && sentence.contains("cannot be read"), "{sentence}");
 }
+
+/// Feet that stand, as x-io's software writes them: its clock shows 500 s when the right one begins, and the left
+/// one begins half a second later.
+#[test]
+fn logs_of_another_maker_are_recognised_and_keep_together_by_their_clock() {
+    let folder = Folder::new();
+    let x_io = |first_s: f64| {
+        let mut log = "Time (s),Gyroscope X (deg/s),Gyroscope Y (deg/s),Gyroscope Z (deg/s),Accelerometer X (g),Accelerometer Y (g),Accelerometer Z (g)\n".to_owned();
+        for i in 0..1500 {
+            let wiggle = ((i * 7919) % 101) as f64 * 1e-4;
+            let t_s = first_s + i as f64 / 100.0;
+            writeln!(log, "{t_s:.3},{wiggle},{},{wiggle},{wiggle},0,{}", -wiggle, 1.0 + wiggle * 0.01)
+                .unwrap();
+        }
+        log
+    };
+    let (left, right) =
+        (folder.with("l.csv", x_io(500.5)), folder.with("r.csv", gzip(x_io(500.0).as_bytes())));
+    let out = folder.path("t.csv");
+    let output = lodestep(&["process", "--left", text(&left), "--right", text(&right), "--out", text(&out)]);
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let track = fs::read_to_string(&out).unwrap();
+    let last: Vec<&str> = track.lines().next_back().unwrap().split(',').collect();
+    assert_eq!(last[0], "15.49", "counted from the right foot's first sample");
+
+    let own = "n;wx;wy;wz;fx;fy;fz\n0;0;0;0;0;0;9.8\n1;0;0;0;0;0;9.8\n";
+    let log = folder.with("own.csv", own);
+    let (code, sentence) = failed(&["process", "--left", text(&log), "--out", "-"]);
+    assert_eq!(code, 3);
+    assert!(sentence.contains("n, wx, wy") && sentence.contains("SensorConnect"), "{sentence}");
+    let mapping = folder.with(
+        "m.json",
+        r#"{"delimiter":"semicolon","time":{"column":"n","unit":"samples","rate_hz":100},
+            "gyr":{"columns":["wx","wy","wz"],"unit":"rad_s"},"acc":{"columns":["fx","fy","fz"],"unit":"m_s2"}}"#,
+    );
+    let (code, sentence) =
+        failed(&["process", "--left", text(&log), "--mapping", text(&mapping), "--out", "-"]);
+    // It is read; two samples are no walk.
+    assert_eq!(code, 3);
+    assert!(sentence.contains("found 2 samples"), "{sentence}");
+    let (code, sentence) = failed(&["process", "--left", text(&log), "--mapping", text(&log), "--out", "-"]);
+    assert!(code == 3 && sentence.contains("expected a mapping of columns as JSON"), "{sentence}");
+}

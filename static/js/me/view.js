@@ -8,7 +8,7 @@ import { html, one, render, setAttribute, setText } from "../html.js";
 import { t, translate } from "../i18n.js";
 import { people, serverNow } from "../state/attention.js";
 import * as storage from "../ui/remembered.js";
-import { rememberUpload } from "../upload/remembered_upload.js";
+import { rememberUpload, unfinishedUpload } from "../upload/remembered_upload.js";
 import { keepShell } from "./offline.js";
 import { newId, Outbox } from "./outbox.js";
 import { chips, doubt, firstLetters, press, recallMine, rememberMine, UNDO_MS, visitTimes } from "./walk.js";
@@ -166,8 +166,8 @@ export function meView(app, side) {
   function stopWalk() {
     if (!mine.walk) return;
     mine.ended = { id: mine.walk.id };
-    // At the dock the upload goes on with this walk.
-    rememberUpload({ session_id: mine.walk.id, title: "", logs: {} });
+    // At the dock the upload goes on with this walk, unless another one was cut.
+    if (!unfinishedUpload()) rememberUpload({ session_id: mine.walk.id, title: "", logs: {} });
     mine.walk = null;
     save();
     show();

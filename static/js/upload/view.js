@@ -357,8 +357,13 @@ export function uploadView(app, side) {
   function showJob(job) {
     const box = one(".working", side);
     box.hidden = false;
-    /** @type {HTMLProgressElement} */ (one("progress", box)).value = job.progress ?? 0;
-    setText(one(".words", box), t("upload.processing", { stage: tOr(`job.stage.${job.stage}`, job.stage ?? ""), percent: percent(job.progress ?? 0) }) + timeLeft(`${job.id} ${job.stage}`, job.progress ?? 0));
+    const done = job.progress ?? 0;
+    /** @type {HTMLProgressElement} */ (one("progress", box)).value = done;
+    // Ids are in the order in which jobs were queued.
+    const before = [...app.live.jobs.values()].filter((other) => (other.state === "queued" || other.state === "running") && other.id < job.id).length;
+    setText(one(".words", box), job.state === "queued"
+      ? t("upload.queued", { n: before })
+      : t("upload.processing", { stage: tOr(`job.stage.${job.stage}`, job.stage ?? ""), percent: percent(done) }) + timeLeft(`${job.id} ${job.stage}`, done));
   }
 
   one(".choose", side).addEventListener("click", () => picker.click());
