@@ -13,6 +13,9 @@ use crate::systems::pedestrian::start::{self, Starts};
 use crate::systems::pedestrian::tuning::Tuning;
 
 mod ending;
+mod sensor_state;
+
+pub use sensor_state::SensorState;
 
 /// What a session is told before its first sample.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]

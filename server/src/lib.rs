@@ -13,6 +13,7 @@ pub mod state;
 pub mod wire;
 
 pub mod api;
+mod charts;
 pub(crate) mod demo;
 mod faults;
 pub mod jobs;

@@ -25,6 +25,7 @@ mod account;
 mod accounts;
 mod anomalies;
 mod audit;
+mod charts;
 pub(crate) mod faults;
 mod health;
 mod inspectors;
@@ -73,6 +74,7 @@ pub fn routes(config: &Config) -> Routes {
         .merge(visits::routes())
         .merge(stands::routes())
         .merge(reports::routes())
+        .merge(charts::routes())
         .merge(anomalies::routes())
         .merge(live::routes())
         .with(|router| router.layer(timeout));

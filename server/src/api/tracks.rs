@@ -5,6 +5,7 @@ use axum::http::{HeaderValue, header};
 use axum::response::{IntoResponse, Response};
 use futures_util::TryStreamExt;
 use lodestep_engine::event::{TrackPoint, VisitOutcome};
+use lodestep_engine::session::Aids;
 use serde::Deserialize;
 use serde_json::Value;
 use tokio::runtime::Handle;
@@ -48,6 +49,52 @@ struct Asked {
     #[serde(default)]
     run: Run,
     rate_hz: Option<String>,
+    /// Aids to compute another run with, in the place of the stored ones.
+    aids: Option<String>,
+    /// From when until when, s.
+    from_s: Option<f64>,
+    to_s: Option<f64>,
+}
+
+impl Asked {
+    /// The aids that are named, and no others.
+    fn aids(&self) -> Result<Option<Aids>> {
+        let Some(text) = &self.aids else { return Ok(None) };
+        let mut aids = Aids {
+            zupt: false,
+            heading: false,
+            maru: false,
+            separation: false,
+            markers: false,
+            altimeter: false,
+        };
+        for name in text.split([',', '+', ' ']) {
+            let aid = match name {
+                "zupt" => &mut aids.zupt,
+                "heading" => &mut aids.heading,
+                "maru" => &mut aids.maru,
+                "separation" => &mut aids.separation,
+                "markers" => &mut aids.markers,
+                "altimeter" => &mut aids.altimeter,
+                other => {
+                    return Err(Error::invalid(
+                        "wrong_aids",
+                        format!(
+                            "expected aids from zupt, heading, maru, separation, altimeter and markers with commas in between, found {other:?}"
+                        ),
+                    ));
+                }
+            };
+            *aid = true;
+        }
+        Ok(Some(aids))
+    }
+
+    /// Whether a time lies in the stretch that is asked for.
+    fn covers(&self, t_ns: i64) -> bool {
+        let t_s = t_ns as f64 * 1e-9;
+        self.from_s.is_none_or(|from_s| t_s >= from_s) && self.to_s.is_none_or(|to_s| t_s <= to_s)
+    }
 }
 
 type TrackRequest = (State<App>, Path<Uuid>, Query<Asked>);
@@ -108,11 +155,19 @@ async fn send(app: App, session_id: Uuid, asked: Asked, format: Format) -> Resul
     let inspector = inspector.map(|inspector| inspector.name).unwrap_or_default();
     let place = track_file::place(&app.site, &session, &inspector);
     let run = asked.run;
-    let (points, visits) = match Rate::parse(asked.rate_hz.as_deref())? {
-        Rate::Stored => stored(&app, session_id, run, None).await?,
-        Rate::AtMostHz(rate_hz) => stored(&app, session_id, run, Some(Grid::new(cell_ns(rate_hz)))).await?,
-        Rate::Full => process::full_track(&app, session_id, run).await?,
+    let rate = Rate::parse(asked.rate_hz.as_deref())?;
+    let (mut points, visits) = match (asked.aids()?, rate) {
+        (Some(aids), _) => process::track_by_aids(&app, session_id, aids).await?,
+        (None, Rate::Full) => process::full_track(&app, session_id, run).await?,
+        (None, _) => stored(&app, session_id, run).await?,
     };
+    let mut grid = match rate {
+        Rate::Stored if asked.aids.is_some() => Some(Grid::new(cell_ns(app.config.track_rate_hz))),
+        Rate::AtMostHz(rate_hz) => Some(Grid::new(cell_ns(rate_hz))),
+        Rate::Stored | Rate::Full => None,
+    };
+    points
+        .retain(|point| asked.covers(point.t_ns) && grid.as_mut().is_none_or(|grid| grid.takes(point.t_ns)));
     let (mut writer, body) = body_writer(Handle::current());
     tokio::task::spawn_blocking(move || {
         let written = track_file::write(format, run, &points, &visits, &place, &mut writer);
@@ -127,20 +182,9 @@ async fn send(app: App, session_id: Uuid, asked: Asked, format: Format) -> Resul
     Ok(response)
 }
 
-/// What is stored of a run, thinned by the grid where one is given.
-async fn stored(
-    app: &App,
-    session_id: Uuid,
-    run: Run,
-    mut grid: Option<Grid>,
-) -> Result<(Vec<TrackPoint>, Vec<VisitOutcome>)> {
-    let mut rows = std::pin::pin!(track::points(app.store.read(), session_id, run));
-    let mut points = Vec::new();
-    while let Some(point) = rows.try_next().await? {
-        if grid.as_mut().is_none_or(|grid| grid.takes(point.t_ns)) {
-            points.push(point);
-        }
-    }
+/// What is stored of a run.
+async fn stored(app: &App, session_id: Uuid, run: Run) -> Result<(Vec<TrackPoint>, Vec<VisitOutcome>)> {
+    let points = track::points(app.store.read(), session_id, run).try_collect().await?;
     let visits = match run {
         Run::Main | Run::Filtered => {
             track_file::outcomes(visits::of_session(app.store.read(), session_id).await?)

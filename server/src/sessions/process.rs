@@ -3,6 +3,7 @@
 
 use lodestep_engine::event::{TrackPoint, VisitOutcome};
 use lodestep_engine::identify::automatic_visits;
+use lodestep_engine::session::Aids;
 use tokio::runtime::Handle;
 use uuid::Uuid;
 
@@ -96,6 +97,7 @@ fn compute(
 ) -> Result<(Computed, Vec<TrackPoint>), ProcessError> {
     make_automatically(store, runtime, walk, progress)?;
     let mut main = walk.begin(Run::Main);
+    main.record();
     let total = walk.samples().max(1) as f64;
     let fed = run::feed(&mut main, walk.samples_in_order(store, runtime), |done| {
         progress.tell("filtering", FILTERED_AT * done as f64 / total);
@@ -174,6 +176,24 @@ pub(crate) async fn full_track(
     session_id: Uuid,
     run: Run,
 ) -> Result<(Vec<TrackPoint>, Vec<VisitOutcome>)> {
+    whole(app, session_id, move |walk| walk.begin(run)).await
+}
+
+/// Every epoch of the walk by these aids alone, as the filter tells it, computed for this one answer.
+pub(crate) async fn track_by_aids(
+    app: &App,
+    session_id: Uuid,
+    aids: Aids,
+) -> Result<(Vec<TrackPoint>, Vec<VisitOutcome>)> {
+    whole(app, session_id, move |walk| walk.begin_by(aids)).await
+}
+
+/// A run to its end.
+async fn whole(
+    app: &App,
+    session_id: Uuid,
+    begin: impl FnOnce(&Walk) -> run::Run + Send + 'static,
+) -> Result<(Vec<TrackPoint>, Vec<VisitOutcome>)> {
     let walk = match Walk::read(app, session_id).await {
         Err(ProcessError::SessionGone) => return Err(Error::not_found("session", session_id)),
         Err(ProcessError::Store(error)) => return Err(error.into()),
@@ -183,7 +203,7 @@ pub(crate) async fn full_track(
     let (store, runtime) = (app.store.clone(), Handle::current());
     let _permit = app.log_readers.acquire().await;
     let computing = tokio::task::spawn_blocking(move || {
-        let mut run = walk.begin(run);
+        let mut run = begin(&walk);
         run::feed(&mut run, walk.samples_in_order(&store, &runtime), |_| true)?;
         run.smooth(|_| true);
         Ok::<_, anyhow::Error>(run.track)

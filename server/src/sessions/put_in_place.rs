@@ -8,6 +8,7 @@ use uuid::Uuid;
 use super::process::ProcessError;
 use super::run::Computed;
 use super::stored_walk::Walk;
+use crate::charts;
 use crate::live::session_changes;
 use crate::state::App;
 use crate::store::track::Run;
@@ -29,6 +30,7 @@ pub(super) async fn put_in_place(app: &App, walk: &Walk, main: Computed) -> Resu
     let removed: Vec<Uuid> =
         walk.automatic.iter().filter(|known| !is_made(known)).map(|known| known.id).collect();
     let gone = removed.clone();
+    let charts = charts::pack(&main.charts)?;
     let outcomes: Vec<_> = main.visits.iter().chain(&walk.outcomes).cloned().collect();
     let anomalies: Vec<_> = main.anomalies.iter().chain(&walk.anomalies).cloned().collect();
     let stored = app
@@ -57,6 +59,10 @@ pub(super) async fn put_in_place(app: &App, walk: &Walk, main: Computed) -> Resu
                 for anomaly in &anomalies {
                     store::anomalies::insert(&mut *db, session_id, anomaly).await?;
                 }
+                store::charts::clear(&mut *db, session_id).await?;
+                for series in charts {
+                    store::charts::set(&mut *db, session_id, series).await?;
+                }
                 store::reports::set(&mut *db, session_id, &main.report).await?;
                 store::sessions::set_summary(&mut *db, session_id, &main.summary).await?;
                 store::sessions::finish(&mut *db, session_id, ended_at, &main.sha256).await?;
@@ -80,6 +86,10 @@ pub(super) async fn put_beside(
     filtered: Vec<TrackPoint>,
     without_markers: Option<Vec<TrackPoint>>,
 ) -> Result<(), ProcessError> {
+    let mut charts = charts::pack(&charts::of_points(Run::Filtered, &filtered))?;
+    if let Some(points) = &without_markers {
+        charts.extend(charts::pack(&charts::of_points(Run::WithoutMarkers, points))?);
+    }
     let stored = app
         .store
         .writer()
@@ -88,6 +98,9 @@ pub(super) async fn put_beside(
                 store::track::upsert(&mut *db, session_id, Run::Filtered, &filtered).await?;
                 if let Some(points) = without_markers {
                     store::track::upsert(&mut *db, session_id, Run::WithoutMarkers, &points).await?;
+                }
+                for series in charts {
+                    store::charts::set(&mut *db, session_id, series).await?;
                 }
                 Ok::<_, StoreError>(())
             }

@@ -7,6 +7,8 @@ use lodestep_engine::track::Track;
 
 use super::in_time_order::{FootSamples, InTimeOrder, Step};
 use super::stored_grid::Grid;
+use crate::charts::{Recorder, of_points};
+use crate::store;
 
 /// Samples between two looks at whether to go on.
 const SAMPLES_A_STRIDE: u64 = 4_096;
@@ -21,6 +23,8 @@ pub(crate) struct Computed {
     pub(crate) anomalies: Vec<Anomaly>,
     pub(crate) summary: Summary,
     pub(crate) report: SessionReport,
+    /// What its charts are drawn from.
+    pub(crate) charts: Vec<store::charts::Series>,
     /// Over every epoch, lower-case hex.
     pub(crate) sha256: String,
 }
@@ -30,28 +34,51 @@ pub(crate) struct Run {
     session: Session,
     events: Vec<Event>,
     pub(crate) track: Track,
+    /// Looks on for the charts, where they are wanted.
+    recorder: Option<Box<Recorder>>,
 }
 
 impl Run {
     pub(crate) fn new(config: SessionConfig, visits: &[Visit]) -> Run {
-        let mut run = Run { session: Session::new(config), events: Vec::new(), track: Track::default() };
+        let mut run = Run {
+            session: Session::new(config),
+            events: Vec::new(),
+            track: Track::default(),
+            recorder: None,
+        };
         for visit in visits {
             run.session.visit(visit.clone(), &mut run.events);
         }
         run
     }
 
+    /// Keeps what charts need, from now on.
+    pub(crate) fn record(&mut self) {
+        self.recorder = Some(Box::new(Recorder::new()));
+    }
+
     fn take(&mut self, step: &Step) {
         match step {
-            Step::Sample(foot, sample) => self.session.push(*foot, sample, &mut self.events),
+            Step::Sample(foot, sample) => {
+                self.session.push(*foot, sample, &mut self.events);
+                if let Some(recorder) = &mut self.recorder {
+                    recorder.sample(*foot, sample);
+                    recorder.look(&self.session, sample.t_ns);
+                }
+            }
             Step::End(foot) => self.session.end_foot(*foot, &mut self.events),
         }
         self.take_events();
     }
 
     fn take_events(&mut self) {
-        let Run { events, track, .. } = self;
-        events.drain(..).for_each(|event| track.take(event));
+        let Run { events, track, recorder, .. } = self;
+        for event in events.drain(..) {
+            if let Some(recorder) = recorder {
+                recorder.event(&event);
+            }
+            track.take(event);
+        }
     }
 
     /// There are no more samples. The track is what the filter told; [`Self::smooth`] makes it better.
@@ -85,8 +112,12 @@ impl Run {
     }
 
     /// What is stored of it: of the points the first in each cell of the grid.
-    pub(crate) fn into_computed(self, cell_ns: i64) -> Computed {
+    pub(crate) fn into_computed(mut self, cell_ns: i64) -> Computed {
+        let recorded = self.recorder.take().map(|recorder| recorder.into_series());
+        let mut charts = recorded.unwrap_or_default();
+        charts.extend(of_points(store::track::Run::Main, &self.track.points));
         Computed {
+            charts,
             sha256: self.track.sha256(),
             stored: thinned(&self.track.points, cell_ns),
             summary: self.summary(),

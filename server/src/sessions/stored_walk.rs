@@ -4,7 +4,7 @@ use std::collections::HashMap;
 
 use lodestep_engine::event::{Anomaly, AnomalyKind, VisitOutcome};
 use lodestep_engine::sample::Foot;
-use lodestep_engine::session::{SessionConfig, Solution, Visit};
+use lodestep_engine::session::{Aids, SessionConfig, Solution, Visit};
 use tokio::runtime::Handle;
 use uuid::Uuid;
 
@@ -113,6 +113,18 @@ impl Walk {
             }
         };
         run::Run::new(config, visits)
+    }
+}
+
+impl Walk {
+    /// A run by these aids alone, before its first sample.
+    pub(super) fn begin_by(&self, aids: Aids) -> run::Run {
+        let mut config = self.config.clone();
+        config.aids = aids;
+        if !aids.markers {
+            config.identification = None;
+        }
+        run::Run::new(config, if aids.markers { &self.visits } else { &[] })
     }
 }
 

@@ -16,6 +16,7 @@ const STEPS: &[(i64, &str, &str)] = &[
     (4, "stands", include_str!("../../../migrations/0004_stands.sql")),
     (5, "session_reports", include_str!("../../../migrations/0005_session_reports.sql")),
     (6, "people and rights", include_str!("../../../migrations/0006_people_and_rights.sql")),
+    (8, "session charts", include_str!("../../../migrations/0008_session_charts.sql")),
     (10, "how logs are read", include_str!("../../../migrations/0010_how_logs_are_read.sql")),
 ];
 

@@ -7,6 +7,7 @@ pub mod accounts;
 pub mod anomalies;
 pub mod audit;
 pub mod backup;
+pub mod charts;
 pub mod faults;
 pub mod inspectors;
 pub mod jobs;

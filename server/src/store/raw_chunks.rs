@@ -250,6 +250,40 @@ pub async fn next(
     Ok(chunks)
 }
 
+/// Which chunks, by their sequence numbers, hold what was measured between two times, ns: those that begin
+/// there, and the one before. `None` where there are none.
+pub async fn sequences_between(
+    db: impl SqliteExecutor<'_>,
+    origin: Origin,
+    from_ns: i64,
+    to_ns: i64,
+) -> Result<Option<(u64, u64)>, StoreError> {
+    let query = match origin {
+        Origin::Log(log_id) => sqlx::query(
+            "select min(first_sequence) as first, max(first_sequence) as last from raw_chunks
+             where log_id = ?1 and t_first_ns < ?3 and first_sequence >= coalesce(
+                (select max(first_sequence) from raw_chunks where log_id = ?1 and t_first_ns <= ?2), 0)",
+        )
+        .bind(log_id.to_string())
+        .bind(from_ns)
+        .bind(to_ns),
+        Origin::Stream { session_id, foot } => sqlx::query(
+            "select min(first_sequence) as first, max(first_sequence) as last from raw_chunks
+             where session_id = ?1 and foot = ?4 and log_id is null and t_first_ns < ?3
+             and first_sequence >= coalesce(
+                (select max(first_sequence) from raw_chunks
+                 where session_id = ?1 and foot = ?4 and log_id is null and t_first_ns <= ?2), 0)",
+        )
+        .bind(session_id.to_string())
+        .bind(from_ns)
+        .bind(to_ns)
+        .bind(foot.name()),
+    };
+    let row = query.fetch_one(db).await?;
+    let (first, last) = (columns::optional_count(&row, "first")?, columns::optional_count(&row, "last")?);
+    Ok(first.zip(last))
+}
+
 /// A row's samples.
 fn unpack(row: &SqliteRow) -> Result<Samples, StoreError> {
     let id: i64 = row.try_get("id")?;

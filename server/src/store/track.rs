@@ -146,6 +146,16 @@ pub async fn last_at(
     Ok(row.map(|Stored(point)| point))
 }
 
+/// When the main run begins and ends, ns.
+pub async fn span(db: impl SqliteExecutor<'_>, session_id: Uuid) -> Result<Option<(i64, i64)>, StoreError> {
+    let query = sqlx::query_as(
+        "select min(t_ns), max(t_ns) from track_points where session_id = ?1 and run = 'main'",
+    )
+    .bind(session_id.to_string());
+    let (first, last): (Option<i64>, Option<i64>) = query.fetch_one(db).await?;
+    Ok(first.zip(last))
+}
+
 /// The main run's first point.
 pub async fn first(db: impl SqliteExecutor<'_>, session_id: Uuid) -> Result<Option<TrackPoint>, StoreError> {
     let query = sqlx::query_as(

@@ -62,6 +62,7 @@ const MATRIX: &[(&str, &str, &str)] = &[
     ("PUT", "/api/v1/sessions/{id}/stands/{number}/choice", "idea"),
     ("DELETE", "/api/v1/sessions/{id}/stands/{number}/choice", "idea"),
     ("GET", "/api/v1/sessions/{id}/report", "videsa"),
+    ("GET", "/api/v1/sessions/{id}/charts", "videsa"),
     ("POST", "/api/v1/sessions/{id}/process", "idea"),
     ("GET", "/api/v1/sessions/{id}/track", "videsa"),
     ("GET", "/api/v1/sessions/{id}/track.csv", "videsa"),

@@ -13,7 +13,7 @@ use super::numbered::Numbered;
 use super::recording::WayBack;
 use super::smoothing::{Intervention, Mark, Smoothing, Source};
 use crate::event::{Anomaly, AnomalyKind, Event, TrackPoint, VisitOutcome};
-use crate::session::{Solution, Visit};
+use crate::session::{SensorState, Solution, Visit};
 
 /// A checkpoint is kept this often, ns.
 const CHECKPOINT_NS: i64 = 2_000_000_000;
@@ -86,6 +86,11 @@ impl<const B: usize, const F: usize> History<B, F> {
     /// The filter as it is now.
     pub(crate) fn filter(&self) -> &Filter<B, F> {
         &self.filter
+    }
+
+    /// What the filter believes of its sensors now.
+    pub(crate) fn sensors(&self) -> Vec<SensorState> {
+        self.filter.sensors(&self.setting)
     }
 
     /// Takes the next sample and appends what became known.

@@ -4,7 +4,7 @@
 //! standing starts into the filter's first state; `filter` is the joint error filter with both
 //! strapdowns, one sample at a time, aided by `stance_aids` (a foot that stands), `two_feet` (what
 //! they know of each other) and `visits` (markers), with `lost` for a foot of which nothing was
-//! heard and `position` for what is told; `history` runs it over what has come, and goes back when
+//! heard, `position` for what is told and `inside` for what is only looked at; `history` runs it over what has come, and goes back when
 //! something applies to a past moment; `smoothing` keeps what is needed to go back over the whole walk,
 //! stretch by stretch (`recording`). `foot` is what is kept of one foot, `walked` how far it
 //! went, `tuning` every parameter.
@@ -18,6 +18,7 @@ pub(crate) mod line;
 pub(crate) mod slow_errors;
 pub(crate) mod start;
 
+mod inside;
 mod kept_step;
 mod lost;
 mod numbered;

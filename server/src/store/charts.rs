@@ -1,0 +1,116 @@
+//! What charts are drawn from: series of a processed session on a grid in time.
+
+use sqlx::sqlite::SqliteRow;
+use sqlx::{Row, SqliteExecutor};
+use uuid::Uuid;
+
+use super::{StoreError, columns};
+
+/// Of zstd.
+const LEVEL: i32 = 1;
+
+/// One line of a chart: the smallest and the largest value in each cell of a grid in time.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Series {
+    /// Which chart draws it.
+    pub chart: String,
+    /// Which line of the chart.
+    pub name: String,
+    /// Length of a cell, ns.
+    pub cell_ns: i64,
+    /// Number of the first cell, which begins at this times `cell_ns`.
+    pub first_cell: i64,
+    /// The smallest value of each cell; NaN where it has none.
+    pub low: Vec<f32>,
+    /// The largest value of each cell, likewise.
+    pub high: Vec<f32>,
+}
+
+/// A series packed for its row.
+#[derive(Clone, Debug)]
+pub struct Packed {
+    chart: String,
+    name: String,
+    cell_ns: i64,
+    first_cell: i64,
+    cells: u64,
+    body: Vec<u8>,
+}
+
+impl Packed {
+    /// Packs a series; done by the caller's thread, so that the one writer only writes.
+    pub fn new(series: &Series) -> Result<Packed, StoreError> {
+        let values = series.low.iter().chain(&series.high);
+        let plain: Vec<u8> = values.flat_map(|value| value.to_le_bytes()).collect();
+        let body = zstd::bulk::compress(&plain, LEVEL)
+            .map_err(|error| StoreError::NotCommitted(format!("a chart could not be packed: {error}")))?;
+        Ok(Packed {
+            chart: series.chart.clone(),
+            name: series.name.clone(),
+            cell_ns: series.cell_ns,
+            first_cell: series.first_cell,
+            cells: series.low.len() as u64,
+            body,
+        })
+    }
+}
+
+/// Puts a series in the place of the former one.
+pub async fn set(db: impl SqliteExecutor<'_>, session_id: Uuid, series: Packed) -> Result<(), StoreError> {
+    sqlx::query(
+        "insert into session_charts (session_id, chart, series, cell_ns, first_cell, cells, body)
+         values (?1, ?2, ?3, ?4, ?5, ?6, ?7)
+         on conflict (session_id, chart, series) do update set
+            cell_ns = excluded.cell_ns, first_cell = excluded.first_cell, cells = excluded.cells,
+            body = excluded.body",
+    )
+    .bind(session_id.to_string())
+    .bind(series.chart)
+    .bind(series.name)
+    .bind(series.cell_ns)
+    .bind(series.first_cell)
+    .bind(columns::to_column(series.cells))
+    .bind(series.body)
+    .execute(db)
+    .await?;
+    Ok(())
+}
+
+/// Removes a session's series: a new computation takes their place.
+pub async fn clear(db: impl SqliteExecutor<'_>, session_id: Uuid) -> Result<(), StoreError> {
+    sqlx::query("delete from session_charts where session_id = ?1")
+        .bind(session_id.to_string())
+        .execute(db)
+        .await?;
+    Ok(())
+}
+
+/// A session's series, all of them; none before it was processed.
+pub async fn of_session(db: impl SqliteExecutor<'_>, session_id: Uuid) -> Result<Vec<Series>, StoreError> {
+    let query = sqlx::query("select * from session_charts where session_id = ?1 order by chart, series")
+        .bind(session_id.to_string());
+    query.fetch_all(db).await?.iter().map(unpack).collect()
+}
+
+fn unpack(row: &SqliteRow) -> Result<Series, StoreError> {
+    let (chart, name): (String, String) = (row.try_get("chart")?, row.try_get("series")?);
+    let damaged = |why: String| StoreError::Damaged { what: format!("chart {chart} {name}"), why };
+    let cells = usize::try_from(columns::count(row, "cells")?).unwrap_or(usize::MAX);
+    let expected =
+        cells.checked_mul(8).ok_or_else(|| damaged(format!("{cells} cells do not fit into memory")))?;
+    let body: &[u8] = row.try_get("body")?;
+    let plain = zstd::bulk::decompress(body, expected).map_err(|error| damaged(error.to_string()))?;
+    if plain.len() != expected {
+        return Err(damaged(format!("expected {expected} bytes, found {}", plain.len())));
+    }
+    let mut low: Vec<f32> = plain.as_chunks::<4>().0.iter().map(|bytes| f32::from_le_bytes(*bytes)).collect();
+    let high = low.split_off(cells);
+    Ok(Series {
+        cell_ns: row.try_get("cell_ns")?,
+        first_cell: row.try_get("first_cell")?,
+        chart,
+        name,
+        low,
+        high,
+    })
+}
