@@ -170,6 +170,30 @@ export const anomalies = (id) => get(`/sessions/${seg(id)}/anomalies`).then(rows
  */
 export const track = (id, run, rate_hz) => get(`/sessions/${seg(id)}/track?run=${run}&rate_hz=${rate_hz}`);
 /**
+ * A stretch of a run with every point that is stored.
+ * @param {string} id
+ * @param {"main" | "filtered" | "without_markers"} run
+ * @param {number} from_s
+ * @param {number} to_s
+ */
+export const trackBetween = (id, run, from_s, to_s) => get(`/sessions/${seg(id)}/track?run=${run}&from_s=${from_s}&to_s=${to_s}`);
+/**
+ * The walk computed for this answer by these aids alone.
+ * @param {string} id
+ * @param {string[]} aids
+ * @param {number} rate_hz
+ */
+export const trackByAids = (id, aids, rate_hz) => get(`/sessions/${seg(id)}/track?aids=${aids.join(",")}&rate_hz=${rate_hz}`);
+/**
+ * @param {string} id
+ * @param {number} from_s
+ * @param {number} to_s
+ * @param {number} buckets
+ * @param {string[]} names
+ * @returns {Promise<import("./replay/lines.js").Charts>}
+ */
+export const charts = (id, from_s, to_s, buckets, names) => get(`/sessions/${seg(id)}/charts?from_s=${from_s}&to_s=${to_s}&buckets=${buckets}&charts=${names.join(",")}`);
+/**
  * @param {string} id
  * @param {string} format
  */

@@ -22,7 +22,7 @@ const MOVES_EVERY_MS = 200;
 /** @type {Set<AnyTopic>} */
 const MOVES = new Set(["position", "trail"]);
 
-/** @typedef {{name: string, e_m: number, n_m: number}} Place */
+/** @typedef {{name: string, e_m: number, n_m: number, u_m?: number | null}} Place */
 /** @typedef {ReturnType<typeof makeApp>} App */
 
 /**

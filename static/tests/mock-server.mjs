@@ -9,6 +9,7 @@ import { extname, join, normalize } from "node:path";
 import { fileURLToPath, pathToFileURL } from "node:url";
 import { acceptWebSocket } from "./mock/websocket.mjs";
 import { previewOf } from "./mock/preview.mjs";
+import { charts } from "./mock/charts.mjs";
 import { MockSite, iso } from "./mock/site.mjs";
 import { MockStaff } from "./mock/staff.mjs";
 
@@ -30,6 +31,9 @@ export async function startMock({ port = 0, stepMs = 500 } = {}) {
     id: "s9", inspector_id: "i5", title: "Spiral, evening", state: "finished", started_at: iso(-9e6), ended_at: iso(-7.8e6), feet: ["left", "right"],
     samples: 240_000, epochs: 120_000, duration_s: 1200, distance_m: 1440.2, track_sha256: "5e1c".repeat(16),
     logs: [{ id: "l1", foot: "left", file_name: "left.csv.gz", size_bytes: 5_100_000, samples: 120_000, state: "accepted" }], visits: 9, anomalies: 1,
+  }], ["s8", {
+    id: "s8", inspector_id: "i4", title: "Second team", state: "finished", started_at: iso(-8.6e6), ended_at: iso(-7.4e6), feet: ["left", "right"],
+    samples: 240_000, epochs: 120_000, duration_s: 1200, distance_m: 1440.2, track_sha256: "7a10".repeat(16), logs: [], visits: 9, anomalies: 0,
   }]]);
   const orders = { dropAfterBytes: Infinity, refused: false, loseVisitAnswer: false, farMarker: "" };
   /** @type {Set<{cut(): void}>} */
@@ -94,7 +98,6 @@ export async function startMock({ port = 0, stepMs = 500 } = {}) {
         response.writeHead(204).end();
         return;
       case "GET sessions/:id/anomalies": return json(id === "s9" ? [{ anomaly: "gap", foot: "left", t_start_ns: 431.2e9, t_end_ns: 431.9e9, samples: 70, detail: "expected a sample every 10 ms, found none for 700 ms" }] : []);
-      case "GET sessions/:id/track": return json(finished[url.searchParams.get("run") ?? "main"]);
       case "POST sessions/:id/visits": {
         if (request.headers["content-type"]?.startsWith("text/csv")) return json([], 201);
         const asked = given();
@@ -130,6 +133,12 @@ export async function startMock({ port = 0, stepMs = 500 } = {}) {
         const named = { id: `m${mappings.length + 1}`, created_at: iso(0), updated_at: iso(0), ...given() };
         mappings.push(named);
         return json(named, 201);
+      }
+      case "GET sessions/:id/charts": return json(charts(url.searchParams));
+      case "GET sessions/:id/track": {
+        const found = finished[url.searchParams.has("aids") ? "without_markers" : (url.searchParams.get("run") ?? "main")] ?? { ...finished.main, rows: [] };
+        const [from_s, to_s] = [Number(url.searchParams.get("from_s") ?? 0), Number(url.searchParams.get("to_s") ?? Infinity)];
+        return json({ ...found, rows: found.rows.filter(([t_s]) => t_s >= from_s && t_s <= to_s) });
       }
       case "POST sessions/:id/logs": {
         const asked = given();

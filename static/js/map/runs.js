@@ -1,13 +1,16 @@
-// A finished session on the map: its track smoothed, as the filter told it and without markers, and each visit's correction as an
-// arrow from where the filter thought it was to where the marker put it.
+// Finished walks on the map: their runs laid over each other, a cursor on each walk, and each visit's correction
+// as an arrow from where the filter thought it was to where the marker put it.
+
+import { inkNamed } from "./ink.js";
 
 /**
  * @typedef {import("../geometry.js").EastNorth} EastNorth
  * @typedef {{from: EastNorth, to: EastNorth, marker: string, length_m: number, accepted: boolean}} Correction
+ * @typedef {{points: EastNorth[], ink: string, dash: number[], width: number}} RunLine `ink` is a name of `inkNamed`
+ * @typedef {{place: EastNorth, ink: string, label: string}} RunCursor
  * @typedef {{
- *   main: EastNorth[] | null, filtered: EastNorth[] | null, without: EastNorth[] | null, corrections: Correction[], cursor: EastNorth | null,
- *   arrows: boolean, selected: string | null,
- * }} Runs
+ *   lines: RunLine[], cursors: RunCursor[], corrections: Correction[], arrows: boolean, selected: string | null,
+ * }} Runs the line drawn last is the one whose ends are marked
  */
 
 /**
@@ -21,18 +24,18 @@ export function drawRuns(content) {
     const { x, y, ink } = paper;
     g.lineCap = g.lineJoin = "round";
     // Told apart by dashes as well as by colour.
-    if (runs.without) track(g, paper, runs.without, ink.runB, 2, [7, 5]);
-    if (runs.filtered) track(g, paper, runs.filtered, ink.runA, 1.4, [2, 4]);
-    if (runs.main) track(g, paper, runs.main, ink.runA, 2.4, []);
-    const ends = runs.main ?? runs.filtered ?? runs.without;
-    if (ends && ends.length > 0) {
-      dot(g, x(ends[0][0]), y(ends[0][1]), 5, ink.halo, ink.runA);
-      dot(g, x(ends[ends.length - 1][0]), y(ends[ends.length - 1][1]), 5, ink.runA, ink.halo);
+    for (const line of runs.lines) track(g, paper, line.points, inkNamed(line.ink), line.width, line.dash);
+    const last = runs.lines.at(-1);
+    if (last && last.points.length > 0) {
+      const [[startX, startY], [endX, endY]] = [last.points[0], last.points[last.points.length - 1]];
+      dot(g, x(startX), y(startY), 5, ink.halo, inkNamed(last.ink));
+      dot(g, x(endX), y(endY), 5, inkNamed(last.ink), ink.halo);
     }
     if (runs.arrows) for (const correction of runs.corrections) arrow(g, paper, correction, correction.marker === runs.selected);
-    if (runs.cursor) {
-      const [cx, cy] = [x(runs.cursor[0]), y(runs.cursor[1])];
-      dot(g, cx, cy, 7, ink.accent, ink.halo);
+    for (const cursor of runs.cursors) {
+      const [cx, cy] = [x(cursor.place[0]), y(cursor.place[1])];
+      dot(g, cx, cy, 7, inkNamed(cursor.ink), ink.halo);
+      if (cursor.label) words(g, paper, cursor.label, cx + 11, cy);
     }
   };
 }
@@ -109,15 +112,23 @@ function arrow(g, { x, y, scale, ink }, correction, selected) {
     g.fill();
   }
   dot(g, bx, by, selected ? 5 : 3.2, colour, ink.halo);
-  if (scale >= 1.2 || selected) {
-    const words = `${correction.marker} · ${correction.length_m.toFixed(1)} m`;
-    g.font = `600 11px ${ink.font}`;
-    g.textAlign = "left";
-    g.textBaseline = "middle";
-    g.lineWidth = 3;
-    g.strokeStyle = ink.halo;
-    g.strokeText(words, bx + 8, by);
-    g.fillStyle = ink.text;
-    g.fillText(words, bx + 8, by);
-  }
+  if (scale >= 1.2 || selected) words(g, { ink }, `${correction.marker} · ${correction.length_m.toFixed(1)} m`, bx + 8, by);
+}
+
+/**
+ * @param {CanvasRenderingContext2D} g
+ * @param {{ink: import("./ink.js").Ink}} paper
+ * @param {string} text
+ * @param {number} left
+ * @param {number} middle
+ */
+function words(g, { ink }, text, left, middle) {
+  g.font = `600 11px ${ink.font}`;
+  g.textAlign = "left";
+  g.textBaseline = "middle";
+  g.lineWidth = 3;
+  g.strokeStyle = ink.halo;
+  g.strokeText(text, left, middle);
+  g.fillStyle = ink.text;
+  g.fillText(text, left, middle);
 }

@@ -2,8 +2,8 @@
 
 /**
  * @typedef {{run: string, columns: string[], rows: (number | boolean | null)[][]}} TrackTable
- * @typedef {{t_s: Float64Array, e_m: Float64Array, n_m: Float64Array, u_m: Float64Array, heading_rad: Float64Array, sigma_m: Float64Array}} Track
- *   `sigma_m` is the root of both horizontal variances together
+ * @typedef {{t_s: Float64Array, e_m: Float64Array, n_m: Float64Array, u_m: Float64Array, heading_rad: Float64Array, sigma_m: Float64Array, left_stance: Float64Array, right_stance: Float64Array}} Track
+ *   `sigma_m` is the root of both horizontal variances together; a stance is 1, 0 or not a number
  */
 
 /**
@@ -25,6 +25,8 @@ export function readTrack(table) {
     u_m: column("u_m"),
     heading_rad: column("heading_rad"),
     sigma_m: sigmaE.map((s, i) => Math.hypot(s, sigmaN[i])),
+    left_stance: column("left_stance"),
+    right_stance: column("right_stance"),
   };
 }
 
@@ -50,6 +52,20 @@ export function indexAt(track, t_s) {
     else high = middle;
   }
   return Math.max(0, low - 1);
+}
+
+/**
+ * Where the track is at a time: between its points along a straight line, at its ends beyond them.
+ * @param {Track} track
+ * @param {number} t_s
+ * @returns {import("../geometry.js").EastNorth}
+ */
+export function placeAt(track, t_s) {
+  const i = indexAt(track, t_s);
+  const span_s = track.t_s[i + 1] - track.t_s[i];
+  const share = span_s > 0 ? Math.min(1, Math.max(0, (t_s - track.t_s[i]) / span_s)) : 0;
+  const between = (/** @type {Float64Array} */ values) => (share > 0 ? values[i] + share * (values[i + 1] - values[i]) : values[i]);
+  return [between(track.e_m), between(track.n_m)];
 }
 
 /**

@@ -1,71 +1,96 @@
-// One walk: drawn with and without markers, what each marker changed, what was wrong with the sensors, and
-// the figures. The address can be sent on.
+// One walk: its replay with map and charts, how good it is, its markers and its files. The address can be sent on.
 
 import * as api from "../api.js";
-import { bytes, dateTime, elapsed, heading, length, number } from "../format.js";
-import { html, one, render, setText } from "../html.js";
+import { bytes, elapsed } from "../format.js";
+import { html, one, render } from "../html.js";
 import { t, tOr, translate } from "../i18n.js";
-import { eastNorth } from "../map/stage.js";
-import { offBefore, visitOutcome, visitTime } from "../state/findings.js";
+import { inkNamed } from "../map/ink.js";
+import { aidsChoice, drawnAs, runChoice, runName, walkChoice } from "../replay/choice.js";
+import { readMoment, writeMoment } from "../replay/link.js";
+import { STORED, aidsOf, pathLength, runByAids } from "../replay/runs.js";
+import { makeReplay, walkOf } from "../replay/screen.js";
 import { standCards, standClicked } from "../stands/list.js";
-import { reportCard } from "./report.js";
 import { problemBox } from "../ui/problem.js";
-import { drawChart } from "./chart.js";
-import { stateTag } from "./list.js";
-import { corrections, indexAt, line, nearestIndex, readTrack } from "./track.js";
+import { showHead } from "./head.js";
+import { healthCard, healthOf } from "./health.js";
+import { reportCard } from "./report.js";
+import { residualCard, residualsOf } from "./residuals.js";
+import { makeTabs } from "./tabs.js";
+import { corrections, line, readTrack } from "./track.js";
+import { showVisits } from "./visits.js";
 
 /** Points a second that are fetched: a point every 0.7 m at walking pace, closer where the walk is short. */
 const LEAST_RATE_HZ = 2;
 const MOST_RATE_HZ = 10;
 const ENOUGH_POINTS = 5000;
-/** @type {Record<string, string>} */
-const OUTCOME_TONES = { accepted: "good", rejected: "bad", waiting: "" };
+/** A walk that goes on is fetched again this often, ms. */
+const LIVE_MS = 3000;
 const EXPORTS = ["csv", "geojson", "gpx", "kml"];
 
 /** @type {import("../ui/router.js").MakeView} */
 export function sessionView(app, side, id) {
+  const moment = readMoment(location.hash);
   render(side, html`<div class="session" data-testid="session" data-session="${id}">
     <a href="#/sessions">← ${t("nav.sessions")}</a>
     <div class="head"><p class="muted">${t("loading")}</p></div>
-    <section class="runs-choice" hidden></section>
-    <section class="time" hidden>
-      <h2 data-t="session.sigma_over_time"></h2>
-      <canvas class="chart" aria-hidden="true"></canvas>
-      <div class="time-bar"><span class="from mono">0:00</span><input type="range" min="0" max="1" step="0.5" value="0" data-t-label="session.time"><span class="to mono"></span></div>
-      <p class="cursor muted" aria-live="off"></p>
-    </section>
-    <section class="report"></section>
-    <section class="visits"></section>
-    <section class="stands"></section>
-    <section class="anomalies"></section>
-    <section class="files"></section>
+    <div class="trouble" hidden></div>
+    <div class="tabs" data-t-label="session.tabs"></div>
+    <div data-panel="replay"><section class="runs-choice"></section><section class="aids-choice"></section><section class="walk-choice"></section></div>
+    <div data-panel="quality"><section class="health"></section><section class="residuals"></section><section class="report"></section><section class="anomalies"></section></div>
+    <div data-panel="markers"><section class="visits"></section><section class="stands"></section></div>
+    <div data-panel="files"><section class="files"></section></div>
   </div>`);
   translate(side);
+  makeTabs(one(".tabs", side), side, ["replay", "quality", "markers", "files"]);
+  const dock = document.createElement("section");
+  dock.className = "dock";
+  dock.hidden = true;
+  dock.setAttribute("aria-label", t("replay.label"));
+  one("#main").append(dock);
 
   let gone = false;
-  /** @type {import("./track.js").Track | null} */
-  let main = null;
-  /** @type {import("./track.js").Track | null} */
-  let without = null;
-  /** @type {import("./track.js").Track | null} */
-  let filtered = null;
+  /** @type {import("../replay/choice.js").Run[]} */
+  let runs = [];
+  /** @type {import("../replay/screen.js").Walk | null} */
+  let own = null;
+  /** @type {import("../replay/screen.js").Walk[]} */
+  let beside = [];
+  /** @type {import("../replay/choice.js").OtherWalk[] | null} */
+  let others = null;
+  /** @type {string | null} */
+  let computing = null;
   /** @type {import("../state/live.js").Visit[]} */
   let visits = [];
   /** @type {import("../state/live.js").Stand[]} */
   let stands = [];
+  /** @type {import("../state/live.js").Anomaly[]} */
+  let anomalies = [];
   /** Jobs of this walk that have ended and been looked at. @type {Set<string>} */
   const seen = new Set();
   /** @type {any} */
   let known = null;
-  /** @type {number | null} */
-  let cursor_s = null;
-  const show = { main: true, filtered: false, without: true, arrows: true };
+  let fetchedLive_ms = 0;
   /** @type {import("../map/runs.js").Runs} */
-  const runs = { main: null, filtered: null, without: null, corrections: [], cursor: null, arrows: true, selected: null };
-  app.runs = runs;
+  const onMap = { lines: [], cursors: [], corrections: [], arrows: true, selected: null };
+  app.runs = onMap;
   // A walk is looked at closely; the other screens want the map as they left it.
   const showAsBefore = app.stage.remember();
-  const slider = /** @type {HTMLInputElement} */ (one("input[type=range]", side));
+  const replay = makeReplay(app, dock, {
+    runs: onMap,
+    walks: () => (own ? [own, ...beside] : []),
+    visits: () => visits,
+    isLive: () => known?.state === "live",
+    detail: (from_s, to_s) => api.trackBetween(id, "main", from_s, to_s).then(readTrack),
+    moved: () => tellAddress(),
+  });
+  const alone = () => runs.filter((run) => aidsOf(run.name) === null).length < 2;
+  const nameOf = (/** @type {any} */ row) => app.live.inspectors.get(row.inspector_id)?.name ?? "–";
+
+  function tellAddress() {
+    if (gone || !own) return;
+    const shown = runs.filter((run) => run.shown).map((run) => run.name);
+    history.replaceState(null, "", writeMoment(id, { t_s: replay.now(), runs: shown, beside: beside.map((walk) => walk.id) }));
+  }
 
   /** Whether a job of this walk has ended since the last look. */
   function lookAtJobs() {
@@ -74,136 +99,167 @@ export function sessionView(app, side, id) {
     return ended.length > 0;
   }
 
-  function redraw() {
-    runs.main = show.main && main ? line(main) : null;
-    runs.filtered = show.filtered && filtered ? line(filtered) : null;
-    runs.without = show.without && without ? line(without) : null;
-    runs.arrows = show.arrows;
-    legend();
-    moveCursor();
-  }
-
-  function moveCursor() {
-    const track = main ?? without;
-    if (track && cursor_s !== null && track.t_s.length > 0) {
-      const i = indexAt(track, cursor_s);
-      runs.cursor = [track.e_m[i], track.n_m[i]];
-      const near = app.grid.nearest(track.e_m[i], track.n_m[i], 1, 40)[0];
-      setText(one(".cursor", side), [
-        elapsed(track.t_s[i]),
-        `E ${number(track.e_m[i], 1)}`, `N ${number(track.n_m[i], 1)}`, `U ${number(track.u_m[i], 1)} m`,
-        `σ ${length(track.sigma_m[i])}`, heading(track.heading_rad[i]),
-        ...(near ? [`${near.place.name} ${length(near.distance_m)}`] : []),
-      ].join(" · "));
-    }
-    const curves = [];
-    if (without && show.without) curves.push({ track: without, colour: /** @type {const} */ ("runB"), dash: [5, 4] });
-    if (main && show.main) curves.push({ track: main, colour: /** @type {const} */ ("runA"), dash: [] });
-    drawChart(/** @type {HTMLCanvasElement} */ (side.querySelector("canvas")), curves, visits.map(visitTime), cursor_s);
+  /** The runs and the other walks, on the map, in the legend and in the list. */
+  function showRuns() {
+    const shown = runs.filter((run) => run.shown);
+    // The main one on top of all others.
+    onMap.lines = [
+      ...beside.map((walk) => ({ points: line(walk.track), ink: walk.ink, dash: [], width: 2 })),
+      ...shown.toReversed().map((run) => ({ points: line(run.track), ink: run.ink, dash: run.dash, width: run.width })),
+    ];
+    render(one(".runs-choice", side), runs.length === 0 ? html`` : runChoice(runs, alone(), { arrows: onMap.arrows, corrections: onMap.corrections.length }));
+    const open = one(".aids-choice", side).querySelector("details")?.open ?? false;
+    render(one(".aids-choice", side), known?.state === "finished" ? aidsChoice(runs, computing) : html``);
+    one(".aids-choice", side).querySelector("details")?.toggleAttribute("open", open);
+    render(one(".walk-choice", side), own ? walkChoice(beside, others) : html``);
+    const key = (/** @type {{ink: string, dash: number[]}} */ drawn, /** @type {string} */ words) =>
+      html`<span><svg class="long" viewBox="0 0 28 13" aria-hidden="true"><line class="run-sample" data-ink="${drawn.ink}" stroke-dasharray="${drawn.dash.join(" ")}" x1="1" y1="6.5" x2="27" y2="6.5"/></svg>${words}</span>`;
+    render(one("#legend"), html`${shown.map((run) => key(run, runName(run.name, alone())))}${beside.map((walk) => key({ ink: walk.ink, dash: [] }, walk.name))}
+      ${onMap.arrows && onMap.corrections.length > 0 && key({ ink: "arrow", dash: [] }, t("session.run.arrows"))}`);
+    ink();
     app.layers.runs.invalidate();
   }
 
-  function legend() {
-    const key = (/** @type {string} */ cls, /** @type {string} */ words) =>
-      html`<span><svg class="long" viewBox="0 0 28 13" aria-hidden="true"><path class="run-line ${cls}" d="M1 6.5 H27"/></svg>${t(words)}</span>`;
-    render(one("#legend"), html`
-      ${runs.main && key("main-run", mainName())}
-      ${runs.filtered && key("filtered-run", "session.run.filtered")}
-      ${runs.without && key("without-run", "session.run.without_markers")}
-      ${runs.arrows && runs.corrections.length > 0 && key("arrow-run", "session.run.arrows")}`);
+  /** Canvas knows no style sheet, and an attribute no custom property. */
+  function ink() {
+    for (const sample of document.querySelectorAll(".run-sample")) sample.setAttribute("stroke", inkNamed(sample.getAttribute("data-ink") ?? ""));
   }
 
-  /** A walk without a second run has just a track. */
-  function mainName() {
-    return without ? "session.run.main" : "session.run.only";
+  /**
+   * @param {string} name
+   * @param {import("./track.js").TrackTable} table
+   * @param {boolean} shown
+   */
+  function addRun(name, table, shown) {
+    const track = readTrack(table);
+    const made = { name, ...drawnAs(name, runs.filter((run) => aidsOf(run.name)).length), track, length_m: pathLength(track), shown };
+    const at = runs.findIndex((run) => run.name === name);
+    if (at >= 0) runs[at] = { ...made, ink: runs[at].ink, dash: runs[at].dash, shown: runs[at].shown };
+    else runs.push(made);
+    return track;
   }
+
+  const rateOf = (/** @type {any} */ row) => Math.min(MOST_RATE_HZ, Math.max(LEAST_RATE_HZ, Math.floor(ENOUGH_POINTS / Math.max(1, row.duration_s))));
 
   async function load() {
     try {
-      const [row, list, found, stood] = await Promise.all([api.session(id), api.visits(id), api.anomalies(id), api.stands(id)]);
+      const asked = [api.session(id), api.visits(id), api.anomalies(id), api.stands(id)];
+      [known, visits, anomalies, stands] = await Promise.all(asked);
       if (gone) return;
-      visits = list;
-      stands = stood;
-      known = row;
-      showHead(row);
-      showVisits();
-      showStands();
-      showAnomalies(found);
-      showFiles(row);
-      // A walk that was never processed has none.
-      if (row.state === "finished") api.report(id).then((report) => gone || render(one(".report", side), reportCard(report)), () => {});
-      if (row.state !== "finished" && !(row.epochs > 0)) return;
-      const rate_hz = Math.min(MOST_RATE_HZ, Math.max(LEAST_RATE_HZ, Math.floor(ENOUGH_POINTS / Math.max(1, row.duration_s))));
-      const [a, b, c] = await Promise.allSettled([api.track(id, "main", rate_hz), api.track(id, "without_markers", rate_hz), api.track(id, "filtered", rate_hz)]);
+      showWords();
+      if (known.state !== "finished" && !(known.epochs > 0)) return;
+      const rate_hz = rateOf(known);
+      const main = addRun("main", await api.track(id, "main", rate_hz), moment.runs?.includes("main") ?? true);
       if (gone) return;
-      if (a.status === "rejected") throw a.reason;
-      main = readTrack(a.value);
-      // A walk without a single visit has only one run.
-      without = b.status === "fulfilled" && b.value.rows.length > 0 ? readTrack(b.value) : null;
-      // One that was never worked out, live for instance, has no other than the filter's.
-      filtered = c.status === "fulfilled" && c.value.rows.length > 0 ? readTrack(c.value) : null;
-      runs.corrections = corrections(visits, (name) => app.grid.named(name));
-      showRunChoice();
-      const end_s = main.t_s[main.t_s.length - 1] ?? 0;
-      slider.max = String(end_s);
-      setText(one(".to", side), elapsed(end_s));
-      one(".time", side).hidden = main.t_s.length === 0;
-      redraw();
-      app.stage.show([...line(main), ...(without ? line(without) : [])]);
-      one(".session", side).dataset.drawn = "yes";
+      showMain(main);
+      // What it is compared with is not waited for. A walk without a single visit, or one that was never worked out, has only one run.
+      const more = await Promise.allSettled(STORED.slice(1).map((run) => api.track(id, run, rate_hz)));
+      if (gone) return;
+      more.forEach((found, i) => {
+        const name = STORED[i + 1];
+        if (found.status === "fulfilled" && found.value.rows.length > 0) addRun(name, found.value, moment.runs?.includes(name) ?? name === "without_markers");
+      });
+      showRuns();
+      one(".session", side).dataset.compared = "yes";
+      for (const name of moment.runs ?? []) if (aidsOf(name) && !runs.some((run) => run.name === name)) await compute(name);
+      for (const other of moment.beside) await addWalk(other);
     } catch (error) {
-      if (gone) return;
-      // What is known of the walk stays, also when its track cannot be had.
-      const place = one(known ? ".runs-choice" : ".head", side);
-      place.hidden = false;
-      render(place, problemBox(error));
+      if (!gone) trouble(error);
     }
   }
 
-  /** @param {any} row */
-  function showHead(row) {
-    const name = app.live.inspectors.get(row.inspector_id)?.name ?? "–";
-    const used = visits.filter((v) => v.accepted);
-    const offs = used.map((v) => offBefore(v) ?? 0);
-    const figure = (/** @type {string} */ value, /** @type {string} */ key) => html`<div><b>${value}</b><small>${t(key)}</small></div>`;
-    render(one(".head", side), html`
-      <h1>${row.title || name}</h1>
-      <p class="muted">${row.title && html`${name} · `}${dateTime(row.started_at)} ${t("zone")} ${stateTag(row.state)}</p>
-      ${row.error && html`<div class="problem"><b>${t("problem.failed")}</b><p>${typeof row.error === "string" ? row.error : (row.error.detail ?? row.error.title)}</p></div>`}
-      <div class="figures" data-testid="figures">
-        ${figure(length(row.distance_m), "session.distance")}
-        ${figure(elapsed(row.duration_s), "session.duration")}
-        ${figure(`${used.length} / ${visits.length}`, "session.visits_used")}
-        ${figure(offs.length > 0 ? length(offs.reduce((a, b) => a + b, 0) / offs.length) : "–", "session.mean_off")}
-        ${figure(offs.length > 0 ? length(Math.max(...offs)) : "–", "session.largest_off")}
-        ${figure(row.samples ? Number(row.samples).toLocaleString("en") : "–", "session.samples")}
-      </div>
-      ${row.track_sha256 && html`<p class="mono muted" title="${t("session.digest")}">${t("session.digest")}: ${row.track_sha256}</p>`}`);
-  }
-
-  function showRunChoice() {
-    const box = one(".runs-choice", side);
+  /** @param {unknown} error */
+  function trouble(error) {
+    // What is known of the walk stays, also when its track cannot be had.
+    const box = one(".trouble", side);
     box.hidden = false;
-    render(box, html`<fieldset><legend>${t("session.shown")}</legend><div class="choices">
-      <label><input type="checkbox" name="main" checked>${t(mainName())}</label>
-      ${filtered && html`<label><input type="checkbox" name="filtered">${t("session.run.filtered")}</label>`}
-      ${without && html`<label><input type="checkbox" name="without" checked>${t("session.run.without_markers")}</label>`}
-      ${runs.corrections.length > 0 && html`<label><input type="checkbox" name="arrows" checked>${t("session.run.arrows")}</label>`}
-    </div></fieldset>`);
+    render(box, problemBox(error));
   }
 
-  function showVisits() {
-    render(one(".visits", side), html`<h2>${t("session.visits")}</h2>${visits.length === 0
-      ? html`<p class="muted">${t("session.no_visits")}</p>`
-      : html`<div class="scroll"><table data-testid="visits"><thead><tr><th>${t("session.time")}</th><th>${t("session.marker")}</th><th>${t("session.outcome")}</th><th class="num">${t("session.before")}</th><th class="num">ΔE</th><th class="num">ΔN</th><th class="num">NIS</th></tr></thead>
-        <tbody>${visits.map((v) => {
-          const off = v.before_minus_marker_m;
-          const outcome = visitOutcome(v);
-          return html`<tr><td>${elapsed(visitTime(v))}</td><td><button type="button" data-visit="${v.marker}">${v.marker}</button></td>
-            <td><span class="tag ${OUTCOME_TONES[outcome]}">${t(`visit.${outcome}`)}</span></td>
-            <td class="num">${length(offBefore(v))}</td><td class="num">${number(off?.[0], 1)}</td><td class="num">${number(off?.[1], 1)}</td><td class="num">${number(v.nis, 1)}</td></tr>
-            ${v.reason && html`<tr class="reason"><td></td><td colspan="6"><small class="muted">${v.reason}</small></td></tr>`}`;
-        })}</tbody></table></div>`}`);
+  /** @param {import("./track.js").Track} main */
+  function showMain(main) {
+    if (main.t_s.length === 0) return;
+    const first = own === null;
+    own = walkOf(id, known.title || nameOf(known), known.started_at, 0, "runA", main, visits);
+    onMap.corrections = corrections(visits, (name) => app.grid.named(name));
+    dock.hidden = false;
+    if (first) {
+      app.stage.map.invalidateSize({ animate: false });
+      app.stage.show(line(main));
+    }
+    showRuns();
+    replay.walksChanged();
+    if (first) replay.seek(moment.t_s ?? (known.state === "live" ? Infinity : main.t_s[0]));
+    replay.charts.load().then(() => {
+      if (gone) return;
+      one(".session", side).dataset.charted = "yes";
+    });
+    one(".session", side).dataset.drawn = "yes";
+    // The health of the log is not of the window that the charts show.
+    api.charts(id, main.t_s[0], main.t_s[main.t_s.length - 1], MOST_SECONDS, ["rate"]).then(
+      (found) => gone || render(one(".health", side), healthCard(healthOf(found.series, anomalies))),
+      () => {},
+    );
+  }
+
+  /** A run by chosen aids, computed for this answer. @param {string} name */
+  async function compute(name) {
+    const aids = aidsOf(name);
+    if (!aids || computing !== null) return;
+    computing = name;
+    showRuns();
+    try {
+      const table = await api.trackByAids(id, aids, rateOf(known));
+      if (gone) return;
+      addRun(name, table, true);
+    } catch (error) {
+      if (!gone) trouble(error);
+    }
+    computing = null;
+    if (gone) return;
+    showRuns();
+    tellAddress();
+  }
+
+  /** @param {string} other */
+  async function addWalk(other) {
+    if (!own || other === id || beside.some((walk) => walk.id === other)) return;
+    try {
+      const row = await api.session(other);
+      const [table, theirs] = await Promise.all([api.track(other, "main", rateOf(row)), api.visits(other)]);
+      if (gone || table.rows.length === 0) return;
+      const offset_s = (Date.parse(row.started_at) - own.started_ms) / 1000;
+      beside.push(walkOf(other, row.title || nameOf(row), row.started_at, offset_s, String(beside.length + 2), readTrack(table), theirs));
+      walksChanged();
+    } catch (error) {
+      if (!gone) trouble(error);
+    }
+  }
+
+  function walksChanged() {
+    showRuns();
+    replay.walksChanged();
+    tellAddress();
+  }
+
+  async function askForOthers() {
+    if (others) return;
+    others = [];
+    const rows = await api.sessions().catch(() => []);
+    others = rows.filter((/** @type {any} */ row) => row.id !== id && row.epochs > 0).map((/** @type {any} */ row) => ({ ...row, name: row.title || nameOf(row) }));
+    if (!gone) showRuns();
+  }
+
+  /** All that stands beside the map. */
+  function showWords() {
+    showHead(one(".head", side), known, nameOf(known), visits);
+    showVisits(one(".visits", side), visits);
+    showStands();
+    showAnomalies();
+    showFiles();
+    render(one(".residuals", side), residualCard(residualsOf(visits)));
+    // A walk that was never processed has none.
+    if (known.state === "finished") api.report(id).then((report) => gone || render(one(".report", side), reportCard(report)), () => {});
   }
 
   /** @param {unknown} [error] */
@@ -222,75 +278,69 @@ export function sessionView(app, side, id) {
   async function ask(asked) {
     try {
       await asked;
-      await lookAtStands();
+      const [row, list, stood] = await Promise.all([api.session(id), api.visits(id), api.stands(id)]);
+      if (gone) return;
+      [known, visits, stands] = [row, list, stood];
+      showWords();
     } catch (error) {
       if (!gone) showStands(error);
     }
   }
 
-  async function lookAtStands() {
-    const [row, list, stood] = await Promise.all([api.session(id), api.visits(id), api.stands(id)]);
-    if (gone) return;
-    known = row;
-    visits = list;
-    stands = stood;
-    showHead(row);
-    showVisits();
-    showStands();
-  }
-
-  /** @param {import("../state/live.js").Anomaly[]} found */
-  function showAnomalies(found) {
-    render(one(".anomalies", side), html`<h2>${t("session.anomalies")}</h2>${found.length === 0
+  function showAnomalies() {
+    render(one(".anomalies", side), html`<h2>${t("session.anomalies")}</h2>${anomalies.length === 0
       ? html`<p class="muted">${t("session.no_anomalies")}</p>`
-      : html`<div class="scroll"><table data-testid="anomalies"><thead><tr><th>${t("session.time")}</th><th>${t("session.what")}</th><th>${t("session.foot")}</th><th>${t("session.found")}</th></tr></thead>
-        <tbody>${found.map((a) => html`<tr><td>${elapsed(a.t_start_ns / 1e9)}</td><td>${tOr(`anomaly.${a.anomaly}`, a.anomaly)}</td><td>${a.foot ? t(`foot.${a.foot}`) : "–"}</td><td>${a.detail}</td></tr>`)}</tbody></table></div>`}`);
+      : html`<div class="scroll" tabindex="0" role="region" aria-label="${t("session.anomalies")}"><table data-testid="anomalies"><thead><tr><th>${t("session.time")}</th><th>${t("session.what")}</th><th>${t("session.foot")}</th><th>${t("session.found")}</th></tr></thead>
+        <tbody>${anomalies.map((a) => html`<tr><td><button type="button" data-at="${String(a.t_start_ns / 1e9)}">${elapsed(a.t_start_ns / 1e9)}</button></td><td>${tOr(`anomaly.${a.anomaly}`, a.anomaly)}</td><td>${a.foot ? t(`foot.${a.foot}`) : "–"}</td><td>${a.detail}</td></tr>`)}</tbody></table></div>`}`);
   }
 
-  /** @param {any} row */
-  function showFiles(row) {
+  function showFiles() {
     render(one(".files", side), html`
       <h2>${t("session.exports")}</h2>
       <p class="row">${EXPORTS.map((f) => html`<a href="${api.trackFile(id, f)}" download>${f === "csv" ? "CSV" : f === "geojson" ? "GeoJSON" : f.toUpperCase()}</a>`)}</p>
-      ${row.logs?.length > 0 && html`<h3>${t("session.logs")}</h3>${row.logs.map((/** @type {any} */ l) => html`<p>${t(`foot.${l.foot}`)}: ${l.file_name ?? "–"} · ${l.size_bytes ? bytes(l.size_bytes) : "–"} · ${Number(l.samples ?? 0).toLocaleString("en")} ${t("session.samples")}</p>`)}`}`);
+      ${known.logs?.length > 0 && html`<h3>${t("session.logs")}</h3>${known.logs.map((/** @type {any} */ l) => html`<p>${t(`foot.${l.foot}`)}: ${l.file_name ?? "–"} · ${l.size_bytes ? bytes(l.size_bytes) : "–"} · ${Number(l.samples ?? 0).toLocaleString("en")} ${t("session.samples")}</p>`)}`}
+      ${known.track_sha256 && html`<p class="mono muted" title="${t("session.digest")}">${t("session.digest")}: ${known.track_sha256}</p>`}`);
   }
 
   const onClick = (/** @type {Event} */ event) => {
     const target = /** @type {HTMLElement} */ (event.target);
     const asked = standClicked(target, id);
     if (asked) ask(asked);
-    const name = target.closest("[data-visit]")?.getAttribute("data-visit");
-    if (!name) return;
-    runs.selected = name;
-    const place = app.grid.named(name);
+    const read = (/** @type {string} */ name) => target.closest(`[data-${name}]`)?.getAttribute(`data-${name}`);
+    const [at, aids, remove, marker] = [read("at"), read("aids"), read("remove"), read("visit")];
+    if (at) replay.seek(Number(at));
+    if (aids) compute(runByAids(aids.split("+")));
+    if (target.closest("[data-compute]")) {
+      const chosen = [...side.querySelectorAll("input[name=aid]:checked")].map((box) => /** @type {HTMLInputElement} */ (box).value);
+      if (chosen.length > 0) compute(runByAids(chosen));
+    }
+    if (remove) {
+      beside = beside.filter((walk) => walk.id !== remove);
+      walksChanged();
+    }
+    if (!marker) return;
+    onMap.selected = marker;
+    const place = app.grid.named(marker);
     if (place) app.stage.goTo([place.e_m, place.n_m], 2.5);
     app.layers.runs.invalidate();
   };
-  one(".runs-choice", side).addEventListener("change", (event) => {
-    const input = /** @type {HTMLInputElement} */ (event.target);
-    show[/** @type {keyof typeof show} */ (input.name)] = input.checked;
-    redraw();
-  });
-  one(".stands", side).addEventListener("change", (event) => {
+  const onChange = (/** @type {Event} */ event) => {
     const input = /** @type {HTMLInputElement} */ (event.target);
     if (input.name === "automatic") ask(api.setAutomaticVisits(id, input.checked));
-  });
-  const onSlide = () => {
-    cursor_s = Number(slider.value);
-    moveCursor();
+    if (input.name === "beside" && input.value) addWalk(input.value);
+    if (input.name === "arrows") onMap.arrows = input.checked;
+    for (const run of runs) if (input.name === "run" && run.name === input.value) run.shown = input.checked;
+    if (input.name === "run" || input.name === "arrows") {
+      showRuns();
+      tellAddress();
+    }
   };
-  const onMapClick = (/** @type {L.LeafletMouseEvent} */ event) => {
-    const track = main ?? without;
-    if (!track) return;
-    const i = nearestIndex(track, eastNorth(event.latlng), 14 / 2 ** app.stage.map.getZoom());
-    if (i === null) return;
-    cursor_s = track.t_s[i];
-    slider.value = String(cursor_s);
-    moveCursor();
+  const onFocus = (/** @type {Event} */ event) => {
+    if (/** @type {HTMLElement} */ (event.target).closest("[name=beside]")) askForOthers();
   };
   side.addEventListener("click", onClick);
-  slider.addEventListener("input", onSlide);
-  app.stage.map.on("click", onMapClick);
+  side.addEventListener("change", onChange);
+  side.addEventListener("focusin", onFocus);
   lookAtJobs();
   load();
 
@@ -299,17 +349,28 @@ export function sessionView(app, side, id) {
       // The session was worked on: its end is worth a new look.
       if (changed.has("job") && lookAtJobs()) load();
       else if (known?.state === "live" && (changed.has("stand") || changed.has("visit"))) ask(Promise.resolve());
+      if (known?.state === "live" && changed.has("position") && performance.now() - fetchedLive_ms > LIVE_MS) {
+        fetchedLive_ms = performance.now();
+        api.track(id, "main", rateOf(known)).then((table) => gone || showMain(addRun("main", table, true)), () => {});
+      }
       if (changed.has("all")) {
-        // The inspectors' names come with the feed.
-        if (known) showHead(known);
-        moveCursor();
+        // The inspectors' names come with the feed; the theme has other colours.
+        if (known) showHead(one(".head", side), known, nameOf(known), visits);
+        ink();
+        replay.redraw();
       }
     },
     close() {
       gone = true;
       side.removeEventListener("click", onClick);
-      app.stage.map.off("click", onMapClick);
+      side.removeEventListener("change", onChange);
+      side.removeEventListener("focusin", onFocus);
+      replay.close();
+      dock.remove();
       showAsBefore();
     },
   };
 }
+
+/** So many seconds are looked at one by one. */
+const MOST_SECONDS = 5000;

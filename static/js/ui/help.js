@@ -11,6 +11,13 @@ const KEYS = [
   ["G", "help.go"],
   ["N", "help.next"],
   ["/", "help.search"],
+  ["Space", "help.play"],
+  ["← →", "help.step"],
+  ["Alt ← →", "help.marker"],
+  ["[ ]", "help.speed"],
+  ["Home End", "help.ends"],
+  ["A B", "help.loop"],
+  ["L", "help.live"],
   ["Esc", "help.close"],
   ["?", "help.open"],
 ];

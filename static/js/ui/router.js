@@ -18,7 +18,7 @@ import { problemBox } from "./problem.js";
 const SCREENS = {
   live: { load: () => liveView, layout: "map", place: "live" },
   sessions: { load: () => import("../sessions/list.js").then((m) => m.sessionsView), layout: "map", place: "sessions" },
-  session: { load: () => import("../sessions/view.js").then((m) => m.sessionView), layout: "wide", place: "sessions" },
+  session: { load: () => import("../sessions/view.js").then((m) => m.sessionView), layout: "replay", place: "sessions" },
   upload: { load: () => import("../upload/view.js").then((m) => m.uploadView), layout: "page", place: "upload" },
   faults: { load: () => import("../faults/view.js").then((m) => m.faultsView), layout: "map", place: "faults" },
   markers: { load: () => import("../markers/view.js").then((m) => m.markersView), layout: "page", place: "markers" },

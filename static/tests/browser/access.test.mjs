@@ -56,6 +56,13 @@ describe("every screen can be read and used", { skip }, () => {
         await page.getByTestId("preview-left").locator("summary").first().click();
         await page.evaluate(axe);
         await look("logs looked at");
+        await page.goto(`${mock.url}/#/sessions/s9?t=300&with=s8`);
+        await page.locator("[data-charted=yes]").waitFor();
+        for (const part of ["replay", "quality", "markers", "files"]) {
+          await page.locator(`[data-tab=${part}]`).click();
+          if (part === "replay") await page.locator("summary").click();
+          await look(`a walk's ${part}`);
+        }
         await page.goto(`${mock.url}/#/live`);
         await page.locator(".person-row").first().click();
         await page.getByTestId("drawer").waitFor();

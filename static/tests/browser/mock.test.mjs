@@ -34,6 +34,7 @@ describe("the page", { skip }, () => {
     await tab.page.goto(`${mock.url}/${hash}`);
     await tab.page.locator("html[data-ready=yes]").waitFor();
   };
+  const part = (/** @type {string} */ name) => tab.page.getByRole("tab", { name }).click();
   const row = (/** @type {string} */ id) => tab.page.locator(`[data-inspector="${id}"]`);
 
   test("shows everybody and moves their rows", async () => {
@@ -101,13 +102,72 @@ describe("the page", { skip }, () => {
     await visit("#/sessions");
     await tab.page.getByText("Spiral, evening").click();
     await tab.page.locator("[data-testid=session][data-drawn=yes]").waitFor();
+    await part("Markers");
     await becomes(() => tab.page.getByTestId("visits").locator("tbody tr:not(.reason)").count(), 9);
     await tab.page.locator("#legend").getByText("without markers").waitFor();
     await tab.page.getByTestId("figures").filter({ hasText: /1440 m.*8 \/ 9/s }).waitFor();
+    await part("Quality");
     const aids = tab.page.getByTestId("aids").locator("tbody tr");
     await becomes(() => aids.count(), 3);
     await aids.filter({ hasText: "Separation of the feet" }).getByText("too sure").waitFor();
     await aids.filter({ hasText: "Magnetic heading" }).getByText("49", { exact: true }).waitFor();
+    await tab.page.getByTestId("health").filter({ hasText: "100 / 100 Hz" }).waitFor();
+    await tab.page.getByTestId("residuals").getByText("passed").waitFor();
+    await becomes(() => tab.page.getByTestId("histogram").locator("rect").count(), 14);
+  });
+
+  test("a walk is replayed: keys, a click on the track, a stretch again and again, and an address that leads back", async () => {
+    await visit("#/sessions/s9?t=100");
+    const { page } = tab;
+    const time = page.locator("[data-figure=time]");
+    await page.locator("[data-testid=session][data-charted=yes][data-compared=yes]").waitFor();
+    await becomes(() => time.textContent(), "1:40.0");
+    await page.keyboard.press("ArrowRight");
+    await becomes(() => time.textContent(), "1:40.1");
+    await page.keyboard.press("Shift+ArrowLeft");
+    await becomes(() => time.textContent(), "1:39.1");
+    await page.keyboard.press("Alt+ArrowRight");
+    await becomes(() => time.textContent(), "2:07.5");
+    await becomes(() => page.locator("[data-figure=marker]").textContent(), `${await page.locator("[data-visit]").first().textContent()} · 0 s`);
+    await page.keyboard.press("End");
+    await becomes(() => time.textContent(), "20:00.0");
+    await page.keyboard.press("Home");
+    await becomes(() => time.textContent(), "0:00.0");
+    for (let k = 0; k < 6; k++) await page.keyboard.press("]");
+    await becomes(() => page.getByTestId("speed").inputValue(), "64");
+    await page.keyboard.press(" ");
+    await page.waitForFunction(() => Number(document.querySelector("[data-testid=time-bar]")?.getAttribute("aria-valuenow")) > 20);
+    await page.keyboard.press(" ");
+    await becomes(() => page.locator(".dock").getAttribute("data-state"), "paused");
+    // The map's cursor and the charts' are one: a click on the track moves both.
+    await page.keyboard.press("Home");
+    const position = await page.evaluate(async () => {
+      const main = "/js/main.js";
+      const { app } = await import(main);
+      const points = app.runs.lines.at(-1).points;
+      const [e, n] = points[points.length - 400];
+      const at = app.stage.map.latLngToContainerPoint([n, e]);
+      return { x: at.x, y: at.y };
+    });
+    await page.getByTestId("map").click({ position });
+    await page.waitForFunction(() => Number(document.querySelector("[data-testid=time-bar]")?.getAttribute("aria-valuenow")) > 900);
+    await page.waitForFunction(() => /t=9\d\d|t=1\d\d\d/.test(location.hash));
+    // Other aids, and another walk on the same time bar.
+    await page.getByText("Compute with other aids").click();
+    await page.getByRole("button", { name: "Zero velocity only" }).click();
+    await page.locator("#legend").getByText("Zero velocity", { exact: true }).waitFor();
+    await page.locator("select[name=beside]").focus();
+    await page.locator("select[name=beside] option").nth(1).waitFor({ state: "attached" });
+    await page.locator("select[name=beside]").selectOption("s8");
+    await page.locator("#legend").getByText("Second team").waitFor();
+    await page.waitForFunction(() => location.hash.includes("with=s8") && location.hash.includes("aids:zupt"));
+    await page.reload();
+    await page.locator("#legend").getByText("Second team").waitFor();
+    await page.locator("#legend").getByText("Zero velocity", { exact: true }).waitFor();
+    // Every chart that there is can be shown.
+    const hidden = page.locator("[data-group][aria-pressed=false]");
+    while ((await hidden.count()) > 0) await hidden.first().click();
+    await becomes(() => page.locator(".plot:visible").count(), 22);
   });
 
   test("the details say where somebody stood last", async () => {
@@ -119,6 +179,7 @@ describe("the page", { skip }, () => {
 
   test("a stand's marker is accepted and taken back", async () => {
     await visit("#/sessions/s9");
+    await part("Markers");
     const stand = tab.page.locator('[data-stand="3"]');
     await stand.getByText("62 %").waitFor();
     await stand.getByText("none of these").waitFor();

@@ -122,7 +122,7 @@ export class MockSite {
 
   /** A finished walk for the session screen: true road, drifting without markers, pulled back by each. */
   finishedWalk() {
-    const columns = ["t_s", "e_m", "n_m", "u_m", "heading_rad", "sigma_e_m", "sigma_n_m", "sigma_u_m"];
+    const columns = ["t_s", "e_m", "n_m", "u_m", "heading_rad", "sigma_e_m", "sigma_n_m", "sigma_u_m", "left_stance", "right_stance"];
     const main = [];
     const without = [];
     const visits = [];
@@ -135,8 +135,10 @@ export class MockSite {
       const off = [11 * f * Math.sin(4 * f), -9 * f * f * 1.5];
       const since = [off[0] - drift[0], off[1] - drift[1]];
       const sigma = 0.4 + 0.018 * (s % 150);
-      main.push([t_s, e + since[0], n + since[1], 0, 0.3, sigma, sigma * 0.8, 0.3]);
-      without.push([t_s, e + off[0], n + off[1], 0, 0.3, 0.4 + 0.01 * s, 0.4 + 0.008 * s, 0.6]);
+      // Nothing was recorded for six seconds.
+      if (t_s > 431 && t_s < 437) continue;
+      main.push([t_s, e + since[0], n + since[1], 0, 0.3, sigma, sigma * 0.8, 0.3, k % 2, 1 - (k % 2)]);
+      without.push([t_s, e + off[0], n + off[1], 0, 0.3, 0.4 + 0.01 * s, 0.4 + 0.008 * s, 0.6, k % 2, 1 - (k % 2)]);
       if (k > 0 && k % 250 === 0) {
         const marker = nearest(this.plan.nodes, e, n);
         visits.push({

@@ -1,0 +1,72 @@
+// What is laid over each other: the runs of the walk, other aids to compute it with, and other walks.
+
+import { dateTime, length } from "../format.js";
+import { html } from "../html.js";
+import { t } from "../i18n.js";
+import { AIDS, LADDER, aidsOf, runByAids } from "./runs.js";
+
+/** @typedef {{name: string, ink: string, dash: number[], width: number, track: import("../sessions/track.js").Track, length_m: number, shown: boolean}} Run */
+/** @typedef {{id: string, name: string, started_at: string, duration_s: number}} OtherWalk */
+
+/** How the runs that the server keeps are drawn; the others take the colours of people. @type {Record<string, {ink: string, dash: number[], width: number}>} */
+const DRAWN = {
+  main: { ink: "runA", dash: [], width: 2.4 },
+  filtered: { ink: "runA", dash: [2, 4], width: 1.4 },
+  without_markers: { ink: "runB", dash: [7, 5], width: 2 },
+};
+
+/**
+ * @param {string} name
+ * @param {number} count of runs by aids that there are already
+ */
+export const drawnAs = (name, count) => DRAWN[name] ?? { ink: String(2 + (count % 6)), dash: [[8, 3], [3, 3], [12, 3, 2, 3]][count % 3], width: 1.8 };
+
+/**
+ * @param {string} name
+ * @param {boolean} alone whether there is no other stored run
+ */
+export function runName(name, alone = false) {
+  const aids = aidsOf(name);
+  if (aids) return aids.map((aid) => t(`report.aid.${aid}`)).join(" + ");
+  return t(name === "main" && alone ? "session.run.only" : `session.run.${name}`);
+}
+
+/** @param {{ink: string, dash: number[]}} run */
+const sample = (run) => html`<svg class="long" viewBox="0 0 28 13" aria-hidden="true"><line class="run-sample" data-ink="${run.ink}" stroke-dasharray="${run.dash.join(" ")}" x1="1" y1="6.5" x2="27" y2="6.5"/></svg>`;
+
+/**
+ * @param {Run[]} runs
+ * @param {boolean} alone
+ * @param {{arrows: boolean, corrections: number}} more
+ */
+export function runChoice(runs, alone, { arrows, corrections }) {
+  return html`<fieldset><legend>${t("session.shown")}</legend><div class="run-choices">
+    ${runs.map((run) => html`<label><input type="checkbox" name="run" value="${run.name}" ${run.shown && "checked"}>${sample(run)}<span class="grow">${runName(run.name, alone)}</span><span class="mono muted">${length(run.length_m)}</span></label>`)}
+    ${corrections > 0 && html`<label><input type="checkbox" name="arrows" ${arrows && "checked"}><span class="grow">${t("session.run.arrows")}</span><span class="mono muted">${String(corrections)}</span></label>`}
+  </div></fieldset>`;
+}
+
+/**
+ * @param {Run[]} runs
+ * @param {string | null} computing the run that is on its way
+ */
+export function aidsChoice(runs, computing) {
+  const there = new Set(runs.map((run) => run.name));
+  return html`<details><summary>${t("runs.by_aids")}</summary>
+    <p class="muted">${t("runs.hint")}</p>
+    <p class="row">${LADDER.map((aids) => html`<button type="button" data-aids="${aids.join("+")}" ${(computing !== null || there.has(runByAids(aids))) && "disabled"}>${aids.length === 1 ? t("runs.only", { aid: t(`report.aid.${aids[0]}`) }) : `+ ${t(`report.aid.${aids[aids.length - 1]}`)}`}</button>`)}</p>
+    <fieldset><legend>${t("runs.chosen")}</legend><div class="choices">${AIDS.map((aid) => html`<label><input type="checkbox" name="aid" value="${aid}" ${aid === "zupt" && "checked"}>${t(`report.aid.${aid}`)}</label>`)}
+      <button type="button" data-compute ${computing !== null && "disabled"}>${t("runs.compute")}</button></div></fieldset>
+    ${computing !== null && html`<p role="status">${t("runs.computing", { run: runName(computing) })}</p>`}</details>`;
+}
+
+/**
+ * @param {{id: string, name: string, ink: string}[]} beside
+ * @param {OtherWalk[] | null} others null until they were asked for
+ */
+export function walkChoice(beside, others) {
+  const free = (others ?? []).filter((other) => !beside.some((walk) => walk.id === other.id));
+  return html`<fieldset><legend>${t("beside.title")}</legend>
+    ${beside.map((walk) => html`<p class="row"><svg class="long" viewBox="0 0 28 13" aria-hidden="true"><line class="run-sample" data-ink="${walk.ink}" x1="1" y1="6.5" x2="27" y2="6.5"/></svg><span class="grow">${walk.name}</span><button type="button" data-remove="${walk.id}">${t("beside.remove")}</button></p>`)}
+    <select name="beside" aria-label="${t("beside.add")}"><option value="">${t("beside.add")}</option>${free.map((other) => html`<option value="${other.id}">${other.name} · ${dateTime(other.started_at)}</option>`)}</select></fieldset>`;
+}
