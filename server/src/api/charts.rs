@@ -14,7 +14,10 @@ use crate::state::App;
 use crate::store::{sessions, track};
 
 pub(super) fn routes() -> Routes {
-    Routes::new().get("/sessions/{id}/charts", Right::Read, show)
+    Routes::new()
+        .get("/sessions/{id}/charts", Right::Read, show)
+        .about("Series of a walk for charts, by the extremes of each step in time")
+        .gives::<serde_json::Value>()
 }
 
 /// Values of a line, when nothing is said, and at most.

@@ -21,10 +21,21 @@ const NAME_LENGTH: usize = 80;
 pub(super) fn routes() -> Routes {
     Routes::new()
         .get("/mappings", Right::Read, list)
+        .about("Mappings of columns, kept under a name")
+        .gives::<Vec<serde_json::Value>>()
         .post("/mappings", Right::Walk, create)
+        .about("Keeps a mapping of columns under a name")
+        .takes::<serde_json::Value>()
+        .gives::<serde_json::Value>()
         .get("/mappings/{id}", Right::Read, show)
+        .about("One mapping")
+        .gives::<serde_json::Value>()
         .put("/mappings/{id}", Right::Walk, change)
+        .about("Changes a mapping")
+        .takes::<serde_json::Value>()
+        .gives::<serde_json::Value>()
         .delete("/mappings/{id}", Right::Walk, remove)
+        .about("Removes a mapping")
 }
 
 #[derive(Deserialize)]

@@ -4,8 +4,8 @@ use axum::body::Body;
 use axum::extract::State;
 use axum::http::{HeaderMap, HeaderName, HeaderValue, StatusCode, header};
 use axum::response::{IntoResponse, Response};
-use schemars::JsonSchema;
 use lodestep_engine::parse::Reading;
+use schemars::JsonSchema;
 use serde::Deserialize;
 use uuid::Uuid;
 
@@ -51,7 +51,13 @@ pub(super) fn long_routes() -> Routes {
         .takes::<FinishLog>()
         .gives::<Log>()
         .post("/logs/{id}/preview", Needs::OwnLog, preview_upload)
+        .about("What an uploaded log is worth, before it is finished")
+        .takes::<serde_json::Value>()
+        .gives::<serde_json::Value>()
         .post("/logs/preview", Right::Walk, preview)
+        .about("What a log, or the beginning of one, is worth; nothing is kept")
+        .takes_bytes("application/octet-stream")
+        .gives::<serde_json::Value>()
 }
 
 async fn begin(
@@ -103,6 +109,7 @@ struct FinishLog {
     /// SHA-256 of the bytes as sent, hex; may be left out when it was announced.
     sha256: Option<String>,
     /// What the log does not say itself; as said when it was begun, when it is left out.
+    #[schemars(with = "Option<serde_json::Value>")]
     reading: Option<Reading>,
 }
 

@@ -49,6 +49,7 @@ pub(crate) struct BeginLog {
     pub(crate) sha256: Option<String>,
     /// What the log does not say itself.
     #[serde(default)]
+    #[schemars(with = "serde_json::Value")]
     pub(crate) reading: Reading,
 }
 

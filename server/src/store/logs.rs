@@ -36,9 +36,11 @@ pub struct Log {
     /// How the bytes were packed; `None` until they were read.
     pub codec: Option<Codec>,
     /// Its format; `None` until it was read.
+    #[schemars(with = "Option<String>")]
     pub format: Option<LogFormat>,
     /// What was said of it that it does not say itself.
     #[serde(default, skip_serializing_if = "Reading::is_empty")]
+    #[schemars(with = "Option<serde_json::Value>")]
     pub reading: Reading,
     /// Samples found in it.
     pub samples: u64,
