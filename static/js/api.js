@@ -85,6 +85,8 @@ const seg = (id) => encodeURIComponent(id);
  * @typedef {{id: string, account_id: string, name: string, rights: string[], inspector_id: string | null, created_at: string, expires_at: string | null, used_at: string | null, revoked_at: string | null}} Token
  * @typedef {{id: number, at: string, who: string, address: string, action: string, subject: string, before: any, after: any}} AuditEntry
  */
+/** @returns {Promise<any>} the description of the API */
+export const openapi = () => get("/openapi.json");
 /** @returns {Promise<Me>} */
 export const account = () => get("/account");
 /** @param {{setup_token: string, name: string, password: string}} body */

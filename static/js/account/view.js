@@ -27,7 +27,7 @@ function showSetUp(side) {
       </div>
       <div class="answer" aria-live="polite"></div>
       <div class="row end"><button class="main-action" data-t="account.set_up_go"></button></div>
-    </form></div>`);
+    </form><div class="row"><a href="#/admin" data-t="nav.admin"></a> <a href="#/api" data-t="nav.api"></a></div></div>`);
   translate(side);
   onSubmit(one("form", side), async (data) => {
     await api.setUp({ setup_token: text(data, "setup_token"), name: text(data, "name"), password: String(data.get("password")) });
@@ -45,7 +45,7 @@ function showOwn(app, side) {
     <h1>${me.name ?? t("nav.account")}</h1>
     <p class="lead">${me.role ? t(`role.${me.role}`) : ""} · ${me.rights.map((right) => t(`right.${right}`)).join(" · ")}</p>
     <div class="row"><button type="button" class="sign-out" data-t="account.sign_out"></button>
-      ${me.rights.includes("administer") && html`<a href="#/admin" data-t="nav.admin"></a>`}</div>
+      ${me.rights.includes("administer") && html`<a href="#/admin" data-t="nav.admin"></a>`} <a href="#/api" data-t="nav.api"></a></div>
     <form class="block password" data-testid="password">
       <h2 data-t="account.change_password"></h2>
       <input class="unseen" name="name" autocomplete="username" value="${me.name ?? ""}" tabindex="-1" aria-hidden="true">

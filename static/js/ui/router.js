@@ -24,6 +24,7 @@ const SCREENS = {
   markers: { load: () => import("../markers/view.js").then((m) => m.markersView), layout: "page", place: "markers" },
   me: { load: () => import("../me/view.js").then((m) => m.meView), layout: "page", place: "me" },
   account: { load: () => import("../account/view.js").then((m) => m.accountView), layout: "page", place: "account" },
+  api: { load: () => import("../reference/view.js").then((m) => m.referenceView), layout: "page", place: "api" },
   admin: { load: () => import("../admin/view.js").then((m) => m.adminView), layout: "page", place: "admin" },
 };
 

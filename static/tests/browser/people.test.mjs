@@ -121,5 +121,12 @@ describe("people and rights", { skip }, () => {
     await tab.page.getByText("lodestep-20261125T081500Z.db").waitFor();
   });
 
+  test("the API is described by the server itself", async () => {
+    await visit("#/api");
+    await tab.page.locator("summary", { hasText: "/api/v1/markers/{name}" }).click();
+    await tab.page.getByText("e_m?: number").waitFor();
+    await tab.page.getByText("see everything", { exact: false }).first().waitFor();
+  });
+
   test("nothing went wrong", () => assert.deepEqual(tab.wrongs, []));
 });

@@ -94,6 +94,7 @@ export class MockStaff {
       case "GET server": return [200, { version: "0.1.0", started_at: iso(-8e6), database_bytes: 48_300_000, free_bytes: 91e9, sessions: 12, last_backup_at: iso(-7e7) }];
       case "POST backups": return [201, { file: "lodestep-20261125T081500Z.db", bytes: 48_300_000 }];
       case "GET jobs": return [200, []];
+      case "GET openapi.json": return [200, { paths: { "/api/v1/markers/{name}": { get: { summary: "One marker", parameters: [{ name: "name", in: "path", required: true, schema: { type: "string" } }], "x-right": "read", responses: { "2XX": { content: { "application/json": { schema: { $ref: "#/components/schemas/Marker" } } } } } } } }, components: { schemas: { Marker: { type: "object", required: ["name"], properties: { name: { type: "string" }, e_m: { type: "number" } } } } } }];
       default: return null;
     }
   }
