@@ -69,6 +69,6 @@ docs: ## Works out the pages of figures in docs again
 	@scripts/figures $(RELEASE) $(RECORDINGS)
 
 .PHONY: screenshot
-screenshot: vendor ## Takes the README's picture from a running demo
+screenshot: vendor ## Takes the pictures of every screen from a running demo
 	cargo build --release --locked --bin lodestep
 	@scripts/with-demo $(RELEASE) npm --prefix static run --silent screenshot
