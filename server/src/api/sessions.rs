@@ -235,10 +235,11 @@ struct SessionChange {
 /// Switches automatic mode; the track is worked out again.
 async fn change(
     State(app): State<App>,
+    caller: Caller,
     Path(id): Path<Uuid>,
     Json(change): Json<SessionChange>,
 ) -> Result<axum::Json<Session>> {
-    Ok(axum::Json(stand_choice::set_automatic(&app, id, change.automatic_visits).await?))
+    Ok(axum::Json(stand_choice::set_automatic(&app, &caller, id, change.automatic_visits).await?))
 }
 
 /// Removes a walk with its samples; not while a device or a job works on it.

@@ -8,6 +8,7 @@ use uuid::Uuid;
 
 use super::extract::{Json, Path};
 use super::{Needs, Routes};
+use crate::auth::Caller;
 use crate::error::{Error, Result};
 use crate::rights::Right;
 use crate::sessions::stand_choice;
@@ -44,16 +45,18 @@ struct Choice {
 
 async fn choose(
     State(app): State<App>,
+    caller: Caller,
     Path((session_id, number)): Path<(Uuid, u32)>,
     Json(choice): Json<Choice>,
 ) -> Result<axum::Json<Visit>> {
-    Ok(axum::Json(stand_choice::choose(&app, session_id, number, choice.marker).await?))
+    Ok(axum::Json(stand_choice::choose(&app, &caller, session_id, number, choice.marker).await?))
 }
 
 async fn take_back(
     State(app): State<App>,
+    caller: Caller,
     Path((session_id, number)): Path<(Uuid, u32)>,
 ) -> Result<StatusCode> {
-    stand_choice::take_back(&app, session_id, number).await?;
+    stand_choice::take_back(&app, &caller, session_id, number).await?;
     Ok(StatusCode::NO_CONTENT)
 }

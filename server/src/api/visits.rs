@@ -10,6 +10,7 @@ use uuid::Uuid;
 
 use super::extract::Path;
 use super::{Needs, Routes};
+use crate::auth::Caller;
 use crate::error::{Error, Place, Result};
 use crate::rights::Right;
 use crate::sessions::stand_choice;
@@ -43,14 +44,16 @@ async fn list(State(app): State<App>, Path(session_id): Path<Uuid>) -> Result<ax
 
 async fn take_back(
     State(app): State<App>,
+    caller: Caller,
     Path((session_id, visit_id)): Path<(Uuid, Uuid)>,
 ) -> Result<StatusCode> {
-    stand_choice::take_visit_back(&app, session_id, visit_id).await?;
+    stand_choice::take_visit_back(&app, &caller, session_id, visit_id).await?;
     Ok(StatusCode::NO_CONTENT)
 }
 
 async fn tell(
     State(app): State<App>,
+    caller: Caller,
     Path(session_id): Path<Uuid>,
     headers: HeaderMap,
     body: Bytes,
@@ -67,7 +70,7 @@ async fn tell(
             ));
         }
     };
-    let told = tell_visits::tell(&app, session_id, told).await?;
+    let told = tell_visits::tell(&app, &caller, session_id, told).await?;
     let status = if told.added > 0 { StatusCode::CREATED } else { StatusCode::OK };
     Ok((status, axum::Json(told)))
 }

@@ -1,13 +1,15 @@
 //! Which marker a stand was at, as people decide it: a visit that is made of it, or taken back.
 
 use futures_util::FutureExt;
+use serde_json::json;
 use uuid::Uuid;
 
+use crate::auth::Caller;
 use crate::error::{Error, Result};
 use crate::jobs;
 use crate::sessions::uploads::publish_session;
 use crate::state::App;
-use crate::store::markers;
+use crate::store::{audit, markers};
 use crate::store::sessions::{self, Session, SessionState};
 use crate::store::stands::{self, Stand};
 use crate::store::visits::{self, Origin, Visit};
@@ -15,7 +17,13 @@ use crate::utc;
 use crate::wire::Change;
 
 /// Makes a visit of a stand, in the place of one that was chosen or made automatically.
-pub(crate) async fn choose(app: &App, session_id: Uuid, number: u32, marker: String) -> Result<Visit> {
+pub(crate) async fn choose(
+    app: &App,
+    caller: &Caller,
+    session_id: Uuid,
+    number: u32,
+    marker: String,
+) -> Result<Visit> {
     let (session, stand) = find(app, session_id, number).await?;
     if markers::get(app.store.read(), &marker).await?.is_none() {
         return Err(Error::not_found("marker", &marker));
@@ -31,6 +39,7 @@ pub(crate) async fn choose(app: &App, session_id: Uuid, number: u32, marker: Str
         outcome: None,
     };
     let row = visit.clone();
+    let caller = caller.clone();
     let removed = app
         .store
         .writer()
@@ -38,6 +47,9 @@ pub(crate) async fn choose(app: &App, session_id: Uuid, number: u32, marker: Str
             async move {
                 let removed = remove(&mut *db, session_id, &stand).await?;
                 visits::insert(&mut *db, &row).await?;
+                let before = serde_json::to_value(&removed).ok();
+                let after = serde_json::to_value(&row).ok();
+                audit::insert(db, &caller.did("visit.chosen", session_id, before, after)).await?;
                 Ok::<_, Error>(removed)
             }
             .boxed()
@@ -58,12 +70,21 @@ pub(crate) async fn choose(app: &App, session_id: Uuid, number: u32, marker: Str
 }
 
 /// Takes back the visit that was chosen or made automatically of a stand.
-pub(crate) async fn take_back(app: &App, session_id: Uuid, number: u32) -> Result<()> {
+pub(crate) async fn take_back(app: &App, caller: &Caller, session_id: Uuid, number: u32) -> Result<()> {
     let (session, stand) = find(app, session_id, number).await?;
+    let caller = caller.clone();
     let removed = app
         .store
         .writer()
-        .run(move |db| async move { remove(&mut *db, session_id, &stand).await }.boxed())
+        .run(move |db| {
+            async move {
+                let removed = remove(&mut *db, session_id, &stand).await?;
+                let before = serde_json::to_value(&removed).ok();
+                audit::insert(db, &caller.did("visit.taken_back", session_id, before, None)).await?;
+                Ok::<_, Error>(removed)
+            }
+            .boxed()
+        })
         .await?;
     if removed.is_empty() {
         return Err(Error::not_found("choice of stand", number));
@@ -74,13 +95,19 @@ pub(crate) async fn take_back(app: &App, session_id: Uuid, number: u32) -> Resul
 
 /// Takes back a visit that somebody keyed in, chose, or that automatic mode made; the track is worked out
 /// without it.
-pub(crate) async fn take_visit_back(app: &App, session_id: Uuid, visit_id: Uuid) -> Result<()> {
+pub(crate) async fn take_visit_back(
+    app: &App,
+    caller: &Caller,
+    session_id: Uuid,
+    visit_id: Uuid,
+) -> Result<()> {
     let db = app.store.read();
     let session = sessions::get(db, session_id).await?;
     let session = session.ok_or_else(|| Error::not_found("session", session_id))?;
     let known = visits::of_session(db, session_id).await?.into_iter().find(|visit| visit.id == visit_id);
     let visit = known.ok_or_else(|| Error::not_found("visit", visit_id))?;
     let row = visit.clone();
+    let entry = caller.did("visit.taken_back", session_id, serde_json::to_value(&visit).ok(), None);
     app.store
         .writer()
         .run(move |db| {
@@ -92,7 +119,8 @@ pub(crate) async fn take_visit_back(app: &App, session_id: Uuid, visit_id: Uuid)
                         }
                     }
                 }
-                visits::delete(&mut *db, visit_id).await
+                visits::delete(&mut *db, visit_id).await?;
+                audit::insert(db, &entry).await
             }
             .boxed()
         })
@@ -102,15 +130,30 @@ pub(crate) async fn take_visit_back(app: &App, session_id: Uuid, visit_id: Uuid)
 }
 
 /// Switches automatic mode of a session.
-pub(crate) async fn set_automatic(app: &App, id: Uuid, automatic: bool) -> Result<Session> {
+pub(crate) async fn set_automatic(
+    app: &App,
+    caller: &Caller,
+    id: Uuid,
+    automatic: bool,
+) -> Result<Session> {
     let before = sessions::get(app.store.read(), id).await?.ok_or_else(|| Error::not_found("session", id))?;
     if before.automatic_visits == automatic {
         return Ok(before);
     }
+    let entry = caller.did(
+        "session.changed",
+        id,
+        Some(json!({"automatic_visits": before.automatic_visits})),
+        Some(json!({"automatic_visits": automatic})),
+    );
     app.store
         .writer()
         .run(move |db| {
-            async move { Ok::<_, Error>(sessions::set_automatic_visits(db, id, automatic).await?) }.boxed()
+            async move {
+                sessions::set_automatic_visits(&mut *db, id, automatic).await?;
+                Ok::<_, Error>(audit::insert(db, &entry).await?)
+            }
+            .boxed()
         })
         .await?;
     publish_session(app, id).await?;

@@ -7,10 +7,11 @@ use schemars::JsonSchema;
 use serde::Serialize;
 use uuid::Uuid;
 
+use crate::auth::Caller;
 use crate::error::{Error, Place, Result};
 use crate::state::App;
 use crate::store::visits::{self, Origin, Visit};
-use crate::store::{markers, sessions};
+use crate::store::{audit, markers, sessions};
 use crate::utc;
 use crate::wire::Change;
 
@@ -54,7 +55,12 @@ pub(crate) struct Overlap {
 }
 
 /// Adds visits to a session: all, or none when one of them cannot be.
-pub(crate) async fn tell(app: &App, session_id: Uuid, told: Vec<Told>) -> Result<TellVisits> {
+pub(crate) async fn tell(
+    app: &App,
+    caller: &Caller,
+    session_id: Uuid,
+    told: Vec<Told>,
+) -> Result<TellVisits> {
     if sessions::get(app.store.read(), session_id).await?.is_none() {
         return Err(Error::not_found("session", session_id));
     }
@@ -82,6 +88,7 @@ pub(crate) async fn tell(app: &App, session_id: Uuid, told: Vec<Told>) -> Result
         })
         .collect();
     let of_list = rows.len() as u64;
+    let caller = caller.clone();
     let added = app
         .store
         .writer()
@@ -92,6 +99,10 @@ pub(crate) async fn tell(app: &App, session_id: Uuid, told: Vec<Told>) -> Result
                     if visits::insert(&mut *db, &visit).await? {
                         added.push(visit);
                     }
+                }
+                if !added.is_empty() {
+                    let after = serde_json::to_value(&added).ok();
+                    audit::insert(db, &caller.did("visit.told", session_id, None, after)).await?;
                 }
                 Ok::<_, Error>(added)
             }
