@@ -188,13 +188,13 @@ export const trackBetween = (id, run, from_s, to_s) => get(`/sessions/${seg(id)}
 export const trackByAids = (id, aids, rate_hz) => get(`/sessions/${seg(id)}/track?aids=${aids.join(",")}&rate_hz=${rate_hz}`);
 /**
  * @param {string} id
- * @param {number} from_s
- * @param {number} to_s
+ * @param {import("./replay/clock.js").Stretch | null} stretch null: the whole walk
  * @param {number} buckets
  * @param {string[]} names
  * @returns {Promise<import("./replay/lines.js").Charts>}
  */
-export const charts = (id, from_s, to_s, buckets, names) => get(`/sessions/${seg(id)}/charts?from_s=${from_s}&to_s=${to_s}&buckets=${buckets}&charts=${names.join(",")}`);
+export const charts = (id, stretch, buckets, names) =>
+  get(`/sessions/${seg(id)}/charts?${stretch ? `from_s=${stretch[0]}&to_s=${stretch[1]}&` : ""}buckets=${buckets}&charts=${names.join(",")}`);
 /**
  * @param {string} id
  * @param {string} format

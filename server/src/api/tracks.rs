@@ -3,7 +3,6 @@
 use axum::extract::State;
 use axum::http::{HeaderValue, header};
 use axum::response::{IntoResponse, Response};
-use futures_util::TryStreamExt;
 use lodestep_engine::event::{TrackPoint, VisitOutcome};
 use lodestep_engine::session::Aids;
 use serde::Deserialize;
@@ -17,7 +16,7 @@ use crate::error::{Error, Result};
 use crate::rights::Right;
 use crate::sessions::body_writer::body_writer;
 use crate::sessions::process;
-use crate::sessions::stored_grid::{Grid, cell_ns};
+use crate::sessions::stored_grid::{Grid, SLACK_NS, cell_ns};
 use crate::sessions::track_file::{self, Format};
 use crate::state::App;
 use crate::store::sessions::{self, Session};
@@ -90,10 +89,20 @@ impl Asked {
         Ok(Some(aids))
     }
 
-    /// Whether a time lies in the stretch that is asked for.
-    fn covers(&self, t_ns: i64) -> bool {
-        let t_s = t_ns as f64 * 1e-9;
-        self.from_s.is_none_or(|from_s| t_s >= from_s) && self.to_s.is_none_or(|to_s| t_s <= to_s)
+    /// From when until when, ns.
+    fn stretch_ns(&self) -> Result<(i64, i64)> {
+        let from_s = self.from_s.unwrap_or(f64::NEG_INFINITY);
+        let to_s = self.to_s.unwrap_or(f64::INFINITY);
+        if from_s > to_s || from_s.is_nan() || to_s.is_nan() {
+            return Err(Error::invalid(
+                "wrong_stretch",
+                format!(
+                    "expected from_s before to_s, in seconds since the session's start, found {from_s} to {to_s}: leave both out for the whole track"
+                ),
+            ));
+        }
+        // Beyond what an integer holds it is the end of all time.
+        Ok(((from_s * 1e9) as i64, (to_s * 1e9) as i64))
     }
 }
 
@@ -131,6 +140,15 @@ enum Rate {
 }
 
 impl Rate {
+    /// The cells of a computed track; `None` keeps every epoch.
+    fn cell_ns(self, stored_hz: f64) -> Option<i64> {
+        match self {
+            Rate::Full => None,
+            Rate::Stored => Some(cell_ns(stored_hz)),
+            Rate::AtMostHz(rate_hz) => Some(cell_ns(rate_hz)),
+        }
+    }
+
     fn parse(asked: Option<&str>) -> Result<Rate> {
         match asked {
             None => Ok(Rate::Stored),
@@ -155,19 +173,15 @@ async fn send(app: App, session_id: Uuid, asked: Asked, format: Format) -> Resul
     let inspector = inspector.map(|inspector| inspector.name).unwrap_or_default();
     let place = track_file::place(&app.site, &session, &inspector);
     let run = asked.run;
-    let rate = Rate::parse(asked.rate_hz.as_deref())?;
-    let (mut points, visits) = match (asked.aids()?, rate) {
-        (Some(aids), _) => process::track_by_aids(&app, session_id, aids).await?,
-        (None, Rate::Full) => process::full_track(&app, session_id, run).await?,
-        (None, _) => stored(&app, session_id, run).await?,
+    let stretch = asked.stretch_ns()?;
+    let (points, visits) = match (asked.aids()?, Rate::parse(asked.rate_hz.as_deref())?) {
+        (None, Rate::Full) => cut(process::full_track(&app, session_id, run).await?, stretch, None),
+        (Some(aids), rate) => {
+            let computed = process::track_by_aids(&app, session_id, aids).await?;
+            cut(computed, stretch, rate.cell_ns(app.config.track_rate_hz))
+        }
+        (None, rate) => stored(&app, session_id, run, stretch, rate).await?,
     };
-    let mut grid = match rate {
-        Rate::Stored if asked.aids.is_some() => Some(Grid::new(cell_ns(app.config.track_rate_hz))),
-        Rate::AtMostHz(rate_hz) => Some(Grid::new(cell_ns(rate_hz))),
-        Rate::Stored | Rate::Full => None,
-    };
-    points
-        .retain(|point| asked.covers(point.t_ns) && grid.as_mut().is_none_or(|grid| grid.takes(point.t_ns)));
     let (mut writer, body) = body_writer(Handle::current());
     tokio::task::spawn_blocking(move || {
         let written = track_file::write(format, run, &points, &visits, &place, &mut writer);
@@ -182,9 +196,21 @@ async fn send(app: App, session_id: Uuid, asked: Asked, format: Format) -> Resul
     Ok(response)
 }
 
-/// What is stored of a run.
-async fn stored(app: &App, session_id: Uuid, run: Run) -> Result<(Vec<TrackPoint>, Vec<VisitOutcome>)> {
-    let points = track::points(app.store.read(), session_id, run).try_collect().await?;
+/// What is stored of a run in a stretch of time.
+async fn stored(
+    app: &App,
+    session_id: Uuid,
+    run: Run,
+    stretch_ns: (i64, i64),
+    rate: Rate,
+) -> Result<(Vec<TrackPoint>, Vec<VisitOutcome>)> {
+    let cell_ns = match rate {
+        Rate::AtMostHz(rate_hz) => cell_ns(rate_hz),
+        // Every one is the first of its own cell.
+        Rate::Stored | Rate::Full => 1,
+    };
+    let grid = (cell_ns, SLACK_NS);
+    let points = track::thinned(app.store.read(), session_id, run, stretch_ns, grid).await?;
     let visits = match run {
         Run::Main | Run::Filtered => {
             track_file::outcomes(visits::of_session(app.store.read(), session_id).await?)
@@ -192,6 +218,19 @@ async fn stored(app: &App, session_id: Uuid, run: Run) -> Result<(Vec<TrackPoint
         Run::WithoutMarkers => Vec::new(),
     };
     Ok((points, visits))
+}
+
+/// The points of a stretch, of each cell of a grid the first.
+fn cut(
+    (mut points, visits): (Vec<TrackPoint>, Vec<VisitOutcome>),
+    (from_ns, to_ns): (i64, i64),
+    cell_ns: Option<i64>,
+) -> (Vec<TrackPoint>, Vec<VisitOutcome>) {
+    let mut grid = cell_ns.map(Grid::new);
+    points.retain(|point| {
+        (from_ns..=to_ns).contains(&point.t_ns) && grid.as_mut().is_none_or(|grid| grid.takes(point.t_ns))
+    });
+    (points, visits)
 }
 
 /// A name made of nothing but the session's own start and id: safe in every shell and header.

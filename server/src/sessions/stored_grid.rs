@@ -2,7 +2,7 @@
 //! session's clock, so that every run and every door keeps the same ones.
 
 /// A sample at 0.0999999 s belongs to 0.1 s, ns.
-const SLACK_NS: i64 = 500;
+pub(crate) const SLACK_NS: i64 = 500;
 
 /// The cell of a rate, ns.
 pub(crate) fn cell_ns(rate_hz: f64) -> i64 {

@@ -96,6 +96,33 @@ pub fn points<'a>(
         .map_err(StoreError::from)
 }
 
+/// A run's points of a stretch of time, of each cell of a grid the first: the statement leaves the others out,
+/// as reading a point costs more than passing over it. A time belongs to the cell that it reaches with `slack_ns`
+/// more.
+pub async fn thinned(
+    db: impl SqliteExecutor<'_>,
+    session_id: Uuid,
+    run: Run,
+    (from_ns, to_ns): (i64, i64),
+    (cell_ns, slack_ns): (i64, i64),
+) -> Result<Vec<TrackPoint>, StoreError> {
+    let query = sqlx::query_as(
+        "select * from track_points
+         where session_id = ?1 and run = ?2 and t_ns in (
+            select min(t_ns) from track_points
+            where session_id = ?1 and run = ?2 and t_ns >= ?3 and t_ns <= ?4 group by (t_ns + ?6) / ?5)
+         order by t_ns",
+    )
+    .bind(session_id.to_string())
+    .bind(run.name())
+    .bind(from_ns)
+    .bind(to_ns)
+    .bind(cell_ns)
+    .bind(slack_ns);
+    let rows: Vec<Stored> = query.fetch_all(db).await?;
+    Ok(rows.into_iter().map(|Stored(point)| point).collect())
+}
+
 /// A run's newest points from `since_ns` on, by time.
 pub async fn since(
     db: impl SqliteExecutor<'_>,

@@ -19,7 +19,7 @@ const LEAST_SPAN_S = 0.5;
 
 /**
  * @typedef {{
- *   fetch: (from_s: number, to_s: number, buckets: number, charts: string[]) => Promise<import("./lines.js").Charts>,
+ *   fetch: (stretch: import("./clock.js").Stretch | null, buckets: number, charts: string[]) => Promise<import("./lines.js").Charts>,
  *   seek: (t_s: number) => void, select: (a_s: number, b_s: number) => void, viewChanged: () => void, failed: (error: unknown) => void,
  *   dots: (plot: import("./plots.js").Plot) => import("./plot.js").Dot[],
  * }} Ways what the charts need of the rest of the screen
@@ -103,15 +103,16 @@ export function makeCharts(el, ways) {
     }
   }
 
-  async function load() {
+  /** @param {boolean} [whole] of a walk whose length is not known yet */
+  async function load(whole = false) {
     clearTimeout(resting);
     const mine = ++asked;
     const room_s = (to_s - from_s) * MARGIN;
     const [a_s, b_s] = [Math.max(first_s, from_s - room_s), Math.min(last_s, to_s + room_s)];
-    const width = Math.max(200, list.clientWidth - LEFT);
-    const buckets = Math.min(4000, Math.ceil((width * (b_s - a_s)) / (to_s - from_s)));
+    const width = Math.max(200, (whole ? innerWidth * 0.7 : list.clientWidth) - LEFT);
+    const buckets = Math.min(4000, Math.ceil(whole ? width : (width * (b_s - a_s)) / (to_s - from_s)));
     try {
-      const answer = await ways.fetch(a_s, b_s, buckets, chartsOf(groups));
+      const answer = await ways.fetch(whole ? null : [a_s, b_s], buckets, chartsOf(groups));
       // Somebody has moved on meanwhile: a later answer is on its way.
       if (mine !== asked) return;
       lines = new Map(answer.series.map((found) => [`${found.chart} ${found.series}`, found]));
@@ -134,7 +135,7 @@ export function makeCharts(el, ways) {
     draw();
     ways.viewChanged();
     clearTimeout(resting);
-    resting = window.setTimeout(load, REST_MS);
+    resting = window.setTimeout(() => load(), REST_MS);
   }
 
   /**
@@ -180,7 +181,6 @@ export function makeCharts(el, ways) {
     load,
     setView,
     view: () => /** @type {import("./clock.js").Stretch} */ ([from_s, to_s]),
-    loaded: () => lines.size > 0,
     /** @param {() => import("./clock.js").Stretch | null} asked */
     setLoop(asked) {
       loop = asked;

@@ -19,7 +19,7 @@ const DRAWN = {
  * @param {string} name
  * @param {number} count of runs by aids that there are already
  */
-export const drawnAs = (name, count) => DRAWN[name] ?? { ink: String(2 + (count % 6)), dash: [[8, 3], [3, 3], [12, 3, 2, 3]][count % 3], width: 1.8 };
+export const drawnAs = (name, count) => DRAWN[name] ?? { ink: ["3", "5", "4", "6"][count % 4], dash: [[8, 3], [3, 3], [12, 3, 2, 3]][count % 3], width: 1.8 };
 
 /**
  * @param {string} name

@@ -10,6 +10,9 @@ import { valueAt } from "./lines.js";
 /** An actuator is named when it is within this, m. */
 const NEAR_M = 40;
 
+/** The cursor may be this far beyond the ends of a walk and still mean its end, s. */
+const LEAVE_S = 1;
+
 const FIGURES = ["time", "clock", "e", "n", "u", "sigma", "speed", "heading", "stance", "marker", "near"];
 
 export function readoutRow() {
@@ -29,11 +32,15 @@ export function showReadout(dock, app, { walk, detail, t_s, line, visits }) {
   const track = close ? detail : walk.track;
   if (track.t_s.length === 0) return;
   const show = (/** @type {string} */ name, /** @type {string} */ words) => setText(one(`[data-figure=${name}]`, dock), words);
+  if (t_s < walk.track.t_s[0] - LEAVE_S || t_s > walk.track.t_s[walk.track.t_s.length - 1] + LEAVE_S) {
+    // Another walk goes on, or has begun, without this one.
+    FIGURES.slice(2).forEach((name) => show(name, "–"));
+    showTimes();
+    return;
+  }
   const i = indexAt(track, t_s);
   const [e_m, n_m] = placeAt(track, t_s);
-  const tenth = Math.floor(Math.abs(t_s) * 10) % 10;
-  show("time", `${t_s < 0 ? "−" : ""}${elapsed(Math.abs(t_s))}.${tenth}`);
-  show("clock", timeOfDay(walk.started_ms + t_s * 1000));
+  showTimes();
   show("e", number(e_m, 1));
   show("n", number(n_m, 1));
   show("u", number(track.u_m[i], 1));
@@ -46,6 +53,12 @@ export function showReadout(dock, app, { walk, detail, t_s, line, visits }) {
   show("marker", last ? `${last.marker} · ${duration(t_s - visitTime(last))}` : "–");
   const near = app.grid.nearest(e_m, n_m, 1, NEAR_M)[0];
   show("near", near ? `${near.place.name} · ${length(near.distance_m)}` : "–");
+
+  function showTimes() {
+    const tenth = Math.floor(Math.abs(t_s) * 10 + 1e-6) % 10;
+    show("time", `${t_s < 0 ? "−" : ""}${elapsed(Math.abs(t_s) + 1e-7)}.${tenth}`);
+    show("clock", timeOfDay(walk.started_ms + t_s * 1000));
+  }
 }
 
 /**

@@ -47,13 +47,14 @@ export function walkOf(id, name, started_at, offset_s, ink, track, visits) {
 /**
  * @param {import("../app.js").App} app
  * @param {HTMLElement} dock
+ * @param {string} id of the walk that the screen is about
  * @param {{
  *   runs: import("../map/runs.js").Runs, walks: () => Walk[], moved: (t_s: number) => void,
  *   visits: () => import("../state/findings.js").Visit[], isLive: () => boolean,
  *   detail: (from_s: number, to_s: number) => Promise<Track>,
  * }} ways `walks`: the screen's own first
  */
-export function makeReplay(app, dock, ways) {
+export function makeReplay(app, dock, id, ways) {
   const clock = new Clock();
   render(dock, html`
     <div class="transport">
@@ -77,7 +78,7 @@ export function makeReplay(app, dock, ways) {
   speed.value = String(clock.speed);
 
   const charts = makeCharts(one(".chart-room", dock), {
-    fetch: (from_s, to_s, buckets, names) => api.charts(own().id, from_s, to_s, buckets, names),
+    fetch: (stretch, buckets, names) => api.charts(id, stretch, buckets, names),
     seek,
     select: (a_s, b_s) => setLoop(a_s, b_s),
     viewChanged: () => bar.draw(),

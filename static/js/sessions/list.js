@@ -4,6 +4,7 @@ import { sessions as fetchSessions } from "../api.js";
 import { dateTime, duration, length } from "../format.js";
 import { html, one, render } from "../html.js";
 import { t, translate } from "../i18n.js";
+import { fetchScreen } from "./open.js";
 import { problemBox } from "../ui/problem.js";
 
 /** @type {Record<string, string>} */
@@ -50,6 +51,8 @@ export function sessionsView(app, side) {
   }
 
   fetchList();
+  // Most who look at the list open a walk.
+  fetchScreen().catch(() => {});
   return {
     update(changed) {
       if (changed.has("session") || changed.has("job")) fetchList();

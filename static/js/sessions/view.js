@@ -11,24 +11,33 @@ import { STORED, aidsOf, pathLength, runByAids } from "../replay/runs.js";
 import { makeReplay, walkOf } from "../replay/screen.js";
 import { standCards, standClicked } from "../stands/list.js";
 import { problemBox } from "../ui/problem.js";
+import { readRoute } from "../ui/router.js";
 import { showHead } from "./head.js";
 import { healthCard, healthOf } from "./health.js";
 import { reportCard } from "./report.js";
 import { residualCard, residualsOf } from "./residuals.js";
+import { LEAST_RATE_HZ } from "./open.js";
 import { makeTabs } from "./tabs.js";
 import { corrections, line, readTrack } from "./track.js";
 import { showVisits } from "./visits.js";
 
-/** Points a second that are fetched: a point every 0.7 m at walking pace, closer where the walk is short. */
-const LEAST_RATE_HZ = 2;
+/** Points a second that are fetched in the end, where the walk is short. */
 const MOST_RATE_HZ = 10;
 const ENOUGH_POINTS = 5000;
 /** A walk that goes on is fetched again this often, ms. */
 const LIVE_MS = 3000;
+const LIVE_CHARTS_MS = 20_000;
 const EXPORTS = ["csv", "geojson", "gpx", "kml"];
 
-/** @type {import("../ui/router.js").MakeView} */
-export function sessionView(app, side, id) {
+/**
+ * @param {import("../app.js").App} app
+ * @param {HTMLElement} side
+ * @param {string} id
+ * @param {import("./open.js").Asked} asked what was asked for already
+ * @param {() => import("./open.js").Asked} askAgain
+ * @returns {import("../ui/router.js").View}
+ */
+export function sessionView(app, side, id, asked, askAgain) {
   const moment = readMoment(location.hash);
   render(side, html`<div class="session" data-testid="session" data-session="${id}">
     <a href="#/sessions">← ${t("nav.sessions")}</a>
@@ -70,12 +79,13 @@ export function sessionView(app, side, id) {
   /** @type {any} */
   let known = null;
   let fetchedLive_ms = 0;
+  let charted_ms = performance.now();
   /** @type {import("../map/runs.js").Runs} */
   const onMap = { lines: [], cursors: [], corrections: [], arrows: true, selected: null };
   app.runs = onMap;
   // A walk is looked at closely; the other screens want the map as they left it.
   const showAsBefore = app.stage.remember();
-  const replay = makeReplay(app, dock, {
+  const replay = makeReplay(app, dock, id, {
     runs: onMap,
     walks: () => (own ? [own, ...beside] : []),
     visits: () => visits,
@@ -87,7 +97,8 @@ export function sessionView(app, side, id) {
   const nameOf = (/** @type {any} */ row) => app.live.inspectors.get(row.inspector_id)?.name ?? "–";
 
   function tellAddress() {
-    if (gone || !own) return;
+    // Somebody may have left already, and this screen not have heard of it.
+    if (gone || !own || readRoute(location.hash).argument !== id) return;
     const shown = runs.filter((run) => run.shown).map((run) => run.name);
     history.replaceState(null, "", writeMoment(id, { t_s: replay.now(), runs: shown, beside: beside.map((walk) => walk.id) }));
   }
@@ -143,15 +154,22 @@ export function sessionView(app, side, id) {
 
   async function load() {
     try {
-      const asked = [api.session(id), api.visits(id), api.anomalies(id), api.stands(id)];
-      [known, visits, anomalies, stands] = await Promise.all(asked);
+      const charted = replay.charts.load(true);
+      [known, visits, anomalies, stands] = await asked.words;
       if (gone) return;
       showWords();
       if (known.state !== "finished" && !(known.epochs > 0)) return;
+      showMain(addRun("main", await asked.coarse, moment.runs?.includes("main") ?? true));
       const rate_hz = rateOf(known);
-      const main = addRun("main", await api.track(id, "main", rate_hz), moment.runs?.includes("main") ?? true);
-      if (gone) return;
-      showMain(main);
+      charted.then(() => {
+        if (!gone) one(".session", side).dataset.charted = "yes";
+      });
+      api.charts(id, null, MOST_SECONDS, ["rate"]).then((found) => gone || render(one(".health", side), healthCard(healthOf(found.series, anomalies))), () => {});
+      if (rate_hz > LEAST_RATE_HZ) {
+        const fine = await api.track(id, "main", rate_hz);
+        if (gone) return;
+        showMain(addRun("main", fine, true));
+      }
       // What it is compared with is not waited for. A walk without a single visit, or one that was never worked out, has only one run.
       const more = await Promise.allSettled(STORED.slice(1).map((run) => api.track(id, run, rate_hz)));
       if (gone) return;
@@ -190,16 +208,7 @@ export function sessionView(app, side, id) {
     showRuns();
     replay.walksChanged();
     if (first) replay.seek(moment.t_s ?? (known.state === "live" ? Infinity : main.t_s[0]));
-    replay.charts.load().then(() => {
-      if (gone) return;
-      one(".session", side).dataset.charted = "yes";
-    });
     one(".session", side).dataset.drawn = "yes";
-    // The health of the log is not of the window that the charts show.
-    api.charts(id, main.t_s[0], main.t_s[main.t_s.length - 1], MOST_SECONDS, ["rate"]).then(
-      (found) => gone || render(one(".health", side), healthCard(healthOf(found.series, anomalies))),
-      () => {},
-    );
   }
 
   /** A run by chosen aids, computed for this answer. @param {string} name */
@@ -229,7 +238,7 @@ export function sessionView(app, side, id) {
       const [table, theirs] = await Promise.all([api.track(other, "main", rateOf(row)), api.visits(other)]);
       if (gone || table.rows.length === 0) return;
       const offset_s = (Date.parse(row.started_at) - own.started_ms) / 1000;
-      beside.push(walkOf(other, row.title || nameOf(row), row.started_at, offset_s, String(beside.length + 2), readTrack(table), theirs));
+      beside.push(walkOf(other, row.title || nameOf(row), row.started_at, offset_s, OTHERS[beside.length % OTHERS.length], readTrack(table), theirs));
       walksChanged();
     } catch (error) {
       if (!gone) trouble(error);
@@ -347,11 +356,19 @@ export function sessionView(app, side, id) {
   return {
     update(changed) {
       // The session was worked on: its end is worth a new look.
-      if (changed.has("job") && lookAtJobs()) load();
+      if (changed.has("job") && lookAtJobs()) {
+        asked = askAgain();
+        load();
+      }
       else if (known?.state === "live" && (changed.has("stand") || changed.has("visit"))) ask(Promise.resolve());
       if (known?.state === "live" && changed.has("position") && performance.now() - fetchedLive_ms > LIVE_MS) {
         fetchedLive_ms = performance.now();
         api.track(id, "main", rateOf(known)).then((table) => gone || showMain(addRun("main", table, true)), () => {});
+        // Of a walk that goes on, the charts are made of all its samples anew.
+        if (performance.now() - charted_ms > LIVE_CHARTS_MS) {
+          charted_ms = performance.now();
+          replay.charts.load(true);
+        }
       }
       if (changed.has("all")) {
         // The inspectors' names come with the feed; the theme has other colours.
@@ -372,5 +389,7 @@ export function sessionView(app, side, id) {
   };
 }
 
+/** The colours of walks beside this one: those of people that are no run's. */
+const OTHERS = ["7", "1", "6", "2"];
 /** So many seconds are looked at one by one. */
 const MOST_SECONDS = 5000;

@@ -3,6 +3,7 @@
 import { one, render, html } from "../html.js";
 import { t } from "../i18n.js";
 import { liveView } from "../live/view.js";
+import { openSession } from "../sessions/open.js";
 import { problemBox } from "./problem.js";
 
 /**
@@ -18,7 +19,7 @@ import { problemBox } from "./problem.js";
 const SCREENS = {
   live: { load: () => liveView, layout: "map", place: "live" },
   sessions: { load: () => import("../sessions/list.js").then((m) => m.sessionsView), layout: "map", place: "sessions" },
-  session: { load: () => import("../sessions/view.js").then((m) => m.sessionView), layout: "replay", place: "sessions" },
+  session: { load: () => openSession, layout: "replay", place: "sessions" },
   upload: { load: () => import("../upload/view.js").then((m) => m.uploadView), layout: "page", place: "upload" },
   faults: { load: () => import("../faults/view.js").then((m) => m.faultsView), layout: "map", place: "faults" },
   markers: { load: () => import("../markers/view.js").then((m) => m.markersView), layout: "page", place: "markers" },
