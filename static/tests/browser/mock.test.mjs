@@ -139,7 +139,26 @@ describe("the page", { skip }, () => {
     await page.waitForFunction(() => Number(document.querySelector("[data-testid=time-bar]")?.getAttribute("aria-valuenow")) > 20);
     await page.keyboard.press(" ");
     await becomes(() => page.locator(".dock").getAttribute("data-state"), "paused");
-    // The map's cursor and the charts' are one: a click on the track moves both.
+    // From A to B, over and over.
+    await page.keyboard.press("Home");
+    await page.keyboard.press("a");
+    await page.keyboard.press("Alt+ArrowRight");
+    await page.keyboard.press("b");
+    await page.keyboard.press(" ");
+    const wrapped = await page.evaluate(() => new Promise((/** @type {(times: number[]) => void} */ resolve) => {
+      const bar = document.querySelector("[data-testid=time-bar]");
+      /** @type {number[]} */
+      const times = [];
+      const look = () => {
+        times.push(Number(bar?.getAttribute("aria-valuenow")));
+        if (times.length > 2 && times[times.length - 1] < times[times.length - 2]) resolve(times);
+        else requestAnimationFrame(look);
+      };
+      look();
+    }));
+    assert.ok(wrapped.every((t_s) => t_s <= 127.5), String(wrapped));
+    await page.keyboard.press(" ");
+    await page.getByRole("button", { name: "No repeat" }).click();
     await page.keyboard.press("Home");
     const position = await page.evaluate(async () => {
       const main = "/js/main.js";
