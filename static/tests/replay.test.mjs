@@ -3,6 +3,7 @@ import { test } from "node:test";
 import { Clock, gapsOf, inAll } from "../js/replay/clock.js";
 import { readMoment, writeMoment } from "../js/replay/link.js";
 import { extremes, ticks, timeStep, valueAt, wrapDegrees } from "../js/replay/lines.js";
+import { range } from "../js/replay/plot.js";
 import { PLOTS, chartsOf } from "../js/replay/plots.js";
 import { aidsOf, pathLength, runByAids } from "../js/replay/runs.js";
 
@@ -122,4 +123,20 @@ test("every chart that is drawn is asked for, with what its bands need", () => {
   const wanted = chartsOf(PLOTS.map((plot) => plot.group));
   for (const plot of PLOTS) for (const line of plot.lines) assert.ok(wanted.includes(line.chart) && (!line.sigma || wanted.includes(line.sigma)), line.chart);
   assert.ok(!chartsOf(["height"]).includes("gyro_norm"));
+});
+
+test("a heading is drawn by the whole circle, or close to where it changes little", () => {
+  const plot = PLOTS.find((p) => p.id === "heading");
+  const picture = (low) => ({ plot, line: (chart, series) => (series === "main" ? { chart, series, start_s: 0, step_s: 1, low } : undefined), limits: [], dots: [], from_s: 0, to_s: low.length });
+  assert.deepEqual(range(picture([0, 1, 2, 3, 4])), [-180, 180]);
+  // Two full turns and 10°, and a degree more.
+  const [least, most] = range(picture([4 * Math.PI + 10 * (Math.PI / 180), 4 * Math.PI + 11 * (Math.PI / 180)]));
+  assert.ok(least > 8 && least < 10 && most > 11 && most < 13, `${least} ${most}`);
+});
+
+test("a single large innovation does not flatten the others; a field is shown with its gate", () => {
+  const of = (id, low, limits) => range({ plot: PLOTS.find((p) => p.id === id), line: (chart, series) => ({ chart, series, start_s: 0, step_s: 1, low }), limits: limits.map((value) => ({ chart: id, name: "x", value })), dots: [], from_s: 0, to_s: low.length });
+  assert.ok(of("nis_heading", [0.5, 900], [3.84, 10.83])[1] < 16);
+  const [least, most] = of("field", [47, 49], [40, 60]);
+  assert.ok(least < 40 && most > 60);
 });

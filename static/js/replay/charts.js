@@ -20,7 +20,7 @@ const LEAST_SPAN_S = 0.5;
 /**
  * @typedef {{
  *   fetch: (stretch: import("./clock.js").Stretch | null, buckets: number, charts: string[]) => Promise<import("./lines.js").Charts>,
- *   seek: (t_s: number) => void, select: (a_s: number, b_s: number) => void, viewChanged: () => void, failed: (error: unknown) => void,
+ *   seek: (t_s: number) => void, select: (a_s: number, b_s: number) => void, viewChanged: () => void, loaded: () => void, failed: (error: unknown) => void,
  *   dots: (plot: import("./plots.js").Plot) => import("./plot.js").Dot[],
  * }} Ways what the charts need of the rest of the screen
  */
@@ -118,7 +118,7 @@ export function makeCharts(el, ways) {
       lines = new Map(answer.series.map((found) => [`${found.chart} ${found.series}`, found]));
       limits = answer.limits;
       draw();
-      ways.viewChanged();
+      ways.loaded();
     } catch (error) {
       if (mine === asked) ways.failed(error);
     }

@@ -24,8 +24,10 @@ const STANCE_PX = 5;
  * @param {Picture} picture
  * @returns {[number, number]}
  */
-export function range({ plot, line, limits, dots, from_s, to_s }) {
-  if (plot.angle) return [-180, 180];
+export function range(picture) {
+  const { plot, line, limits, dots, from_s, to_s } = picture;
+  const turns = wholeTurns(picture);
+  if (plot.angle && turns === null) return [-180, 180];
   let [least, most] = [Infinity, -Infinity];
   const take = (/** @type {number} */ a, /** @type {number} */ b) => {
     least = Math.min(least, a);
@@ -45,7 +47,24 @@ export function range({ plot, line, limits, dots, from_s, to_s }) {
   if (!(least <= most)) return [0, 1];
   if (plot.zero) least = Math.min(0, least);
   const room = Math.max((most - least) * 0.06, 10 ** -plot.digits);
-  return [plot.zero && least === 0 ? 0 : least - room, most + room];
+  const turned = 360 * (turns ?? 0);
+  return [plot.zero && least === 0 ? 0 : least - room - turned, most + room - turned];
+}
+
+/**
+ * Headings go on beyond a full turn. In a view in which they change by less than half of one they are drawn close
+ * to, so many whole turns less; null: by the whole circle.
+ * @param {Picture} picture
+ * @returns {number | null}
+ */
+function wholeTurns({ plot, line, from_s, to_s }) {
+  if (!plot.angle) return null;
+  const all = plot.lines.flatMap((l) => {
+    const found = line(l.chart, l.series);
+    return (found && extremes(found, from_s, to_s)) ?? [];
+  });
+  const [least, most] = [Math.min(...all) * plot.factor, Math.max(...all) * plot.factor];
+  return most - least < 180 ? Math.round((least + most) / 720) : null;
 }
 
 /**
@@ -71,7 +90,8 @@ export function drawPlot(canvas, picture) {
   g.textAlign = "right";
   g.textBaseline = "middle";
   g.lineWidth = 1;
-  for (const tick of plot.angle ? [-180, -90, 0, 90, 180] : ticks(least, most)) {
+  const turns = wholeTurns(picture);
+  for (const tick of plot.angle && turns === null ? [-180, -90, 0, 90, 180] : ticks(least, most)) {
     g.strokeStyle = ink.plan;
     g.beginPath();
     g.moveTo(LEFT, Math.round(y(tick)) + 0.5);
@@ -107,7 +127,7 @@ export function drawPlot(canvas, picture) {
       // Two feet in one chart: what is behind shows through.
       g.globalAlpha = line.series === "right" ? 0.7 : 1;
       g.setLineDash(line.dash ?? []);
-      drawLine(g, found, plot, x, y, from_s, to_s);
+      drawLine(g, found, plot, turns, x, y, from_s, to_s);
       g.setLineDash([]);
       g.globalAlpha = 1;
     }
@@ -126,12 +146,13 @@ export function drawPlot(canvas, picture) {
  * @param {CanvasRenderingContext2D} g
  * @param {Line} line
  * @param {import("./plots.js").Plot} plot
+ * @param {number | null} turns
  * @param {(s: number) => number} x
  * @param {(v: number) => number} y
  * @param {number} from_s
  * @param {number} to_s
  */
-function drawLine(g, line, plot, x, y, from_s, to_s) {
+function drawLine(g, line, plot, turns, x, y, from_s, to_s) {
   const high = line.high ?? line.low;
   const first = Math.max(0, Math.floor((from_s - line.start_s) / line.step_s) - 1);
   const end = Math.min(line.low.length, Math.ceil((to_s - line.start_s) / line.step_s) + 1);
@@ -146,7 +167,10 @@ function drawLine(g, line, plot, x, y, from_s, to_s) {
     }
     a *= plot.factor;
     b *= plot.factor;
-    if (plot.angle) {
+    if (turns !== null) {
+      a -= 360 * turns;
+      b -= 360 * turns;
+    } else if (plot.angle) {
       const [middle, half] = [wrapDegrees((a + b) / 2), Math.min(180, (b - a) / 2)];
       [a, b] = [middle - half, middle + half];
       if (drawing && Math.abs(middle - last) > 180) drawing = false;

@@ -82,6 +82,10 @@ export function makeReplay(app, dock, id, ways) {
     seek,
     select: (a_s, b_s) => setLoop(a_s, b_s),
     viewChanged: () => bar.draw(),
+    loaded() {
+      bar.draw();
+      showFigures();
+    },
     failed(error) {
       const box = one(".chart-problem", dock);
       box.hidden = false;
@@ -143,11 +147,16 @@ export function makeReplay(app, dock, id, ways) {
     });
     app.layers.runs.invalidate();
     if (follow.checked && ways.runs.cursors.length > 0) app.stage.keepInView(ways.runs.cursors[0].place);
-    showReadout(dock, app, { walk: walks[0], detail, t_s: clock.t_s, line: charts.line, visits: ways.visits() });
+    showFigures();
     showState();
     clearTimeout(addressed);
     addressed = window.setTimeout(() => ways.moved(clock.t_s), ADDRESS_MS);
     if (clock.state === "paused") lookCloser();
+  }
+
+  function showFigures() {
+    const walk = own();
+    if (walk) showReadout(dock, app, { walk, detail, t_s: clock.t_s, line: charts.line, visits: ways.visits() });
   }
 
   /** What is stored of the track near the cursor, for figures that are not between two points. */
