@@ -18,6 +18,8 @@ export const LEFT = 46;
 const BOTTOM = 3;
 const TOP = 3;
 const STANCE_PX = 5;
+/** Values so close in time are joined, s. */
+const JOINED_S = 0.15;
 
 /**
  * What the chart spans from bottom to top, in its own unit.
@@ -159,12 +161,13 @@ function drawLine(g, line, plot, turns, x, y, from_s, to_s) {
   g.beginPath();
   let drawing = false;
   let last = 0;
+  let lastAt = 0;
   for (let i = first; i < end; i++) {
     let [a, b] = [line.low[i], high[i]];
-    if (a === null || b === null) {
-      drawing = false;
-      continue;
-    }
+    if (a === null || b === null) continue;
+    // Steps may be shorter than the time between two samples: such a hole is none.
+    if (drawing && (i - lastAt) * line.step_s > Math.max(JOINED_S, 1.5 * line.step_s)) drawing = false;
+    lastAt = i;
     a *= plot.factor;
     b *= plot.factor;
     if (turns !== null) {
