@@ -14,6 +14,8 @@ import { recall, remember } from "../ui/remembered.js";
 const MARGIN = 0.5;
 /** How long the view has to rest before it is fetched anew, ms. */
 const REST_MS = 180;
+/** Charts so close to the edge of what is in sight are drawn, too, px. */
+const SIGHT_PX = 60;
 /** Nobody looks at less than this, s. */
 const LEAST_SPAN_S = 0.5;
 
@@ -38,6 +40,9 @@ export function makeCharts(el, ways) {
     <div class="plots" tabindex="0" role="region" data-t-label="plots.label"><div class="plots-inner"><div class="plot-list"></div><div class="plots-cursor" hidden></div></div></div>`);
   const list = one(".plot-list", el);
   const cursor = one(".plots-cursor", el);
+  const room = one(".plots", el);
+  /** Plots that show what they should. @type {Set<string>} */
+  const drawn = new Set();
   const groups = new Set((recall("plots") ?? FIRST_GROUPS.join(",")).split(",").filter((group) => GROUPS.includes(group)));
   /** @type {Map<string, import("./lines.js").Line>} */
   let lines = new Map();
@@ -68,23 +73,35 @@ export function makeCharts(el, ways) {
     frame = 0;
     for (const plot of shown()) {
       const box = list.querySelector(`[data-plot="${plot.id}"]`);
-      const canvas = box?.querySelector("canvas");
-      if (!box || !canvas) continue;
-      const dots = ways.dots(plot);
-      const empty = dots.length === 0 && !plot.lines.some((l) => line(l.chart, l.series));
+      if (!box) continue;
+      const empty = ways.dots(plot).length === 0 && !plot.lines.some((l) => line(l.chart, l.series));
       box.toggleAttribute("hidden", empty);
       if (empty) continue;
       plot.lines.forEach((l, i) => {
         const key = one(`[data-line="${i}"]`, box);
         key.hidden = !line(l.chart, l.series);
-        const stroke = drawn(key, "line");
+        const stroke = part(key, "line");
         stroke.setAttribute("stroke", inkNamed(l.ink));
         stroke.setAttribute("stroke-dasharray", (l.dots ? [2, 2] : (l.dash ?? [])).join(" "));
       });
-      const charts = new Set(plot.lines.map((l) => l.chart));
-      drawPlot(canvas, { plot, line, limits: limits.filter((limit) => charts.has(limit.chart)), dots, from_s, to_s });
     }
+    drawn.clear();
+    drawInSight();
     placeCursor();
+  }
+
+  /** Those that are scrolled into sight and not drawn yet: a line of a thousand peaks takes its time. */
+  function drawInSight() {
+    const { scrollTop, clientHeight } = room;
+    for (const plot of shown()) {
+      const box = /** @type {HTMLElement | null} */ (list.querySelector(`[data-plot="${plot.id}"]`));
+      const canvas = box?.querySelector("canvas");
+      if (!box || !canvas || box.hidden || drawn.has(plot.id)) continue;
+      if (box.offsetTop > scrollTop + clientHeight + SIGHT_PX || box.offsetTop + box.offsetHeight < scrollTop - SIGHT_PX) continue;
+      drawn.add(plot.id);
+      const charts = new Set(plot.lines.map((l) => l.chart));
+      drawPlot(canvas, { plot, line, limits: limits.filter((limit) => charts.has(limit.chart)), dots: ways.dots(plot), from_s, to_s });
+    }
   }
 
   function placeCursor() {
@@ -93,6 +110,7 @@ export function makeCharts(el, ways) {
     cursor.hidden = lines.size === 0 || share < 0 || share > 1;
     cursor.style.transform = `translateX(${LEFT + share * (width - LEFT)}px)`;
     for (const plot of shown()) {
+      if (!drawn.has(plot.id)) continue;
       plot.lines.forEach((l, i) => {
         const words = list.querySelector(`[data-plot="${plot.id}"] [data-line="${i}"] b`);
         if (!words) return;
@@ -171,6 +189,10 @@ export function makeCharts(el, ways) {
     const stretch = loop();
     if (asks === "loop" && stretch) setView(...stretch);
   });
+  room.addEventListener("scroll", () => {
+    drawInSight();
+    placeCursor();
+  });
   const sized = new ResizeObserver(draw);
   sized.observe(list);
   layOut();
@@ -216,7 +238,7 @@ export function makeCharts(el, ways) {
  * @param {Element} el
  * @param {string} selector
  */
-function drawn(el, selector) {
+function part(el, selector) {
   const found = el.querySelector(selector);
   if (!found) throw new Error(`no element ${selector}`);
   return found;

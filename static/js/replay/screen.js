@@ -127,6 +127,7 @@ export function makeReplay(app, dock, id, ways) {
 
   /** @param {number} t_s */
   function seek(t_s) {
+    if (!own()) return;
     clock.seek(t_s);
     showMoment();
   }

@@ -43,6 +43,8 @@ export function makeTimeBar(canvas, clock, ways) {
     canvas.width = Math.round(width * ratio);
     canvas.height = Math.round(height * ratio);
     g.setTransform(ratio, 0, 0, ratio, 0, 0);
+    // The walk is on its way.
+    if (lanes.length === 0) return;
     const ink = inkOf();
     const x = (/** @type {number} */ s) => LEFT + ((s - clock.from_s) / span()) * (width - LEFT - RIGHT);
 

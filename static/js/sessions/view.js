@@ -53,9 +53,10 @@ export function sessionView(app, side, id, asked, askAgain) {
   makeTabs(one(".tabs", side), side, ["replay", "quality", "markers", "files"]);
   const dock = document.createElement("section");
   dock.className = "dock";
-  dock.hidden = true;
   dock.setAttribute("aria-label", t("replay.label"));
   one("#main").append(dock);
+  // Now, while nothing is drawn: each change of the map's room draws all of it anew.
+  app.stage.map.invalidateSize({ animate: false });
 
   let gone = false;
   /** @type {import("../replay/choice.js").Run[]} */
@@ -158,7 +159,10 @@ export function sessionView(app, side, id, asked, askAgain) {
       [known, visits, anomalies, stands] = await asked.words;
       if (gone) return;
       showWords();
-      if (known.state !== "finished" && !(known.epochs > 0)) return;
+      if (known.state !== "finished" && !(known.epochs > 0)) {
+        dock.hidden = true;
+        return;
+      }
       showMain(addRun("main", await asked.coarse, moment.runs?.includes("main") ?? true));
       const rate_hz = rateOf(known);
       charted.then(() => {
@@ -201,10 +205,7 @@ export function sessionView(app, side, id, asked, askAgain) {
     own = walkOf(id, known.title || nameOf(known), known.started_at, 0, "runA", main, visits);
     onMap.corrections = corrections(visits, (name) => app.grid.named(name));
     dock.hidden = false;
-    if (first) {
-      app.stage.map.invalidateSize({ animate: false });
-      app.stage.show(line(main));
-    }
+    if (first) app.stage.show(line(main));
     showRuns();
     replay.walksChanged();
     if (first) replay.seek(moment.t_s ?? (known.state === "live" ? Infinity : main.t_s[0]));
