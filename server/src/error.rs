@@ -6,6 +6,7 @@ use axum::response::{IntoResponse, Response};
 use lodestep_engine::parse::ParseError;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
+use serde_json::Value;
 use uuid::Uuid;
 
 use crate::store::StoreError;
@@ -31,6 +32,18 @@ pub enum Error {
         code: &'static str,
         /// Expected, found, what to do.
         detail: String,
+    },
+    /// Somebody else has changed it meanwhile: the client is told what it is now.
+    #[error("{detail}")]
+    Changed {
+        /// The status: 409, 412 or 428.
+        status: StatusCode,
+        /// One word for programs.
+        code: &'static str,
+        /// Expected, found, what to do.
+        detail: String,
+        /// What it is now.
+        current: Value,
     },
     /// The request says something that cannot be.
     #[error("{detail}")]
@@ -98,6 +111,9 @@ pub struct Problem {
     /// Where in the input, when that can be said.
     #[serde(rename = "where", skip_serializing_if = "Option::is_none")]
     pub place: Option<Place>,
+    /// What stands now, where somebody else has changed it meanwhile.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub current: Option<Value>,
 }
 
 impl Error {
@@ -109,6 +125,17 @@ impl Error {
     /// What stands already speaks against it.
     pub fn conflict(code: &'static str, detail: impl Into<String>) -> Error {
         Error::Conflict { code, detail: detail.into() }
+    }
+
+    /// Somebody else has changed it meanwhile; `current` is what it is now.
+    pub fn changed(
+        status: StatusCode,
+        code: &'static str,
+        detail: impl Into<String>,
+        current: impl Serialize,
+    ) -> Error {
+        let current = serde_json::to_value(current).unwrap_or_default();
+        Error::Changed { status, code, detail: detail.into(), current }
     }
 
     /// The request says something that cannot be.
@@ -130,12 +157,17 @@ impl Error {
     /// given instead of its words.
     pub fn into_problem(self) -> Problem {
         let detail = self.to_string();
+        let current = match &self {
+            Error::Changed { current, .. } => Some(current.clone()),
+            _ => None,
+        };
         let (status, code, detail, place) = match self {
             Error::NotFound { what, .. } => {
                 let code = format!("{what}_not_found").replace(' ', "_");
                 (StatusCode::NOT_FOUND, code, detail, None)
             }
             Error::Conflict { code, .. } => (StatusCode::CONFLICT, code.to_owned(), detail, None),
+            Error::Changed { status, code, .. } => (status, code.to_owned(), detail, None),
             Error::Invalid { code, place, .. } => {
                 (StatusCode::UNPROCESSABLE_ENTITY, code.to_owned(), detail, place)
             }
@@ -155,7 +187,15 @@ impl Error {
             }
         };
         let title = status.canonical_reason().unwrap_or("Error").to_owned();
-        Problem { kind: "about:blank".to_owned(), title, status: status.as_u16(), code, detail, place }
+        Problem {
+            kind: "about:blank".to_owned(),
+            title,
+            status: status.as_u16(),
+            code,
+            detail,
+            place,
+            current,
+        }
     }
 }
 

@@ -6,7 +6,7 @@ const BASE = "/api/v1";
 export class Problem extends Error {
   /**
    * @param {number} status
-   * @param {{title?: string, detail?: string, code?: string, where?: Record<string, unknown> | string}} body
+   * @param {{title?: string, detail?: string, code?: string, where?: Record<string, unknown> | string, current?: unknown}} body
    */
   constructor(status, body) {
     super(body.detail ?? body.title ?? `HTTP ${status}`);
@@ -15,6 +15,8 @@ export class Problem extends Error {
     this.code = body.code ?? "";
     this.title = body.title ?? "";
     this.where = body.where ?? null;
+    /** What stands now, where somebody else has changed it meanwhile. */
+    this.current = body.current ?? null;
   }
 }
 
@@ -289,22 +291,92 @@ export const job = (id) => get(`/jobs/${seg(id)}`);
 
 export const markers = () => get("/markers").then(rows);
 export const markersFile = `${BASE}/markers.csv`;
-/** @param {Blob} csv */
-export async function importMarkers(csv) {
-  const response = await request("/markers/import", {
+/** @param {Record<string, unknown>} body */
+export const addMarker = (body) => post("/markers", body);
+/**
+ * @param {string} name
+ * @param {Record<string, unknown>} body with the version that was seen
+ */
+export const putMarker = (name, body) => send("PUT", `/markers/${seg(name)}`, body);
+/**
+ * @param {string} name
+ * @param {number} version that was seen
+ * @param {string} reason
+ */
+export const removeMarker = (name, version, reason) => request(`/markers/${seg(name)}?version=${version}&reason=${seg(reason)}`, { method: "DELETE" });
+/** @param {string} name @returns {Promise<import("./markers/record.js").MarkerChange[]>} */
+export const markerHistory = (name) => get(`/markers/${seg(name)}/history`);
+/** @param {string} name @returns {Promise<import("./markers/record.js").VisitResidual[]>} */
+export const markerResiduals = (name) => get(`/markers/${seg(name)}/residuals`);
+export const residuals = () => get("/markers/residuals");
+
+/** @returns {Promise<import("./markers/files.js").Import[]>} */
+export const markerImports = () => get("/markers/imports");
+/** @param {string} id @returns {Promise<import("./markers/files.js").ImportView>} */
+export const markerImport = (id) => get(`/markers/imports/${seg(id)}`);
+/**
+ * @param {Blob} csv
+ * @param {string} file_name
+ * @returns {Promise<import("./markers/files.js").ImportView>} what it would change; nothing is changed yet
+ */
+export async function sendImport(csv, file_name) {
+  const response = await request(`/markers/imports?file_name=${seg(file_name)}`, {
     method: "POST",
     headers: { "Content-Type": "text/csv" },
     body: csv,
   });
   return response.json();
 }
+/**
+ * @param {string} id
+ * @param {{mapping: unknown, whole_table: boolean}} reading
+ */
+export const readImport = (id, reading) => send("PUT", `/markers/imports/${seg(id)}/reading`, reading);
+/**
+ * @param {string} id
+ * @param {Record<string, unknown>} body
+ */
+export const applyImport = (id, body) => post(`/markers/imports/${seg(id)}/apply`, body);
+/**
+ * @param {string} id
+ * @param {Record<string, unknown>} body
+ */
+export const revertImport = (id, body) => post(`/markers/imports/${seg(id)}/revert`, body);
+/** @param {string} id */
+export const giveUpImport = (id) => request(`/markers/imports/${seg(id)}`, { method: "DELETE" });
 
 /** @param {string} [state] */
 export const faults = (state) => get(`/faults${state ? `?state=${seg(state)}` : ""}`).then(rows);
 /** @param {Record<string, unknown>} body */
 export const reportFault = (body) => post("/faults", body);
 /** @param {string} id */
-export const closeFault = (id) => post(`/faults/${seg(id)}/close`);
+export const fault = (id) => get(`/faults/${seg(id)}`);
+/**
+ * @param {string} id
+ * @param {Record<string, unknown>} body with the version that was seen
+ */
+export const changeFault = (id, body) => send("PATCH", `/faults/${seg(id)}`, body);
+/** @param {string} id @returns {Promise<import("./faults/record.js").FaultChange[]>} */
+export const faultHistory = (id) => get(`/faults/${seg(id)}/history`);
+/** @param {string} id @returns {Promise<import("./faults/details.js").Helper[]>} */
+export const nearestInspectors = (id) => get(`/faults/${seg(id)}/nearest`);
+/** @param {string} id @returns {Promise<import("./faults/record.js").Photo[]>} */
+export const faultPhotos = (id) => get(`/faults/${seg(id)}/photos`);
+/**
+ * @param {string} id
+ * @param {File} photo
+ */
+export const addPhoto = (id, photo) => request(`/faults/${seg(id)}/photos`, { method: "POST", headers: { "Content-Type": photo.type || "application/octet-stream" }, body: photo });
+/**
+ * @param {string} id
+ * @param {string} photoId
+ */
+export const removePhoto = (id, photoId) => request(`/faults/${seg(id)}/photos/${seg(photoId)}`, { method: "DELETE" });
+/**
+ * @param {string} id
+ * @param {string} photoId
+ */
+export const photoUrl = (id, photoId) => `${BASE}/faults/${seg(id)}/photos/${seg(photoId)}`;
 
 export const feedUrl = () => `${location.protocol === "https:" ? "wss" : "ws"}://${location.host}${BASE}/feed`;
 

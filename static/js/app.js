@@ -81,6 +81,10 @@ export function makeApp(site, plan, me) {
     },
     /** @type {import("./map/runs.js").Runs | null} */
     runs: null,
+    /** @type {import("./map/survey.js").Survey | null} */
+    survey: null,
+    /** Those that the faults' screen lets pass. @type {import("./state/live.js").Fault[] | null} */
+    shownFaults: null,
     people: () => people(app.live, Date.now()),
     colour: (/** @type {string} */ inspectorId) => colours.get(inspectorId) ?? giveColour(inspectorId),
     /** @param {AnyTopic[]} topics */

@@ -99,7 +99,7 @@ async function start() {
     app.changed("all");
   });
   words();
-  router.go();
+  await router.go();
   document.documentElement.dataset.ready = "yes";
   return app;
 

@@ -10,6 +10,8 @@ import { fileURLToPath, pathToFileURL } from "node:url";
 import { acceptWebSocket } from "./mock/websocket.mjs";
 import { previewOf } from "./mock/preview.mjs";
 import { charts } from "./mock/charts.mjs";
+import { MockFaults } from "./mock/faults.mjs";
+import { MockMarkers } from "./mock/markers.mjs";
 import { MockSite, iso } from "./mock/site.mjs";
 import { MockStaff } from "./mock/staff.mjs";
 
@@ -22,6 +24,8 @@ export async function startMock({ port = 0, stepMs = 500 } = {}) {
   const site = new MockSite();
   const staff = new MockStaff();
   const finished = site.finishedWalk();
+  const faults = new MockFaults(site);
+  const markers = new MockMarkers(site.plan.nodes);
   const logs = new Map();
   const jobs = new Map();
   const mappings = [];
@@ -61,6 +65,19 @@ export async function startMock({ port = 0, stepMs = 500 } = {}) {
       return json(value, status);
     }
     if (!staff.known) return problem(401, "not_signed_in", "expected somebody who has signed in");
+    if (noun === "markers") {
+      const told = markers.answer(String(request.method), [id, part, number], url, body.toString());
+      if (!told) return problem(404, "no_such_route", `expected a path of docs/wire.md, found ${route}`);
+      if (told.status !== 204) return json(told.value, told.status);
+      response.writeHead(204).end();
+      return;
+    }
+    if (noun === "faults") {
+      const told = faults.answer(String(request.method), [id, part, number], body);
+      if (told?.bytes) return response.writeHead(told.status, { "Content-Type": String(told.type) }).end(told.bytes);
+      if (told?.status === 204) return response.writeHead(204).end();
+      if (told) return json(told.value, told.status);
+    }
     switch (route) {
       case "GET site": return json({ name: "FAST (demo)", latitude_deg: 25.652944, longitude_deg: 106.856667, height_m: 1110, gravity_m_s2: 9.787, declination_deg: -2.45 });
       case "GET site/:id": return json(site.plan);
@@ -191,8 +208,6 @@ export async function startMock({ port = 0, stepMs = 500 } = {}) {
         }
         return json(job);
       }
-      case "GET markers": return json(site.plan.nodes.map(({ name, e_m, n_m, u_m }) => ({ name, e_m, n_m, u_m })));
-      case "POST markers/:id": return body.toString().includes("name") ? json({ added: 1, changed: 2, unchanged: 3 }) : problem(422, "missing_header", "expected a header with name, found none", { line: 1 });
       case "GET faults": return json(site.faults.filter((f) => !url.searchParams.get("state") || f.state === url.searchParams.get("state")));
       case "POST faults": {
         const asked = given();
@@ -201,16 +216,10 @@ export async function startMock({ port = 0, stepMs = 500 } = {}) {
         const walk = site.walks.find((w) => w.session.id === asked.session_id) ?? site.walks[0];
         const [e, n] = walk.position.position_m;
         const near = site.plan.nodes.map((m) => ({ marker: m.name, distance_m: Math.hypot(m.e_m - e, m.n_m - n) })).sort((a, b) => a.distance_m - b.distance_m).slice(0, 5);
-        const fault = { id: `f${site.faults.length + 1}`, inspector_id: walk.inspector.id, text: "", marker: null, state: "open", reported_at: iso(0), position_m: walk.position.position_m, sigma_m: walk.position.sigma_m, candidates: near.map((c, i) => ({ ...c, probability: [0.5, 0.25, 0.15, 0.07, 0.03][i] })), ...asked };
+        const fault = { id: `f${site.faults.length + 1}`, inspector_id: walk.inspector.id, text: "", marker: null, state: "open", assignee_id: null, photos: 0, version: 1, reported_at: iso(0), position_m: walk.position.position_m, sigma_m: walk.position.sigma_m, candidates: near.map((c, i) => ({ ...c, probability: [0.5, 0.25, 0.15, 0.07, 0.03][i] })), ...asked };
         site.faults.push(fault);
         site.publish([{ kind: "fault", fault }]);
         return json(fault, 201);
-      }
-      case "POST faults/:id/close": {
-        const fault = site.faults.find((f) => f.id === id);
-        Object.assign(fault, { state: "closed", closed_at: iso(0) });
-        site.publish([{ kind: "fault", fault }]);
-        return json(fault);
       }
       default: return problem(404, "no_such_route", `expected a path of docs/wire.md, found ${route}`);
     }
@@ -239,6 +248,8 @@ export async function startMock({ port = 0, stepMs = 500 } = {}) {
     url: `http://127.0.0.1:${address.port}`,
     site,
     staff,
+    markers,
+    faults,
     orders,
     cut: () => sockets.forEach((s) => s.cut()),
     stop() {

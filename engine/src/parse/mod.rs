@@ -2,6 +2,7 @@
 //! pure: bytes come as arguments, and what is wrong with them comes back as a [`ParseError`] that
 //! says where, what was expected, what was found and what to do.
 
+pub mod any_table;
 pub mod batch;
 mod clock_text;
 pub mod error;

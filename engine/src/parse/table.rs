@@ -9,7 +9,7 @@ use crate::parse::records::{Record, Records};
 pub(super) fn read<P, T>(
     bytes: &[u8],
     example: &str,
-    places: impl Fn(&Header) -> Result<P, ParseError>,
+    mut places: impl FnMut(&Header) -> Result<P, ParseError>,
     mut row: impl FnMut(&P, &Record<'_>) -> Result<T, ParseError>,
 ) -> Result<Vec<T>, ParseError> {
     let mut header: Option<(Header, P)> = None;
@@ -47,11 +47,7 @@ pub(super) fn read<P, T>(
 pub(super) fn name(record: &Record<'_>, index: usize, column: &str) -> Result<String, ParseError> {
     const MOST_CHARS: usize = 100;
     let text = String::from_utf8_lossy(record.field(index));
-    let text = text.trim();
-    let text = match text.strip_prefix('\'') {
-        Some(guarded) if starts_formula(guarded) => guarded,
-        _ => text,
-    };
+    let text = unguarded(&text);
     let error = |kind, found: String| {
         ParseError::new(
             kind,
@@ -73,6 +69,15 @@ pub(super) fn name(record: &Record<'_>, index: usize, column: &str) -> Result<St
         return Err(error(ParseErrorKind::NotText, "a control character".to_owned()));
     }
     Ok(text.to_owned())
+}
+
+/// A cell without the blanks around it and without a spreadsheet guard.
+pub(super) fn unguarded(cell: &str) -> &str {
+    let text = cell.trim();
+    match text.strip_prefix('\'') {
+        Some(guarded) if starts_formula(guarded) => guarded,
+        _ => text,
+    }
 }
 
 /// Appends a name as a CSV cell: quoted where it must be, and guarded where a spreadsheet would take

@@ -26,11 +26,13 @@ mod accounts;
 mod anomalies;
 mod audit;
 mod charts;
+mod fault_photos;
 pub(crate) mod faults;
 mod health;
 mod inspectors;
 mod jobs;
 mod mappings;
+mod marker_imports;
 mod markers;
 pub mod openapi;
 mod reports;
@@ -66,7 +68,9 @@ pub fn routes(config: &Config) -> Routes {
         .merge(inspectors::routes())
         .merge(sessions::routes())
         .merge(faults::routes())
+        .merge(fault_photos::routes())
         .merge(markers::routes())
+        .merge(marker_imports::routes())
         .merge(uploads::routes())
         .merge(mappings::routes())
         .merge(jobs::routes())

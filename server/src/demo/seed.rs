@@ -1,21 +1,17 @@
 //! What the demo finds in place: markers at all actuators' anchors, and the inspectors.
 
 use anyhow::Result;
-use lodestep_engine::geo::terrain::anchors;
 use uuid::Uuid;
 
 use super::ROLES;
 use crate::state::App;
 use crate::store::inspectors::{self, Inspector};
-use crate::store::markers::{self, Marker};
 use crate::utc;
 use crate::wire::Change;
 
 /// Fills what is empty and gives the ids of the demo's inspectors, in the order of their roles.
 pub(super) async fn seed(app: &App) -> Result<Vec<Uuid>> {
-    if markers::list(app.store.read()).await?.is_empty() {
-        seed_markers(app).await?;
-    }
+    crate::markers::seed(app).await?;
     let mut ids = Vec::new();
     for role in ROLES {
         ids.push(find_or_add(app, role.name).await?.id);
@@ -34,29 +30,4 @@ pub(super) async fn find_or_add(app: &App, name: &str) -> Result<Inspector> {
     let inspectors = inspectors::list(app.store.read()).await?;
     app.hub.publish(Change::Inspectors { inspectors });
     Ok(inspector)
-}
-
-async fn seed_markers(app: &App) -> Result<()> {
-    let now = utc::now();
-    let rows: Vec<Marker> = anchors(&app.site)
-        .into_iter()
-        .map(|anchor| {
-            let [e_m, n_m, u_m] = anchor.position_n_m;
-            Marker { name: anchor.name, e_m, n_m, u_m: Some(u_m), created_at: now, updated_at: now }
-        })
-        .collect();
-    let revision = app
-        .store
-        .writer()
-        .run(move |db| {
-            Box::pin(async move {
-                for marker in &rows {
-                    markers::insert(&mut *db, marker).await?;
-                }
-                markers::bump_revision(&mut *db).await
-            })
-        })
-        .await?;
-    app.hub.publish(Change::Markers { revision });
-    Ok(())
 }

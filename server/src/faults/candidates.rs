@@ -77,7 +77,7 @@ mod tests {
 
     fn marker(name: &str, e_m: f64, n_m: f64) -> Marker {
         let at = utc::from_us(0);
-        Marker { name: name.into(), e_m, n_m, u_m: None, created_at: at, updated_at: at }
+        Marker { name: name.into(), e_m, n_m, u_m: None, version: 1, created_at: at, updated_at: at }
     }
 
     /// Rows of markers 10 m apart, `A0` at the origin.

@@ -1,5 +1,6 @@
 //! Takes a fault in: checks it, finds where its inspector was, names the candidates, stores and tells it.
 
+use schemars::JsonSchema;
 use serde::Deserialize;
 use time::OffsetDateTime;
 use uuid::Uuid;
@@ -16,14 +17,14 @@ use crate::utc;
 use crate::wire::Change;
 
 /// Letters in the word for what is wrong.
-const KIND_LENGTH: usize = 60;
+pub(super) const KIND_LENGTH: usize = 60;
 /// Letters in what the inspector writes.
-const TEXT_LENGTH: usize = 2_000;
+pub(super) const TEXT_LENGTH: usize = 2_000;
 /// A session holds a moment up to this long after its last point, s.
 const AFTER_END_S: i64 = 600;
 
 /// A fault as it is reported.
-#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct NewFault {
     /// Its id, a UUID of the sender's own: sent again after a lost answer, it makes nothing new.
@@ -34,6 +35,7 @@ pub(crate) struct NewFault {
     pub(crate) session_id: Option<Uuid>,
     /// When; now, when both times are left out.
     #[serde(default, with = "time::serde::rfc3339::option")]
+    #[schemars(with = "Option<crate::utc::Instant>")]
     pub(crate) reported_at: Option<OffsetDateTime>,
     /// When, seconds since the session's start.
     pub(crate) t_s: Option<f64>,
@@ -108,8 +110,12 @@ pub(crate) async fn report(app: &App, caller: &Caller, new: NewFault) -> Result<
         covariance_en_m2: place.map(|place| place.covariance_en_m2),
         candidates,
         state: FaultState::Open,
+        assignee_id: None,
+        photos: 0,
+        version: 1,
         closed_at: None,
         created_at: now,
+        updated_at: now,
     };
     let row = fault.clone();
     app.store.writer().run(move |db| Box::pin(async move { faults::insert(db, &row).await })).await?;
@@ -170,7 +176,7 @@ async fn whose(
 }
 
 /// Words within their bounds, without blanks around them.
-fn checked(field: &str, words: &str, least: usize, most: usize) -> Result<String> {
+pub(super) fn checked(field: &str, words: &str, least: usize, most: usize) -> Result<String> {
     let words = words.trim();
     let length = words.chars().count();
     if length < least || length > most {

@@ -7,7 +7,7 @@ use uuid::Uuid;
 
 use super::trail::{Trail, TrailPoint};
 use crate::store::anomalies::Anomaly;
-use crate::store::faults::{Fault, FaultState};
+use crate::store::faults::Fault;
 use crate::store::inspectors::Inspector;
 use crate::store::sessions::{Session, SessionState};
 use crate::store::stands::Stand;
@@ -113,7 +113,7 @@ impl Board {
                 }
             }
             Change::Fault { fault } => {
-                if fault.state == FaultState::Open {
+                if fault.state.stands() {
                     self.faults.insert(fault.id, fault.clone());
                 } else {
                     self.faults.remove(&fault.id);
@@ -145,6 +145,12 @@ impl Board {
         for (_, id) in resting.iter().rev().skip(RESTING_SHOWN) {
             self.sessions.remove(id);
         }
+    }
+
+    /// Where those who walk now are.
+    pub fn live_positions(&self) -> Vec<Position> {
+        let live = self.sessions.values().filter(|walk| walk.session.state == SessionState::Live);
+        live.filter_map(|walk| walk.position.clone()).collect()
     }
 
     /// The picture as it is now.

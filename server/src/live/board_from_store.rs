@@ -1,7 +1,6 @@
 //! The picture with which a server starts: what was on disk when it stopped.
 
 use super::board::{Board, RESTING_SHOWN};
-use crate::store::faults::FaultState;
 use crate::store::sessions::{Filter, Session, SessionState};
 use crate::store::track::Run;
 use crate::store::{
@@ -16,7 +15,7 @@ pub async fn board_from_store(store: &Store) -> Result<Board, StoreError> {
     let mut board = Board::default();
     board.apply(&Change::Inspectors { inspectors: inspectors::list(db).await? });
     board.apply(&Change::Markers { revision: markers::revision(db).await? });
-    for fault in faults::list(db, Some(FaultState::Open)).await? {
+    for fault in faults::standing(db).await? {
         board.apply(&Change::Fault { fault });
     }
     let (live, resting): (Vec<_>, Vec<_>) = sessions::list(db, Filter::default())

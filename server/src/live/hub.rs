@@ -20,7 +20,7 @@ use uuid::Uuid;
 
 use super::board::{Board, Picture};
 use crate::utc;
-use crate::wire::Change;
+use crate::wire::{Change, Position};
 
 /// How long changes are gathered before they are sent as one message.
 const GATHERED_FOR: Duration = Duration::from_millis(50);
@@ -198,6 +198,11 @@ impl Hub {
         (seq, to_text(&message))
     }
 
+    /// Where those who walk now are, as the clients were told.
+    pub fn live_positions(&self) -> Vec<Position> {
+        self.lock().board.live_positions()
+    }
+
     /// The sign of life, with the number of the last message that the client was sent.
     pub fn heartbeat(&self, seq: u64) -> Utf8Bytes {
         to_text(&HeartbeatMessage { kind: "heartbeat", seq, server_time: utc::now() })
@@ -265,7 +270,7 @@ mod tests {
     use serde_json::Value;
 
     use super::*;
-    use crate::wire::{Motion, Position};
+    use crate::wire::Motion;
 
     fn position(session: u128, t_ns: i64) -> Change {
         Change::Position(Position {

@@ -1,9 +1,24 @@
-//! The marker table: changed one by one, or by a file that is taken whole or not at all.
+//! The marker table: changed one by one, or by a file that is compared, applied and taken back; with the
+//! history of every marker, and what the walks say about its survey.
 
+mod checks;
+mod difference;
 mod edit;
+mod finding;
+mod frame_fit;
 mod import;
+mod imports;
+mod mapping;
+mod plan;
+mod residuals;
+mod rows;
 mod seed;
+mod write;
 
-pub(crate) use edit::{NewMarker, add, put, remove};
+pub(crate) use edit::{NewMarker, Seen, add, put, remove};
 pub(crate) use import::{Imported, import};
+pub(crate) use imports::{
+    Apply, ImportView, Reading, Revert, apply, create, give_up, read_again, revert, view,
+};
+pub(crate) use residuals::{Residuals, residuals};
 pub use seed::seed;

@@ -1,12 +1,12 @@
 //! The markers of a site whose table is still empty.
 
 use lodestep_engine::geo::terrain;
-use lodestep_engine::parse::markers_csv::{MarkerPlace, MarkerRow};
 
-use super::import::merge;
+use super::write::{Cause, Step, write};
+use crate::auth::Caller;
 use crate::error::Result;
 use crate::state::App;
-use crate::store::markers;
+use crate::store::markers::{self, Place};
 use crate::wire::Change;
 
 /// Puts the reflector's 2,226 ground anchors into an empty marker table; says how many. A table with
@@ -17,18 +17,20 @@ pub async fn seed(app: &App) -> Result<u64> {
     }
     // To the millimetre, as a survey would give them.
     let millimetres = |metres: f64| (metres * 1e3).round() / 1e3;
-    let rows = terrain::anchors(&app.site)
+    let steps: Vec<Step> = terrain::anchors(&app.site)
         .into_iter()
         .map(|anchor| {
             let [e_m, n_m, u_m] = anchor.position_n_m.map(millimetres);
-            MarkerRow { name: anchor.name, place: MarkerPlace::Local { e_m, n_m, u_m: Some(u_m) } }
+            Step { name: anchor.name, before: None, after: Some(Place { e_m, n_m, u_m: Some(u_m) }) }
         })
         .collect();
-    let frame = app.site.local_frame();
-    let (imported, revision) =
-        app.store.writer().run(move |db| Box::pin(async move { merge(db, &frame, rows).await })).await?;
+    let added = steps.len() as u64;
+    let cause =
+        Cause { caller: Caller::itself("demo"), reason: "the reflector's anchors".to_owned(), import: None };
+    let revision =
+        app.store.writer().run(move |db| Box::pin(async move { write(db, &steps, &cause).await })).await?;
     if let Some(revision) = revision {
         app.hub.publish(Change::Markers { revision });
     }
-    Ok(imported.added)
+    Ok(added)
 }

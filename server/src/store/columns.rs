@@ -94,7 +94,7 @@ pub(super) fn word<T: serde::de::DeserializeOwned>(row: &SqliteRow, column: &str
 }
 
 /// The word of a value, as `serde` names it.
-pub(super) fn to_word<T: serde::Serialize>(value: T) -> String {
+pub(crate) fn to_word<T: serde::Serialize>(value: T) -> String {
     match serde_json::to_value(value) {
         Ok(serde_json::Value::String(word)) => word,
         other => unreachable!("enums of the store are written as one word, not as {other:?}"),

@@ -3,7 +3,7 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use sqlx::sqlite::SqliteRow;
-use sqlx::{FromRow, Row, SqliteExecutor};
+use sqlx::{AssertSqlSafe, FromRow, Row, SqliteExecutor};
 use time::OffsetDateTime;
 use uuid::Uuid;
 
@@ -11,7 +11,7 @@ use super::{StoreError, columns};
 use crate::utc;
 
 /// A finding, placed by where its inspector was.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Fault {
     /// Its id.
     pub id: Uuid,
@@ -21,6 +21,7 @@ pub struct Fault {
     pub session_id: Option<Uuid>,
     /// When the inspector saw it.
     #[serde(with = "time::serde::rfc3339")]
+    #[schemars(with = "crate::utc::Instant")]
     pub reported_at: OffsetDateTime,
     /// The same moment on the session's clock, ns.
     pub t_ns: Option<i64>,
@@ -40,14 +41,26 @@ pub struct Fault {
     pub covariance_en_m2: Option<f64>,
     /// The actuators it may be about, likeliest first; their probabilities add up to 1.
     pub candidates: Vec<Candidate>,
-    /// Open or closed.
+    /// How far it has come.
     pub state: FaultState,
-    /// When it was closed.
+    /// Who is to see to it.
+    pub assignee_id: Option<Uuid>,
+    /// How many photos it has.
+    pub photos: u64,
+    /// Counts its changes: who changes it names the one that was seen.
+    pub version: i64,
+    /// When it was verified.
     #[serde(with = "time::serde::rfc3339::option")]
+    #[schemars(with = "Option<crate::utc::Instant>")]
     pub closed_at: Option<OffsetDateTime>,
     /// When the server had it.
     #[serde(with = "time::serde::rfc3339")]
+    #[schemars(with = "crate::utc::Instant")]
     pub created_at: OffsetDateTime,
+    /// When it last changed.
+    #[serde(with = "time::serde::rfc3339")]
+    #[schemars(with = "crate::utc::Instant")]
+    pub updated_at: OffsetDateTime,
 }
 
 /// One actuator that a fault may be about.
@@ -62,7 +75,7 @@ pub struct Candidate {
 }
 
 /// How bad a fault is.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Severity {
     /// It can wait.
@@ -73,14 +86,37 @@ pub enum Severity {
     High,
 }
 
-/// Whether a fault still stands.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+/// How far a fault has come.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum FaultState {
-    /// It stands.
+    /// It was reported, and nobody has said that it was seen.
     Open,
-    /// It is done with.
-    Closed,
+    /// Somebody knows of it.
+    Acknowledged,
+    /// Somebody is at it.
+    InWork,
+    /// It is repaired.
+    Fixed,
+    /// Somebody has looked, and it is.
+    Verified,
+}
+
+impl FaultState {
+    /// Whether it is still to be shown and seen to.
+    pub fn stands(self) -> bool {
+        self != FaultState::Verified
+    }
+
+    /// Whether this step may follow: onward as far as fixed, back at any time; only what is fixed is
+    /// verified, and what is verified can only be opened again.
+    pub fn may_become(self, next: FaultState) -> bool {
+        match (self, next) {
+            (FaultState::Verified, next) => next == FaultState::Open,
+            (now, FaultState::Verified) => now == FaultState::Fixed,
+            _ => true,
+        }
+    }
 }
 
 impl FromRow<'_, SqliteRow> for Fault {
@@ -104,24 +140,31 @@ impl FromRow<'_, SqliteRow> for Fault {
                 source: error.into(),
             })?,
             state: columns::word(row, "state")?,
+            assignee_id: columns::optional_id(row, "assignee_id")?,
+            photos: columns::count(row, "photos")?,
+            version: row.try_get("version")?,
             closed_at: columns::optional_instant(row, "closed_at")?,
             created_at: columns::instant(row, "created_at")?,
+            updated_at: columns::instant(row, "updated_at")?,
         })
     }
 }
 
+const WITH_PHOTOS: &str =
+    "select f.*, (select count(*) from fault_photos p where p.fault_id = f.id) as photos from faults f";
+
 /// Those in this state (`None`: all), newest first.
 pub async fn list(db: impl SqliteExecutor<'_>, state: Option<FaultState>) -> Result<Vec<Fault>, StoreError> {
-    let query = sqlx::query_as(
-        "select * from faults where (?1 is null or state = ?1) order by reported_at desc, id desc",
-    )
-    .bind(state.map(columns::to_word));
+    let sql =
+        format!("{WITH_PHOTOS} where (?1 is null or f.state = ?1) order by f.reported_at desc, f.id desc");
+    let query = sqlx::query_as(AssertSqlSafe(sql)).bind(state.map(columns::to_word));
     Ok(query.fetch_all(db).await?)
 }
 
 /// The one with this id.
 pub async fn get(db: impl SqliteExecutor<'_>, id: Uuid) -> Result<Option<Fault>, StoreError> {
-    Ok(sqlx::query_as("select * from faults where id = ?1").bind(id.to_string()).fetch_optional(db).await?)
+    let sql = format!("{WITH_PHOTOS} where f.id = ?1");
+    Ok(sqlx::query_as(AssertSqlSafe(sql)).bind(id.to_string()).fetch_optional(db).await?)
 }
 
 /// Adds one.
@@ -136,8 +179,9 @@ pub async fn insert(db: impl SqliteExecutor<'_>, fault: &Fault) -> Result<(), St
         "insert into faults (
             id, inspector_id, session_id, reported_at, t_ns, kind, severity, text, marker,
             e_m, n_m, u_m, sigma_e_m, sigma_n_m, sigma_u_m, covariance_en_m2,
-            candidates, state, closed_at, created_at
-         ) values (?1, ?2, ?3, ?4, ?5, ?6, ?7, ?8, ?9, ?10, ?11, ?12, ?13, ?14, ?15, ?16, ?17, ?18, ?19, ?20)",
+            candidates, state, closed_at, created_at, assignee_id, version, updated_at
+         ) values (?1, ?2, ?3, ?4, ?5, ?6, ?7, ?8, ?9, ?10, ?11, ?12, ?13, ?14, ?15, ?16, ?17, ?18, ?19, ?20,
+            ?21, ?22, ?23)",
     )
     .bind(fault.id.to_string())
     .bind(fault.inspector_id.to_string())
@@ -159,18 +203,42 @@ pub async fn insert(db: impl SqliteExecutor<'_>, fault: &Fault) -> Result<(), St
     .bind(columns::to_word(fault.state))
     .bind(fault.closed_at.map(utc::to_us))
     .bind(utc::to_us(fault.created_at))
+    .bind(fault.assignee_id.map(|id| id.to_string()))
+    .bind(fault.version)
+    .bind(utc::to_us(fault.updated_at))
     .execute(db)
     .await?;
     Ok(())
 }
 
-/// Closes one that is open; `false` when there is no open one with this id.
-pub async fn close(db: impl SqliteExecutor<'_>, id: Uuid, at: OffsetDateTime) -> Result<bool, StoreError> {
-    let query =
-        sqlx::query("update faults set state = 'closed', closed_at = ?2 where id = ?1 and state = 'open'")
-            .bind(id.to_string())
-            .bind(utc::to_us(at));
-    Ok(query.execute(db).await?.rows_affected() > 0)
+/// Those that stand, newest first.
+pub async fn standing(db: impl SqliteExecutor<'_>) -> Result<Vec<Fault>, StoreError> {
+    let sql = format!("{WITH_PHOTOS} where f.state <> 'verified' order by f.reported_at desc, f.id desc");
+    Ok(sqlx::query_as(AssertSqlSafe(sql)).fetch_all(db).await?)
+}
+
+/// Notes what may change of one: its state, who sees to it, severity, kind, text and marker. Where it was
+/// reported stays.
+pub async fn update(db: impl SqliteExecutor<'_>, fault: &Fault) -> Result<(), StoreError> {
+    sqlx::query(
+        "update faults set
+            state = ?2, assignee_id = ?3, severity = ?4, kind = ?5, text = ?6, marker = ?7,
+            version = ?8, closed_at = ?9, updated_at = ?10
+         where id = ?1",
+    )
+    .bind(fault.id.to_string())
+    .bind(columns::to_word(fault.state))
+    .bind(fault.assignee_id.map(|id| id.to_string()))
+    .bind(columns::to_word(fault.severity))
+    .bind(&fault.kind)
+    .bind(&fault.text)
+    .bind(&fault.marker)
+    .bind(fault.version)
+    .bind(fault.closed_at.map(utc::to_us))
+    .bind(utc::to_us(fault.updated_at))
+    .execute(db)
+    .await?;
+    Ok(())
 }
 
 /// Three nullable columns from one optional vector.

@@ -1,5 +1,6 @@
 //! Surveyed actuator anchors.
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use sqlx::sqlite::SqliteRow;
 use sqlx::{FromRow, Row, SqliteExecutor};
@@ -9,7 +10,7 @@ use super::{StoreError, columns};
 use crate::utc;
 
 /// A fixed point that walks are tied to.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Marker {
     /// Its name, such as A17; case matters.
     pub name: String,
@@ -19,12 +20,42 @@ pub struct Marker {
     pub n_m: f64,
     /// Up, m; `None` when its height was never surveyed.
     pub u_m: Option<f64>,
+    /// The table's revision at which it last changed: who changes it names the one that was seen.
+    pub version: i64,
     /// When it was added.
     #[serde(with = "time::serde::rfc3339")]
+    #[schemars(with = "crate::utc::Instant")]
     pub created_at: OffsetDateTime,
     /// When a coordinate last changed.
     #[serde(with = "time::serde::rfc3339")]
+    #[schemars(with = "crate::utc::Instant")]
     pub updated_at: OffsetDateTime,
+}
+
+/// Where a marker stands, in the site's frame.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[schemars(rename = "MarkerPlace")]
+pub struct Place {
+    /// East, m.
+    pub e_m: f64,
+    /// North, m.
+    pub n_m: f64,
+    /// Up, m; `None` when its height was never surveyed.
+    pub u_m: Option<f64>,
+}
+
+impl Place {
+    /// How far in plan it is from here to there, m.
+    pub fn plan_distance_m(&self, other: &Place) -> f64 {
+        (other.e_m - self.e_m).hypot(other.n_m - self.n_m)
+    }
+}
+
+impl Marker {
+    /// Where it stands.
+    pub fn place(&self) -> Place {
+        Place { e_m: self.e_m, n_m: self.n_m, u_m: self.u_m }
+    }
 }
 
 impl FromRow<'_, SqliteRow> for Marker {
@@ -34,6 +65,7 @@ impl FromRow<'_, SqliteRow> for Marker {
             e_m: row.try_get("e_m")?,
             n_m: row.try_get("n_m")?,
             u_m: row.try_get("u_m")?,
+            version: row.try_get("version")?,
             created_at: columns::instant(row, "created_at")?,
             updated_at: columns::instant(row, "updated_at")?,
         })
@@ -53,12 +85,14 @@ pub async fn get(db: impl SqliteExecutor<'_>, name: &str) -> Result<Option<Marke
 /// Adds one.
 pub async fn insert(db: impl SqliteExecutor<'_>, marker: &Marker) -> Result<(), StoreError> {
     sqlx::query(
-        "insert into markers (name, e_m, n_m, u_m, created_at, updated_at) values (?1, ?2, ?3, ?4, ?5, ?6)",
+        "insert into markers (name, e_m, n_m, u_m, version, created_at, updated_at)
+         values (?1, ?2, ?3, ?4, ?5, ?6, ?7)",
     )
     .bind(&marker.name)
     .bind(marker.e_m)
     .bind(marker.n_m)
     .bind(marker.u_m)
+    .bind(marker.version)
     .bind(utc::to_us(marker.created_at))
     .bind(utc::to_us(marker.updated_at))
     .execute(db)
@@ -67,14 +101,22 @@ pub async fn insert(db: impl SqliteExecutor<'_>, marker: &Marker) -> Result<(), 
 }
 
 /// Moves one; its name and when it was added stay. `false` when there is none with this name.
-pub async fn update(db: impl SqliteExecutor<'_>, marker: &Marker) -> Result<bool, StoreError> {
-    let query =
-        sqlx::query("update markers set e_m = ?2, n_m = ?3, u_m = ?4, updated_at = ?5 where name = ?1")
-            .bind(&marker.name)
-            .bind(marker.e_m)
-            .bind(marker.n_m)
-            .bind(marker.u_m)
-            .bind(utc::to_us(marker.updated_at));
+pub async fn update(
+    db: impl SqliteExecutor<'_>,
+    name: &str,
+    place: &Place,
+    version: i64,
+    at: OffsetDateTime,
+) -> Result<bool, StoreError> {
+    let query = sqlx::query(
+        "update markers set e_m = ?2, n_m = ?3, u_m = ?4, version = ?5, updated_at = ?6 where name = ?1",
+    )
+    .bind(name)
+    .bind(place.e_m)
+    .bind(place.n_m)
+    .bind(place.u_m)
+    .bind(version)
+    .bind(utc::to_us(at));
     Ok(query.execute(db).await?.rows_affected() > 0)
 }
 

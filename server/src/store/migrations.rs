@@ -16,20 +16,15 @@ const STEPS: &[(i64, &str, &str)] = &[
     (4, "stands", include_str!("../../../migrations/0004_stands.sql")),
     (5, "session_reports", include_str!("../../../migrations/0005_session_reports.sql")),
     (6, "people and rights", include_str!("../../../migrations/0006_people_and_rights.sql")),
+    (7, "marker history", include_str!("../../../migrations/0007_marker_history.sql")),
     (8, "session charts", include_str!("../../../migrations/0008_session_charts.sql")),
+    (9, "fault life cycle", include_str!("../../../migrations/0009_fault_life_cycle.sql")),
     (10, "how logs are read", include_str!("../../../migrations/0010_how_logs_are_read.sql")),
 ];
 
 /// Brings the database up to this version.
 pub(super) async fn run(connection: &mut SqliteConnection) -> Result<(), StoreError> {
-    let steps = STEPS
-        .iter()
-        .map(|&(version, name, sql)| {
-            let sql = AssertSqlSafe(sql).into_sql_str();
-            Migration::new(version, Cow::Borrowed(name), MigrationType::Simple, sql, false)
-        })
-        .collect();
-    Migrator::with_migrations(steps).run_direct(None, connection, false).await.map_err(|error| {
+    up_to(i64::MAX).run_direct(None, connection, false).await.map_err(|error| {
         StoreError::Open(match error {
             MigrateError::VersionMissing(version) => format!(
                 "the database was written by a newer Lodestep (it has step {version}, this one knows {}): start that version or a newer one, or restore a backup",
@@ -41,4 +36,56 @@ pub(super) async fn run(connection: &mut SqliteConnection) -> Result<(), StoreEr
             other => format!("the database could not be brought up to this version: {other}"),
         })
     })
+}
+
+/// The steps up to this one.
+fn up_to(last: i64) -> Migrator {
+    let steps = STEPS
+        .iter()
+        .filter(|(version, _, _)| *version <= last)
+        .map(|&(version, name, sql)| {
+            let sql = AssertSqlSafe(sql).into_sql_str();
+            Migration::new(version, Cow::Borrowed(name), MigrationType::Simple, sql, false)
+        })
+        .collect();
+    Migrator::with_migrations(steps)
+}
+
+#[cfg(test)]
+mod tests {
+    use sqlx::{Connection, Row};
+
+    use super::*;
+
+    /// A database of before accounts of changes were kept: its markers and faults are all there after it.
+    #[tokio::test]
+    async fn what_an_older_database_holds_is_kept() {
+        let mut db = SqliteConnection::connect("sqlite::memory:").await.unwrap();
+        up_to(6).run_direct(None, &mut db, false).await.unwrap();
+        for sql in [
+            "insert into inspectors (id, name, created_at) values ('i', 'Li Na', 0)",
+            "insert into markers (name, e_m, n_m, u_m, created_at, updated_at) values ('A17', 1, 2, null, 5, 5)",
+            "update marker_revision set revision = 4",
+            "insert into faults (id, inspector_id, reported_at, kind, severity, state, closed_at, created_at)
+             values ('f1', 'i', 7, 'drainage', 'low', 'open', null, 8)",
+            "insert into faults (id, inspector_id, reported_at, kind, severity, state, closed_at, created_at)
+             values ('f2', 'i', 7, 'drainage', 'low', 'closed', 9, 8)",
+        ] {
+            sqlx::query(sql).execute(&mut db).await.unwrap();
+        }
+        run(&mut db).await.unwrap();
+        let marker =
+            sqlx::query("select version from markers where name = 'A17'").fetch_one(&mut db).await.unwrap();
+        assert_eq!(marker.get::<i64, _>("version"), 4);
+        let faults = sqlx::query("select state, closed_at, version, updated_at from faults order by id");
+        let told: Vec<(String, Option<i64>, i64, i64)> = faults
+            .fetch_all(&mut db)
+            .await
+            .unwrap()
+            .iter()
+            .map(|row| (row.get(0), row.get(1), row.get(2), row.get(3)))
+            .collect();
+        assert_eq!(told, [("open".into(), None, 1, 8), ("verified".into(), Some(9), 1, 9)]);
+        assert!(sqlx::query("pragma foreign_key_check").fetch_all(&mut db).await.unwrap().is_empty());
+    }
 }

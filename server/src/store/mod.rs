@@ -8,11 +8,16 @@ pub mod anomalies;
 pub mod audit;
 pub mod backup;
 pub mod charts;
+pub mod fault_changes;
+pub mod fault_photos;
 pub mod faults;
 pub mod inspectors;
 pub mod jobs;
 pub mod logs;
 pub mod mappings;
+pub mod marker_changes;
+pub mod marker_imports;
+pub mod marker_residuals;
 pub mod markers;
 pub mod raw_chunks;
 pub mod reports;
@@ -36,6 +41,7 @@ use std::path::Path;
 use sqlx::SqlitePool;
 use sqlx::sqlite::{SqliteConnectOptions, SqliteJournalMode, SqlitePoolOptions, SqliteSynchronous};
 
+pub(crate) use self::columns::to_word as columns_word;
 pub use self::writer::{Record, Writer};
 
 /// Why the store did not do what it was asked.

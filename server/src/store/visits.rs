@@ -160,7 +160,10 @@ pub async fn set_outcome(
         "update visits set
             t_applied_ns = ?3, accepted = ?4, nis = ?5, degrees_of_freedom = ?6,
             before_e_m = ?7, before_n_m = ?8, before_u_m = ?9,
-            after_e_m = ?10, after_n_m = ?11, after_u_m = ?12, reason = ?13
+            after_e_m = ?10, after_n_m = ?11, after_u_m = ?12, reason = ?13,
+            marker_e_m = (select e_m from markers where name = ?2),
+            marker_n_m = (select n_m from markers where name = ?2),
+            marker_u_m = (select u_m from markers where name = ?2)
          where id = (
             select id from visits where session_id = ?1 and marker = ?2
             order by case when ?3 < t_start_ns then t_start_ns - ?3
@@ -192,7 +195,8 @@ pub async fn clear_outcomes(db: impl SqliteExecutor<'_>, session_id: Uuid) -> Re
         "update visits set
             t_applied_ns = null, accepted = null, nis = null, degrees_of_freedom = null,
             before_e_m = null, before_n_m = null, before_u_m = null,
-            after_e_m = null, after_n_m = null, after_u_m = null, reason = null
+            after_e_m = null, after_n_m = null, after_u_m = null, reason = null,
+            marker_e_m = null, marker_n_m = null, marker_u_m = null
          where session_id = ?1",
     )
     .bind(session_id.to_string())

@@ -29,10 +29,11 @@ export const faultKind = (kind) => tOr(`fault.kind.${kind}`, kind);
 export function faultCards(app, faults) {
   if (faults.length === 0) return html`<p class="empty">${t("fault.none_open")}</p>`;
   return html`${bySeverity(faults).map((fault) => {
+    const goes = fault.assignee_id ? app.live.inspectors.get(fault.assignee_id)?.name : undefined;
     const who = fault.inspector_id ? app.live.inspectors.get(fault.inspector_id)?.name : undefined;
     return html`<button type="button" class="card" data-fault="${fault.id}" data-testid="fault-card" aria-pressed="${String(fault.id === app.ui.fault)}">
-      <span class="line">${severitySign(fault.severity)}<b class="grow">${faultKind(fault.kind)}</b><span class="tag">${t(`severity.${fault.severity}`)}</span></span>
-      <span class="sub">${placeOf(fault)}${who && html` · ${who}`} · ${clock(fault.reported_at)}</span>
+      <span class="line">${severitySign(fault.severity)}<b class="grow">${faultKind(fault.kind)}</b>${fault.state !== "open" && html`<span class="tag state" data-state="${fault.state}">${t(`fault.state.${fault.state}`)}</span>`}<span class="tag">${t(`severity.${fault.severity}`)}</span></span>
+      <span class="sub">${placeOf(fault)}${who && html` · ${who}`} · ${clock(fault.reported_at)}${goes && html` · → <b>${goes}</b>`}${(fault.photos ?? 0) > 0 && html` · ${t("fault.photos_n", { n: fault.photos ?? 0 })}`}</span>
     </button>`;
   })}`;
 }

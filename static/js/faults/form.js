@@ -1,7 +1,7 @@
 // Reporting a fault where an inspector stands. The actuator is chosen by the person or left open; it is
 // never taken silently from the position, because they stand about as far apart as a position may be off.
 
-import { reportFault } from "../api.js";
+import { addPhoto, reportFault } from "../api.js";
 import { length, percent } from "../format.js";
 import { html, one, render } from "../html.js";
 import { t } from "../i18n.js";
@@ -40,9 +40,16 @@ export function makeFaultForm(app) {
       });
       app.live.faults.set(fault.id, fault);
       app.changed("fault");
+      // The report stands; a photo that is refused is told beside it.
+      /** @type {unknown} */
+      let refused = null;
+      for (const photo of data.getAll("photo")) {
+        if (photo instanceof File && photo.size > 0) await addPhoto(fault.id, photo).catch((error) => (refused = error));
+      }
       dialog.open(html`
         <h2 id="fault-title">${t("fault.done")}</h2>
         <p class="lead">${t(fault.marker ? "fault.done_keyed" : "fault.done_ranked", { marker: fault.marker ?? "" })}</p>
+        ${refused !== null && problemBox(refused)}
         ${candidateTable(fault)}
         <div class="row end"><button type="button" class="main-action" data-close autofocus>${t("close")}</button></div>`);
     } catch (error) {
@@ -70,6 +77,7 @@ export function makeFaultForm(app) {
           </div></fieldset>
           <label class="field"><span>${t("fault.typed")}</span><input name="marker_typed" autocomplete="off" spellcheck="false"></label>
           <label class="field"><span>${t("fault.text")}</span><textarea name="text" maxlength="2000"></textarea></label>
+          <label class="field"><span>${t("fault.add_photo")}</span><input type="file" name="photo" accept="image/jpeg,image/png,image/webp" multiple></label>
           <div class="answer" aria-live="polite"></div>
           <div class="row end"><button type="button" data-close>${t("cancel")}</button><button class="main-action">${t("fault.send")}</button></div>
         </form>`);

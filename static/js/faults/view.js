@@ -1,91 +1,101 @@
-// All faults, beside the map: open ones to be closed, closed ones to look up.
+// All faults, list and map: found by state, severity, who sees to them and words; one at a time in the drawer.
 
-import { closeFault, faults as fetchFaults } from "../api.js";
-import { dateTime } from "../format.js";
+import { faults as fetchFaults } from "../api.js";
 import { html, one, render } from "../html.js";
 import { t, translate } from "../i18n.js";
 import { problemBox } from "../ui/problem.js";
-import { severitySign } from "../ui/signs.js";
-import { faultCards, faultDetails, faultKind, placeOf } from "./cards.js";
+import { faultCards, faultKind, placeOf } from "./cards.js";
+import { makeFaultDetails } from "./details.js";
+import { passes, stands, STATES } from "./states.js";
+
+/** More cards than this nobody reads; the filters narrow them. */
+const MOST_CARDS = 200;
 
 /** @type {import("../ui/router.js").MakeView} */
 export function faultsView(app, side) {
   render(side, html`
-    <div class="side-head"><h1 data-t="nav.faults"></h1><p class="summary"></p></div>
-    <div class="open" data-testid="open-faults"></div>
-    <div class="selected"></div>
-    <div class="list-title"><h2 data-t="fault.closed"></h2></div>
-    <div class="closed"></div>`);
+    <div class="side-head"><h1 data-t="nav.faults"></h1><p class="summary"></p>
+      <input type="search" data-t-hint="fault.search" data-t-label="fault.search" autocomplete="off">
+      <div class="three filters-3"><select data-filter="state" data-t-label="fault.state"></select><select data-filter="severity" data-t-label="fault.severity"></select><select data-filter="assignee" data-t-label="fault.assignee"></select></div>
+    </div>
+    <div class="answer"></div>
+    <div class="cards" data-testid="faults"></div>`);
   translate(side);
-  /** @type {import("../state/live.js").Fault[]} */
-  let closed = [];
   let gone = false;
+  /** Those that are done with; the others come by the feed. @type {Map<string, import("../state/live.js").Fault>} */
+  const known = new Map();
+  const filter = { state: "standing", severity: "", assignee: "", text: "" };
+  const select = (/** @type {string} */ name) => /** @type {HTMLSelectElement} */ (one(`[data-filter=${name}]`, side));
+  const option = (/** @type {string} */ value, /** @type {string} */ words, /** @type {string} */ chosen) => html`<option value="${value}"${value === chosen && html` selected`}>${words}</option>`;
+  render(select("state"), html`${option("standing", t("fault.standing"), "standing")}${STATES.map((s) => option(s, t(`fault.state.${s}`), ""))}${option("", t("fault.all_states"), "-")}`);
+  render(select("severity"), html`${option("", t("fault.all_severities"), "-")}${["high", "medium", "low"].map((s) => option(s, t(`severity.${s}`), ""))}`);
 
-  async function fetchClosed() {
+  const details = makeFaultDetails(app, one("#drawer"), {
+    find: (id) => app.live.faults.get(id) ?? known.get(id) ?? null,
+    changed(fault) {
+      known.set(fault.id, fault);
+      app.live.faults.set(fault.id, fault);
+      app.changed("fault", "choice");
+    },
+  });
+
+  async function fetchAll() {
     try {
-      const all = await fetchFaults();
-      if (gone) return;
-      closed = all.filter((f) => f.state !== "open").sort((a, b) => b.reported_at.localeCompare(a.reported_at));
-      show();
+      for (const fault of await fetchFaults()) known.set(fault.id, fault);
+      if (!gone) {
+        render(one(".answer", side), html``);
+        app.changed("fault");
+      }
     } catch (error) {
-      if (!gone) render(one(".closed", side), problemBox(error));
+      if (!gone) render(one(".answer", side), problemBox(error));
     }
   }
 
-  const onClick = async (/** @type {Event} */ event) => {
-    const target = /** @type {HTMLElement} */ (event.target);
-    const id = target.closest("[data-fault]")?.getAttribute("data-fault");
-    const close = target.closest("[data-close-fault]");
-    if (close instanceof HTMLButtonElement && app.ui.fault) {
-      close.disabled = true;
-      try {
-        const fault = await closeFault(app.ui.fault);
-        app.live.faults.set(fault.id, fault);
-        app.ui.fault = null;
-        app.changed("fault", "choice");
-        await fetchClosed();
-      } catch (error) {
-        render(one(".answer", side), problemBox(error));
-        close.disabled = false;
-      }
-    } else if (id) {
-      app.ui.fault = id === app.ui.fault ? null : id;
-      // The map stays at the fault, wherever the inspector goes meanwhile.
-      app.ui.follow = false;
-      const fault = app.live.faults.get(id);
-      if (fault?.position_m) app.stage.goTo([fault.position_m[0], fault.position_m[1]], 1.5);
-      app.changed("choice");
-    }
-  };
-  side.addEventListener("click", onClick);
+  const all = () => [...new Map([...known, ...app.live.faults]).values()];
+  const nameOf = (/** @type {string | null | undefined} */ id) => (id && app.live.inspectors.get(id)?.name) || "";
 
   function show() {
-    const open = app.layers.openFaults();
-    render(one(".summary", side), html`<span><b>${open.length}</b> ${t("live.faults_open")}</span>`);
-    render(one(".open", side), faultCards(app, open));
-    const selected = open.find((f) => f.id === app.ui.fault);
-    render(one(".selected", side), selected
-      ? html`<div class="session" data-testid="fault-details"><h2>${faultKind(selected.kind)}</h2>${faultDetails(selected, nameOf(selected))}
-          <div class="answer"></div><div class="row end"><button type="button" class="main-action" data-close-fault data-testid="close-fault">${t("fault.close")}</button></div></div>`
-      : html`<p class="empty">${open.length > 0 && t("fault.choose")}</p>`);
-    render(one(".closed", side), closed.length === 0 ? html`<p class="empty">${t("fault.none_closed")}</p>` : html`${closed.map(
-      (f) => html`<div class="card"><span class="line">${severitySign(f.severity)}<span class="grow">${faultKind(f.kind)}</span><span class="tag">${placeOf(f)}</span></span>
-        <span class="sub">${nameOf(f)} · ${dateTime(f.reported_at)}${f.closed_at && html` → ${dateTime(f.closed_at)}`}</span></div>`,
-    )}`);
+    render(select("assignee"), html`${option("", t("fault.anybody"), "-")}${option("nobody", t("fault.nobody"), filter.assignee)}${[...app.live.inspectors.values()].map((i) => option(i.id, i.name, filter.assignee))}`);
+    const faults = all();
+    const shown = faults.filter((fault) => passes(fault, filter, [faultKind(fault.kind), fault.text, placeOf(fault), nameOf(fault.inspector_id), nameOf(fault.assignee_id)].join(" ")));
+    app.shownFaults = shown;
+    const count = (/** @type {string} */ state) => faults.filter((fault) => fault.state === state).length;
+    render(one(".summary", side), html`<span><b>${faults.filter(stands).length}</b> ${t("live.faults_open")}</span>${STATES.slice(0, 4).map((s) => count(s) > 0 && html`<span><b>${count(s)}</b> ${t(`fault.state.${s}`)}</span>`)}`);
+    render(one(".cards", side), shown.length === 0 ? html`<p class="empty">${t("fault.none_found")}</p>` : faultCards(app, shown.slice(0, MOST_CARDS)));
   }
 
-  /** @param {import("../state/live.js").Fault} fault */
-  const nameOf = (fault) => (fault.inspector_id && app.live.inspectors.get(fault.inspector_id)?.name) || "–";
+  const onClick = (/** @type {Event} */ event) => {
+    const id = /** @type {HTMLElement} */ (event.target).closest("[data-fault]")?.getAttribute("data-fault");
+    if (!id) return;
+    app.ui.fault = id === app.ui.fault ? null : id;
+    // The map stays at the fault, wherever the inspector goes meanwhile.
+    app.ui.follow = false;
+    const fault = app.live.faults.get(id) ?? known.get(id);
+    if (fault?.position_m) app.stage.goTo([fault.position_m[0], fault.position_m[1]], 1.5);
+    app.changed("choice");
+  };
+  const onFilter = (/** @type {Event} */ event) => {
+    const input = /** @type {HTMLInputElement} */ (event.target);
+    const name = input.dataset.filter ?? "text";
+    Object.assign(filter, { [name]: input.value });
+    show();
+    app.changed("choice");
+  };
+  side.addEventListener("click", onClick);
+  side.addEventListener("input", onFilter);
+  fetchAll();
 
-  fetchClosed();
   return {
     update(changed) {
-      if (changed.has("all") || changed.has("fault") || changed.has("choice")) show();
-      if (changed.has("fault")) fetchClosed();
+      if (["all", "fault", "choice", "session"].some((topic) => changed.has(/** @type {any} */ (topic)))) show();
+      if (["all", "fault", "choice"].some((topic) => changed.has(/** @type {any} */ (topic)))) details.update();
     },
     close() {
       gone = true;
+      app.shownFaults = null;
+      details.close();
       side.removeEventListener("click", onClick);
+      side.removeEventListener("input", onFilter);
     },
   };
 }

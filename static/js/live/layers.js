@@ -6,6 +6,7 @@ import { drawFaults, faultAt } from "../map/faults.js";
 import { PeopleLayer } from "../map/people.js";
 import { drawPlan } from "../map/plan.js";
 import { drawRuns } from "../map/runs.js";
+import { stands } from "../faults/states.js";
 import { Trails } from "../map/trails.js";
 import { eastNorth } from "../map/stage.js";
 
@@ -23,7 +24,9 @@ export class LiveLayers {
     this.past = stage.canvas("trails", this.walks.drawPast);
     this.trails = stage.canvas("trails", this.walks.drawRecent);
     this.runs = stage.canvas("trails", drawRuns(() => app.runs));
-    this.faults = stage.canvas("faults", drawFaults(() => ({ faults: this.openFaults(), selected: app.ui.fault })));
+    /** The markers' own, made by their screen. @type {import("../map/canvas.js").EastNorthCanvas | null} */
+    this.survey = null;
+    this.faults = stage.canvas("faults", drawFaults(() => ({ faults: this.faultsShown(), selected: app.ui.fault })));
     this.ellipses = stage.canvas("ellipses", drawEllipses(() => this.ellipsesShown()));
     this.people = new PeopleLayer(stage.map, (id) => app.select(id));
     /** @type {Set<string>} */
@@ -37,13 +40,18 @@ export class LiveLayers {
     const { app } = this;
     if (this.screen !== "live" && this.screen !== "faults") return;
     const reach_m = 12 / 2 ** app.stage.map.getZoom();
-    const fault = faultAt(this.openFaults(), place, reach_m);
+    const fault = faultAt(this.faultsShown(), place, reach_m);
     app.ui.fault = fault?.id ?? null;
     app.changed("choice");
   }
 
   openFaults() {
-    return [...this.app.live.faults.values()].filter((f) => f.state === "open");
+    return [...this.app.live.faults.values()].filter(stands);
+  }
+
+  /** On the faults' own screen those that its filters let pass, else all that stand. */
+  faultsShown() {
+    return (this.screen === "faults" && this.app.shownFaults) || this.openFaults();
   }
 
   /** @returns {import("../map/trails.js").Walked[]} */
@@ -76,7 +84,7 @@ export class LiveLayers {
 
   /** After a change of theme or of words: everything. */
   repaint() {
-    for (const canvas of [this.plan, this.actuators, this.past, this.trails, this.runs, this.faults, this.ellipses]) canvas.invalidate();
+    for (const canvas of [this.plan, this.actuators, this.past, this.trails, this.runs, this.survey, this.faults, this.ellipses]) canvas?.invalidate();
   }
 
   /**
@@ -91,6 +99,7 @@ export class LiveLayers {
       this.screen = screen;
       this.people.setShown(live);
       this.runs.setShown(screen === "session");
+      this.survey?.setShown(screen === "markers");
       this.faults.setShown(live);
     }
     this.past.setShown(live && app.ui.trails);

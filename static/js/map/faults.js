@@ -16,7 +16,7 @@ export function drawFaults(content) {
       if (!fault.position_m || !sees(fault.position_m[0], fault.position_m[1])) continue;
       const [px, py] = [x(fault.position_m[0]), y(fault.position_m[1])];
       const r = SIZE[fault.severity] ?? SIZE.low;
-      g.globalAlpha = fault.state === "open" ? 1 : 0.4;
+      g.globalAlpha = fault.state === "verified" ? 0.4 : 1;
       g.beginPath();
       sign(g, fault.severity, px, py, r);
       g.fillStyle = ink[fault.severity] ?? ink.low;

@@ -1,6 +1,7 @@
 // Who needs attention. The page ages people itself: a server that has gone silent must not leave
 // somebody shown as walking.
 
+import { stands } from "../faults/states.js";
 import { worstSigma } from "../geometry.js";
 
 /**
@@ -64,7 +65,7 @@ export function people(state, now_ms) {
   /** @type {Map<string, number>} */
   const openFaults = new Map();
   for (const fault of state.faults.values()) {
-    if (fault.state === "open" && fault.inspector_id) {
+    if (stands(fault) && fault.inspector_id) {
       openFaults.set(fault.inspector_id, (openFaults.get(fault.inspector_id) ?? 0) + 1);
     }
   }

@@ -18,7 +18,8 @@ import { extend, revise } from "./trail.js";
  * }} Position
  * @typedef {{
  *   id: string, inspector_id?: string | null, session_id?: string | null, kind: string, severity: "low" | "medium" | "high",
- *   text?: string | null, marker?: string | null, state: string, reported_at: string, closed_at?: string | null,
+ *   text?: string | null, marker?: string | null, state: string, assignee_id?: string | null, photos?: number, version?: number,
+ *   reported_at: string, closed_at?: string | null,
  *   position_m: [number, number, number] | null, sigma_m: [number, number, number] | null,
  *   candidates: {marker: string | null, probability: number, distance_m: number | null}[],
  * }} Fault a candidate without a marker stands for none of those named

@@ -1,5 +1,6 @@
 // Alarms for those who listen: somebody is lost, a fault of high severity. Moves are never read aloud.
 
+import { stands } from "../faults/states.js";
 import { one } from "../html.js";
 import { t } from "../i18n.js";
 
@@ -16,7 +17,7 @@ export function makeAlarms(app) {
         if (person.presence === "lost") now.set(`lost ${person.inspector.id}`, t("alarm.lost", { name: person.inspector.name }));
       }
       for (const fault of app.live.faults.values()) {
-        if (fault.state === "open" && fault.severity === "high") {
+        if (stands(fault) && fault.severity === "high") {
           now.set(`fault ${fault.id}`, t("alarm.fault", { marker: fault.marker ?? fault.candidates.find((c) => c.marker)?.marker ?? "?" }));
         }
       }

@@ -22,7 +22,7 @@ const SCREENS = {
   session: { load: () => openSession, layout: "replay", place: "sessions" },
   upload: { load: () => import("../upload/view.js").then((m) => m.uploadView), layout: "page", place: "upload" },
   faults: { load: () => import("../faults/view.js").then((m) => m.faultsView), layout: "map", place: "faults" },
-  markers: { load: () => import("../markers/view.js").then((m) => m.markersView), layout: "page", place: "markers" },
+  markers: { load: () => import("../markers/view.js").then((m) => m.markersView), layout: "wide", place: "markers" },
   me: { load: () => import("../me/view.js").then((m) => m.meView), layout: "page", place: "me" },
   account: { load: () => import("../account/view.js").then((m) => m.accountView), layout: "page", place: "account" },
   api: { load: () => import("../reference/view.js").then((m) => m.referenceView), layout: "page", place: "api" },

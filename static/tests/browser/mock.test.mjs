@@ -82,22 +82,6 @@ describe("the page", { skip }, () => {
     tab.wrongs.push(...rest);
   });
 
-  test("a fault is reported from where somebody stands, and closed", async () => {
-    await row("i1").click();
-    await tab.page.getByTestId("report-fault").click();
-    const dialog = tab.page.getByTestId("dialog-fault");
-    await dialog.locator("select[name=kind]").selectOption("anchor_bolt");
-    await dialog.getByText("high").click();
-    await dialog.getByRole("button", { name: "Report", exact: true }).click();
-    await dialog.getByText("50 %").waitFor();
-    await dialog.getByRole("button", { name: "Close" }).click();
-    await visit("#/faults");
-    await tab.page.getByTestId("open-faults").getByText("Anchor bolt").click();
-    await tab.page.getByTestId("close-fault").click();
-    await tab.page.locator(".closed").getByText("Anchor bolt").waitFor();
-    await becomes(() => tab.page.getByTestId("fault-card").count(), 3);
-  });
-
   test("a finished walk is drawn with and without markers", async () => {
     await visit("#/sessions");
     await tab.page.getByText("Spiral, evening").click();

@@ -109,7 +109,7 @@ export class MockSite {
     return {
       type: "snapshot", boot: this.boot, seq: this.seq, server_time: iso(0), inspectors: this.inspectors,
       sessions: this.walks.map((w) => ({ ...w.session, trail: w.trail, position: w.position, visits: w.visits, stands: w.stands, anomalies: w.anomalies })),
-      faults: this.faults.filter((f) => f.state === "open"), markers_revision: 7,
+      faults: this.faults.filter((f) => f.state !== "verified"), markers_revision: 7,
     };
   }
 
@@ -175,7 +175,7 @@ function nearest(nodes, e, n) {
 
 function fault(id, inspector_id, kind, severity, position_m, candidates) {
   return {
-    id, inspector_id, session_id: null, kind, severity, text: "", marker: null, state: "open", reported_at: iso(-300_000),
+    id, inspector_id, session_id: null, kind, severity, text: "", marker: null, state: "open", assignee_id: null, photos: 0, version: 1, reported_at: iso(-300_000),
     closed_at: null, position_m, sigma_m: [1.8, 1.6, 0.7], candidates: candidates.map(([marker, probability, distance_m]) => ({ marker, probability, distance_m })),
   };
 }

@@ -9,6 +9,7 @@ mod faults;
 mod formats;
 mod inspectors;
 mod live;
+mod marker_imports;
 mod markers;
 mod people;
 mod processing;

@@ -21,7 +21,8 @@ async fn a_marker_is_added_moved_and_removed() {
     let again = server.post("/markers", &json!({ "name": "A17", "e_m": 9.0, "n_m": 9.0 })).await;
     assert_eq!((again.0, again.1["code"].as_str()), (409, Some("marker_exists")));
 
-    let (status, moved) = server.put("/markers/A17", &json!({ "e_m": 1.5, "n_m": 2.0, "u_m": 0.25 })).await;
+    let body = json!({ "e_m": 1.5, "n_m": 2.0, "u_m": 0.25, "version": made["version"] });
+    let (status, moved) = server.put("/markers/A17", &body).await;
     assert_eq!((status, &moved["e_m"], &moved["u_m"]), (200, &json!(1.5), &json!(0.25)));
     assert_eq!(moved["created_at"], made["created_at"]);
     assert_eq!(server.put("/markers/甲 2", &json!({ "e_m": 0, "n_m": 0 })).await.0, 201);
@@ -30,6 +31,88 @@ async fn a_marker_is_added_moved_and_removed() {
     assert_eq!(server.delete("/markers/A17").await.0, 204);
     assert_eq!(server.get("/markers/A17").await.1["code"], "marker_not_found");
     assert_eq!(server.get("/markers").await.1.as_array().unwrap().len(), 1);
+}
+
+#[tokio::test]
+async fn two_who_edit_the_same_marker_do_not_overwrite_each_other() {
+    let server = TestServer::start().await;
+    let (_, seen) = server.post("/markers", &json!({ "name": "A17", "e_m": 1.0, "n_m": 2.0 })).await;
+    let mine = json!({ "e_m": 1.5, "n_m": 2.0, "version": seen["version"], "reason": "surveyed again" });
+    assert_eq!(server.put("/markers/A17", &mine).await.0, 200);
+
+    // The second has seen what is no more: by version in the body, and by the header.
+    let theirs = json!({ "e_m": 9.0, "n_m": 2.0, "version": seen["version"] });
+    let (status, problem) = server.put("/markers/A17", &theirs).await;
+    assert_eq!((status, problem["code"].as_str()), (409, Some("marker_changed")));
+    assert_eq!(problem["current"]["e_m"], 1.5);
+    let put = server.client.put(server.api("/markers/A17")).json(&json!({ "e_m": 9.0, "n_m": 2.0 }));
+    let answer = put.header("if-match", format!("\"{}\"", seen["version"])).send().await.unwrap();
+    assert_eq!(answer.status(), 412);
+    let answer =
+        server.client.delete(server.api("/markers/A17")).header("if-match", "\"0\"").send().await.unwrap();
+    assert_eq!(answer.status(), 412);
+    assert_eq!(server.get("/markers/A17").await.1["e_m"], 1.5);
+
+    // With no version at all nothing that stands is overwritten, but the same place again is no change.
+    let (status, problem) = server.put("/markers/A17", &json!({ "e_m": 9.0, "n_m": 2.0 })).await;
+    assert_eq!((status, problem["code"].as_str()), (428, Some("version_missing")));
+    assert_eq!(problem["current"]["e_m"], 1.5);
+    assert_eq!(server.put("/markers/A17", &json!({ "e_m": 1.5, "n_m": 2.0 })).await.0, 200);
+
+    // Having looked at it, by its tag; or by force.
+    let answer = server.client.get(server.api("/markers/A17")).send().await.unwrap();
+    let tag = answer.headers()["etag"].clone();
+    let put = server.client.put(server.api("/markers/A17")).json(&json!({ "e_m": 9.0, "n_m": 2.0 }));
+    assert_eq!(put.header("if-match", tag).send().await.unwrap().status(), 200);
+    let forced = json!({ "e_m": 3.0, "n_m": 2.0, "force": true });
+    assert_eq!(server.put("/markers/A17", &forced).await.0, 200);
+
+    // One that was removed and added anew is not the one that was seen.
+    let (_, old) = server.get("/markers/A17").await;
+    server.delete("/markers/A17?reason=demolished").await;
+    server.post("/markers", &json!({ "name": "A17", "e_m": 3.0, "n_m": 2.0 })).await;
+    let late = json!({ "e_m": 4.0, "n_m": 2.0, "version": old["version"] });
+    assert_eq!(server.put("/markers/A17", &late).await.0, 409);
+}
+
+#[tokio::test]
+async fn the_history_of_a_marker_says_what_it_was_and_why_it_changed() {
+    let server = TestServer::start().await;
+    server
+        .post("/markers", &json!({ "name": "A17", "e_m": 1.0, "n_m": 2.0, "reason": "first survey" }))
+        .await;
+    server
+        .put(
+            "/markers/A17",
+            &json!({ "e_m": 1.5, "n_m": 2.0, "u_m": 7.0, "force": true, "reason": "=HYPERLINK()" }),
+        )
+        .await;
+    import(&server, "name,e_m,n_m,u_m\nA17,1.25,2,\n").await;
+    server.delete("/markers/A17?reason=demolished").await;
+    let (status, history) = server.get("/markers/A17/history").await;
+    assert_eq!(status, 200);
+    let told: Vec<_> = history
+        .as_array()
+        .unwrap()
+        .iter()
+        .map(|change| {
+            (
+                change["before"]["e_m"].as_f64(),
+                change["after"]["e_m"].as_f64(),
+                change["reason"].as_str().unwrap(),
+            )
+        })
+        .collect();
+    let expected = [
+        (Some(1.25), None, "demolished"),
+        (Some(1.5), Some(1.25), ""),
+        (Some(1.0), Some(1.5), "=HYPERLINK()"),
+        (None, Some(1.0), "first survey"),
+    ];
+    assert_eq!(told, expected);
+    assert_eq!(history[1]["after"]["u_m"], 7.0, "the file left the height alone");
+    assert!(history[1]["import_id"].is_string() && history[0]["import_id"].is_null());
+    assert_eq!(server.get("/markers/B1/history").await.1["code"], "marker_not_found");
 }
 
 #[tokio::test]

@@ -104,6 +104,22 @@ async fn a_session_is_processed_with_and_without_its_markers() {
     let again = server.look(&format!("/sessions/{session_id}")).await.body;
     assert_eq!(again["track_sha256"], session["track_sha256"]);
     assert_eq!(again["anomalies"], session["anomalies"]);
+
+    // The marker's survey is held against the walk; one that is put right is right at once.
+    let residuals = server.look("/markers/residuals").await.body;
+    let told = &residuals["markers"][0];
+    assert_eq!(
+        (told["marker"].as_str(), told["visits"].as_u64(), told["sessions"].as_u64()),
+        (Some("A1"), Some(1), Some(1))
+    );
+    assert_eq!((told["mean_m"][0].as_f64(), told["suspect"].as_bool()), (Some(before), Some(false)));
+    let surveyed = server.look("/markers/A1").await.body;
+    let moved = json!({ "e_m": surveyed["e_m"].as_f64().unwrap() - 0.5, "n_m": surveyed["n_m"], "u_m": surveyed["u_m"], "version": surveyed["version"] });
+    let answer = ask(server.client.put(server.api("/markers/A1")).json(&moved)).await;
+    assert_eq!(answer.status, 200, "{answer:?}");
+    let one = server.look("/markers/A1/residuals").await.body;
+    assert!((one[0]["residual_m"][0].as_f64().unwrap() - before - 0.5).abs() < 1e-9, "{one}");
+    assert_eq!(one[0]["session_id"], session["id"]);
 }
 
 #[tokio::test]

@@ -79,9 +79,26 @@ const MATRIX: &[(&str, &str, &str)] = &[
     ("GET", "/api/v1/markers/{name}", "videsa"),
     ("PUT", "/api/v1/markers/{name}", "sa"),
     ("DELETE", "/api/v1/markers/{name}", "sa"),
+    ("GET", "/api/v1/markers/{name}/history", "videsa"),
+    ("GET", "/api/v1/markers/{name}/residuals", "videsa"),
+    ("GET", "/api/v1/markers/residuals", "videsa"),
+    ("GET", "/api/v1/markers/imports", "videsa"),
+    ("POST", "/api/v1/markers/imports", "sa"),
+    ("GET", "/api/v1/markers/imports/{id}", "videsa"),
+    ("DELETE", "/api/v1/markers/imports/{id}", "sa"),
+    ("PUT", "/api/v1/markers/imports/{id}/reading", "sa"),
+    ("POST", "/api/v1/markers/imports/{id}/apply", "sa"),
+    ("POST", "/api/v1/markers/imports/{id}/revert", "sa"),
     ("GET", "/api/v1/faults", "videsa"),
     ("POST", "/api/v1/faults", "idea"),
     ("GET", "/api/v1/faults/{id}", "videsa"),
+    ("PATCH", "/api/v1/faults/{id}", "idea"),
+    ("GET", "/api/v1/faults/{id}/history", "videsa"),
+    ("GET", "/api/v1/faults/{id}/nearest", "videsa"),
+    ("GET", "/api/v1/faults/{id}/photos", "videsa"),
+    ("POST", "/api/v1/faults/{id}/photos", "idea"),
+    ("GET", "/api/v1/faults/{id}/photos/{photo_id}", "videsa"),
+    ("DELETE", "/api/v1/faults/{id}/photos/{photo_id}", "idea"),
     ("POST", "/api/v1/faults/{id}/close", "da"),
     ("GET", "/api/v1/live", "?idea"),
     ("GET", "/api/v1/feed", "?videsa"),
@@ -129,6 +146,7 @@ async fn every_route_lets_in_whom_the_matrix_names_and_nobody_else() {
             // Ids of nothing: whoever is let in finds nothing to break.
             let path = path
                 .replace("{id}", "01900000-0000-7000-8000-000000000000")
+                .replace("{photo_id}", "01900000-0000-7000-8000-000000000000")
                 .replace("{number}", "1")
                 .replace("{name}", "nothing");
             let method: Method = method.parse().unwrap();

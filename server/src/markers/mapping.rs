@@ -1,0 +1,176 @@
+//! Which column of a file is what: guessed by the columns' names, put right by people.
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+/// Which column is what, by number from 0.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(tag = "frame", rename_all = "snake_case", deny_unknown_fields)]
+pub(crate) enum Mapping {
+    /// In the site's frame, m.
+    Local {
+        /// The marker's name.
+        name: usize,
+        /// East.
+        e_m: usize,
+        /// North.
+        n_m: usize,
+        /// Up; `None`: the file leaves heights alone.
+        u_m: Option<usize>,
+    },
+    /// On the WGS84 ellipsoid.
+    Geographic {
+        /// The marker's name.
+        name: usize,
+        /// Latitude, degrees.
+        latitude_deg: usize,
+        /// Longitude, degrees.
+        longitude_deg: usize,
+        /// Height above the ellipsoid, m; `None`: the file leaves heights alone.
+        height_m: Option<usize>,
+    },
+}
+
+const NAMES: &[&str] = &[
+    "name",
+    "marker",
+    "pointname",
+    "point",
+    "id",
+    "no",
+    "number",
+    "station",
+    "actuator",
+    "点名",
+    "点号",
+    "名称",
+    "编号",
+    "促动器",
+    "促动器编号",
+    "标志点",
+    "标志",
+    "节点",
+    "节点编号",
+];
+const EASTS: &[&str] = &["e", "east", "easting", "x", "东", "东坐标", "横坐标", "东向"];
+const NORTHS: &[&str] = &["n", "north", "northing", "y", "北", "北坐标", "纵坐标", "北向"];
+const UPS: &[&str] =
+    &["u", "up", "z", "h", "height", "elevation", "alt", "altitude", "高", "高程", "标高", "天"];
+const LATITUDES: &[&str] = &["lat", "latitude", "b", "纬度"];
+const LONGITUDES: &[&str] = &["lon", "lng", "long", "longitude", "l", "经度"];
+const HEIGHTS: &[&str] =
+    &["height", "h", "ellipsoidheight", "alt", "altitude", "大地高", "椭球高", "高程", "高"];
+/// Units that stand behind a column's name.
+const UNITS: &[&str] = &["deg", "degrees", "metres", "meters", "米", "度", "m"];
+
+impl Mapping {
+    /// The mapping that the names of the columns suggest; `None` where name or plan coordinates are missing.
+    pub(super) fn guess(columns: &[String]) -> Option<Mapping> {
+        let words: Vec<String> = columns.iter().map(|column| word(column)).collect();
+        // Exactly the words, in the order in which they are listed: `name` is meant before `no`.
+        let find = |known: &[&str]| known.iter().find_map(|word| words.iter().position(|w| w == word));
+        let name = find(NAMES)?;
+        let other = |index: Option<usize>| index.filter(|index| *index != name);
+        match (other(find(EASTS)), other(find(NORTHS))) {
+            (Some(e_m), Some(n_m)) => Some(Mapping::Local { name, e_m, n_m, u_m: other(find(UPS)) }),
+            _ => Some(Mapping::Geographic {
+                name,
+                latitude_deg: other(find(LATITUDES))?,
+                longitude_deg: other(find(LONGITUDES))?,
+                height_m: other(find(HEIGHTS)),
+            }),
+        }
+    }
+
+    /// The same with the two axes of the plan changed over.
+    pub(super) fn swapped(self) -> Mapping {
+        match self {
+            Mapping::Local { name, e_m, n_m, u_m } => Mapping::Local { name, e_m: n_m, n_m: e_m, u_m },
+            Mapping::Geographic { name, latitude_deg, longitude_deg, height_m } => Mapping::Geographic {
+                name,
+                latitude_deg: longitude_deg,
+                longitude_deg: latitude_deg,
+                height_m,
+            },
+        }
+    }
+
+    /// The same columns read in the other frame; north and latitude are one axis.
+    pub(super) fn in_the_other_frame(self) -> Mapping {
+        match self {
+            Mapping::Local { name, e_m, n_m, u_m } => {
+                Mapping::Geographic { name, latitude_deg: n_m, longitude_deg: e_m, height_m: u_m }
+            }
+            Mapping::Geographic { name, latitude_deg, longitude_deg, height_m } => {
+                Mapping::Local { name, e_m: longitude_deg, n_m: latitude_deg, u_m: height_m }
+            }
+        }
+    }
+
+    /// Name, the two axes as this frame names them (east, north; latitude, longitude), and the height.
+    pub(super) fn columns(self) -> (usize, [usize; 2], Option<usize>) {
+        match self {
+            Mapping::Local { name, e_m, n_m, u_m } => (name, [e_m, n_m], u_m),
+            Mapping::Geographic { name, latitude_deg, longitude_deg, height_m } => {
+                (name, [latitude_deg, longitude_deg], height_m)
+            }
+        }
+    }
+
+    /// Whether each column is there, and none is two things.
+    pub(super) fn fits(self, columns: usize) -> bool {
+        let (name, [first, second], height) = self.columns();
+        let mut used = vec![name, first, second];
+        used.extend(height);
+        used.sort_unstable();
+        used.iter().all(|index| *index < columns) && used.windows(2).all(|pair| pair[0] != pair[1])
+    }
+}
+
+/// A column's name without its unit, its brackets and what parts its words.
+fn word(column: &str) -> String {
+    let lower = column.to_lowercase();
+    let bare = lower.split(['(', '（', '[', '/']).next().unwrap_or_default().trim();
+    let parted: Vec<&str> = bare.split([' ', '_', '-', '.', ':']).filter(|part| !part.is_empty()).collect();
+    let kept = match parted.split_last() {
+        Some((last, rest)) if !rest.is_empty() && UNITS.contains(last) => rest,
+        _ => &parted[..],
+    };
+    kept.concat()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn guess(header: &str) -> Option<Mapping> {
+        Mapping::guess(&header.split(',').map(str::to_owned).collect::<Vec<_>>())
+    }
+
+    #[test]
+    fn names_are_known_in_two_languages_and_any_order() {
+        let local = |name, e_m, n_m, u_m| Some(Mapping::Local { name, e_m, n_m, u_m });
+        assert_eq!(guess("name,e_m,n_m,u_m"), local(0, 1, 2, Some(3)));
+        assert_eq!(guess("Height (m),North (m),East (m),No.,Point name"), local(4, 2, 1, Some(0)));
+        assert_eq!(guess("编号,备注,北坐标(m),东坐标(m)"), local(0, 3, 2, None));
+        let geographic =
+            Mapping::Geographic { name: 2, latitude_deg: 1, longitude_deg: 0, height_m: Some(3) };
+        assert_eq!(guess("lon_deg,lat_deg,name,height_m"), Some(geographic));
+        assert_eq!(guess("经度,纬度,点名,大地高（米）"), Some(geographic));
+    }
+
+    #[test]
+    fn what_is_not_there_is_not_guessed() {
+        assert_eq!(guess("name,a,b2"), None);
+        assert_eq!(guess("e_m,n_m"), None);
+    }
+
+    #[test]
+    fn a_mapping_uses_each_column_once() {
+        let mapping = Mapping::Local { name: 0, e_m: 1, n_m: 2, u_m: Some(3) };
+        assert!(mapping.fits(4) && !mapping.fits(3));
+        assert!(!Mapping::Local { name: 0, e_m: 1, n_m: 1, u_m: None }.fits(4));
+        assert_eq!(mapping.swapped().swapped(), mapping);
+        assert_eq!(mapping.in_the_other_frame().in_the_other_frame(), mapping);
+    }
+}

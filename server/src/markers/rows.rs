@@ -1,0 +1,279 @@
+//! The rows of a file of markers, read by a mapping; each that cannot be read is a finding.
+
+use std::collections::HashMap;
+
+use lodestep_engine::geo::LocalFrame;
+use lodestep_engine::parse::any_table::{AnyRow, AnyTable};
+use lodestep_engine::parse::markers_csv::MarkerPlace;
+
+use super::edit::{FARTHEST_M, checked_name};
+use super::finding::{Findings, Level};
+use super::mapping::Mapping;
+use crate::store::markers::Place;
+
+/// The share of a file's rows that makes a finding one of the whole file.
+const MOST: f64 = 0.8;
+/// A place of the site is nearer to it than this, degrees: some 50 km.
+const NEAR_DEG: f64 = 0.5;
+
+/// One marker of a file.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Row {
+    /// The line, counted from 1.
+    pub(super) line: u64,
+    /// Its name.
+    pub(super) name: String,
+    /// Where the file has it, in the site's frame.
+    pub(super) place: Place,
+}
+
+/// Reads the rows.
+pub(super) fn rows(
+    table: &AnyTable,
+    mapping: Mapping,
+    frame: &LocalFrame,
+    findings: &mut Findings,
+) -> Vec<Row> {
+    if table.rows.is_empty() {
+        findings.of_file(
+            Level::Error,
+            "no_rows",
+            "expected a row for each marker, found none: check that this is the file you meant".to_owned(),
+            None,
+        );
+    }
+    if wrong_frame(table, mapping, frame, findings) {
+        return Vec::new();
+    }
+    let mut rows = Vec::with_capacity(table.rows.len());
+    let mut lines: HashMap<String, u64> = HashMap::new();
+    for row in &table.rows {
+        let Some(read) = one(row, table, mapping, frame, findings) else { continue };
+        if let Some(line) = lines.insert(read.name.clone(), read.line) {
+            findings.of_line(
+                Level::Error,
+                "repeated_name",
+                read.line,
+                &read.name,
+                format!("expected every marker once, found it in line {line} already: remove one of the two"),
+            );
+            continue;
+        }
+        rows.push(read);
+    }
+    rows
+}
+
+fn one(
+    row: &AnyRow,
+    table: &AnyTable,
+    mapping: Mapping,
+    frame: &LocalFrame,
+    findings: &mut Findings,
+) -> Option<Row> {
+    let (name, plan, height) = mapping.columns();
+    let cell = |index: usize| row.cells.get(index).map(String::as_str).unwrap_or_default();
+    let name = match checked_name(cell(name)) {
+        Ok(name) => name,
+        Err(error) => {
+            findings.of_line(Level::Error, "wrong_name", row.line, "", error.to_string());
+            return None;
+        }
+    };
+    let mut value = |index: usize, most: f64| {
+        let text = cell(index);
+        let column = &table.columns[index];
+        let value = number(text);
+        let wrong = match value {
+            None => ("not_a_number", "a number with a point before its decimals".to_owned()),
+            Some(value) if value.abs() > most => ("out_of_range", format!("a value from −{most} to {most}")),
+            Some(_) => return value,
+        };
+        let shown: String = text.chars().take(40).collect();
+        findings.of_line(
+            Level::Error,
+            wrong.0,
+            row.line,
+            &name,
+            format!(
+                "expected {} in column {column:?}, found {shown:?}: correct it, or choose another column",
+                wrong.1
+            ),
+        );
+        None
+    };
+    let most = match mapping {
+        Mapping::Local { .. } => [FARTHEST_M; 2],
+        Mapping::Geographic { .. } => [90.0, 180.0],
+    };
+    let first = value(plan[0], most[0]);
+    let second = value(plan[1], most[1]);
+    // An empty height leaves the height alone.
+    let height = match height.filter(|index| !cell(*index).is_empty()) {
+        None => Some(None),
+        Some(index) => value(index, FARTHEST_M).map(Some),
+    };
+    let (first, second, height) = (first?, second?, height?);
+    let (e_m, n_m, u_m) = match mapping {
+        Mapping::Local { .. } => (first, second, height),
+        Mapping::Geographic { .. } => {
+            MarkerPlace::Geodetic { latitude_deg: first, longitude_deg: second, height_m: height }
+                .to_local_m(frame)
+        }
+    };
+    if e_m.abs() > FARTHEST_M || n_m.abs() > FARTHEST_M {
+        findings.of_line(
+            Level::Error,
+            "out_of_range",
+            row.line,
+            &name,
+            format!(
+                "expected a place within {FARTHEST_M} m of the site's origin, found {e_m:.0} m east and {n_m:.0} m north of it: check frame and columns"
+            ),
+        );
+        return None;
+    }
+    Some(Row { line: row.line, name, place: Place { e_m, n_m, u_m } })
+}
+
+/// Whether nearly all rows say that the columns mean something else, so that each of them need not.
+fn wrong_frame(table: &AnyTable, mapping: Mapping, frame: &LocalFrame, findings: &mut Findings) -> bool {
+    let (_, [first, second], _) = mapping.columns();
+    let origin = frame.origin();
+    let share = |says: &dyn Fn(f64, f64) -> bool| {
+        let of = table
+            .rows
+            .iter()
+            .filter_map(|row| Some((number(row.cells.get(first)?)?, number(row.cells.get(second)?)?)));
+        let pairs: Vec<_> = of.collect();
+        !pairs.is_empty()
+            && pairs.iter().filter(|(a, b)| says(*a, *b)).count() as f64 >= MOST * table.rows.len() as f64
+    };
+    let near = |latitude: f64, longitude: f64| {
+        (latitude - origin.latitude_deg).abs() < NEAR_DEG
+            && (longitude - origin.longitude_deg).abs() < NEAR_DEG
+    };
+    match mapping {
+        Mapping::Geographic { .. } if share(&|a, b| near(b, a) && !near(a, b)) => findings.of_file(
+            Level::Error,
+            "swapped_lat_lon",
+            format!(
+                "expected latitudes near {:.2}° and longitudes near {:.2}°, found the one in the other's column: change the two columns over",
+                origin.latitude_deg, origin.longitude_deg
+            ),
+            Some(mapping.swapped()),
+        ),
+        Mapping::Geographic { .. } if share(&|a, b| a.abs() > 90.0 || b.abs() > 180.0) => findings.of_file(
+            Level::Error,
+            "looks_local",
+            "expected degrees, found values that can only be metres: choose the site's frame".to_owned(),
+            Some(mapping.in_the_other_frame()),
+        ),
+        Mapping::Geographic { .. } if share(&|a, b| !near(a, b)) => findings.of_file(
+            Level::Error,
+            "wrong_frame",
+            format!(
+                "expected places near {:.2}° N {:.2}° E, found others: check that this is the file of this site and that the degrees are decimal and on WGS84",
+                origin.latitude_deg, origin.longitude_deg
+            ),
+            None,
+        ),
+        Mapping::Local { .. } if share(&|a, b| near(b, a) || near(a, b)) => {
+            // The mapping's east is its longitude; where the values say otherwise, they are changed over.
+            let other = mapping.in_the_other_frame();
+            let suggested = if share(&|a, b| near(b, a)) { other } else { other.swapped() };
+            findings.of_file(
+                Level::Error,
+                "looks_geographic",
+                "expected metres from the site's origin, found degrees of latitude and longitude: choose the geographic frame".to_owned(),
+                Some(suggested),
+            );
+        }
+        Mapping::Local { .. } if share(&|a, b| a.abs() > FARTHEST_M || b.abs() > FARTHEST_M) => findings
+            .of_file(
+                Level::Error,
+                "wrong_frame",
+                format!(
+                    "expected metres from the site's origin, found coordinates farther than {FARTHEST_M} m, such as those of a projected national grid: give them in the site's frame or as latitude and longitude"
+                ),
+                None,
+            ),
+        _ => return false,
+    }
+    true
+}
+
+/// A number as surveyors' tables have it: a real minus sign and blanks are taken as they are meant.
+fn number(text: &str) -> Option<f64> {
+    let plain = text.trim().replace('−', "-");
+    plain.parse::<f64>().ok().filter(|value| value.is_finite())
+}
+
+#[cfg(test)]
+mod tests {
+    use lodestep_engine::geo::Site;
+    use lodestep_engine::parse::any_table;
+
+    use super::*;
+
+    fn read(text: &str) -> (Vec<Row>, Findings) {
+        let table = any_table::read(text.as_bytes()).unwrap();
+        let mapping = Mapping::guess(&table.columns).unwrap();
+        let mut findings = Findings::default();
+        let rows = rows(&table, mapping, &Site::fast().local_frame(), &mut findings);
+        (rows, findings)
+    }
+
+    fn codes(text: &str) -> Vec<String> {
+        read(text).1.findings.into_iter().map(|finding| finding.code).collect()
+    }
+
+    #[test]
+    fn rows_are_read_in_both_frames() {
+        let (rows, findings) = read("name,e_m,n_m,u_m\n A1 ,1.5,−2,\nB2,3,4,5\n");
+        assert_eq!(
+            rows[0],
+            Row { line: 2, name: "A1".into(), place: Place { e_m: 1.5, n_m: -2.0, u_m: None } }
+        );
+        assert_eq!((rows[1].place.u_m, findings), (Some(5.0), Findings::default()));
+        let (rows, _) = read("name,lat_deg,lon_deg,height_m\nA1,25.652944,106.856667,1120\n");
+        assert!(rows[0].place.e_m.abs() < 1e-6 && (rows[0].place.u_m.unwrap() - 10.0).abs() < 1e-6);
+    }
+
+    #[test]
+    fn every_wrong_row_is_told_with_its_line() {
+        let (rows, findings) =
+            read("name,e_m,n_m,u_m\n,1,2,3\nA1,1,east,3\nA2,1,2,3\nA2,4,5,6\nA3,200000,1,1\nA4,1,1,x\n");
+        assert_eq!(rows.len(), 1);
+        let told: Vec<_> =
+            findings.findings.iter().map(|finding| (finding.code.as_str(), finding.line.unwrap())).collect();
+        assert_eq!(
+            told,
+            [
+                ("wrong_name", 2),
+                ("not_a_number", 3),
+                ("repeated_name", 5),
+                ("out_of_range", 6),
+                ("not_a_number", 7)
+            ]
+        );
+    }
+
+    #[test]
+    fn a_wrong_frame_is_told_once_with_what_would_be_right() {
+        let (_, findings) = read("name,e_m,n_m\nA,106.8566,25.6529\nB,106.8567,25.6530\n");
+        let found = &findings.findings[0];
+        assert_eq!(found.code, "looks_geographic");
+        let right = Mapping::Geographic { name: 0, latitude_deg: 2, longitude_deg: 1, height_m: None };
+        assert_eq!(found.suggested, Some(right));
+        let (_, findings) = read("name,e_m,n_m\nA,25.6529,106.8566\n");
+        assert_eq!(findings.findings[0].suggested, Some(right.swapped()));
+        let (_, findings) = read("name,lat_deg,lon_deg\nA,106.8566,25.6529\nB,106.8567,25.6530\n");
+        assert_eq!(findings.findings[0].code, "swapped_lat_lon");
+        assert_eq!(findings.findings.len(), 1);
+        assert_eq!(codes("name,lat_deg,lon_deg\nA,-120.5,200.1\n"), ["looks_local"]);
+        assert_eq!(codes("name,lat_deg,lon_deg\nA,39.9,116.4\n"), ["wrong_frame"]);
+        assert_eq!(codes("name,e_m,n_m\nA,36386000.1,2838000.2\n"), ["wrong_frame"]);
+        assert_eq!(codes("name,e_m,n_m\n"), ["no_rows"]);
+    }
+}

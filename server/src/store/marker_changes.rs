@@ -1,0 +1,102 @@
+//! The history of the markers: what each was, and what it became.
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+use sqlx::sqlite::SqliteRow;
+use sqlx::{FromRow, Row, SqliteExecutor};
+use time::OffsetDateTime;
+use uuid::Uuid;
+
+use super::markers::Place;
+use super::{StoreError, columns};
+use crate::utc;
+
+/// One change of one marker.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct MarkerChange {
+    /// The marker's name.
+    pub marker: String,
+    /// The table's revision after it.
+    pub revision: i64,
+    /// When.
+    #[serde(with = "time::serde::rfc3339")]
+    #[schemars(with = "crate::utc::Instant")]
+    pub changed_at: OffsetDateTime,
+    /// Who; `None` where nobody had to sign in.
+    pub changed_by: Option<String>,
+    /// Why; may be empty.
+    pub reason: String,
+    /// The file that it came with, or whose revert it is.
+    pub import_id: Option<Uuid>,
+    /// Whether it takes back what the file changed.
+    pub is_revert: bool,
+    /// Where it stood; `None`: there was none.
+    pub before: Option<Place>,
+    /// Where it stands now; `None`: it was removed.
+    pub after: Option<Place>,
+}
+
+impl FromRow<'_, SqliteRow> for MarkerChange {
+    fn from_row(row: &SqliteRow) -> sqlx::Result<Self> {
+        Ok(MarkerChange {
+            marker: row.try_get("marker")?,
+            revision: row.try_get("revision")?,
+            changed_at: columns::instant(row, "changed_at")?,
+            changed_by: row.try_get("changed_by")?,
+            reason: row.try_get("reason")?,
+            import_id: columns::optional_id(row, "import_id")?,
+            is_revert: row.try_get("is_revert")?,
+            before: place(row, ["before_e_m", "before_n_m", "before_u_m"])?,
+            after: place(row, ["after_e_m", "after_n_m", "after_u_m"])?,
+        })
+    }
+}
+
+fn place(row: &SqliteRow, [e, n, u]: [&str; 3]) -> sqlx::Result<Option<Place>> {
+    let e_m: Option<f64> = row.try_get(e)?;
+    let Some(e_m) = e_m else { return Ok(None) };
+    Ok(Some(Place { e_m, n_m: row.try_get(n)?, u_m: row.try_get(u)? }))
+}
+
+/// Adds one.
+pub async fn insert(db: impl SqliteExecutor<'_>, change: &MarkerChange) -> Result<(), StoreError> {
+    sqlx::query(
+        "insert into marker_changes (
+            marker, revision, changed_at, changed_by, reason, import_id, is_revert,
+            before_e_m, before_n_m, before_u_m, after_e_m, after_n_m, after_u_m
+         ) values (?1, ?2, ?3, ?4, ?5, ?6, ?7, ?8, ?9, ?10, ?11, ?12, ?13)",
+    )
+    .bind(&change.marker)
+    .bind(change.revision)
+    .bind(utc::to_us(change.changed_at))
+    .bind(&change.changed_by)
+    .bind(&change.reason)
+    .bind(change.import_id.map(|id| id.to_string()))
+    .bind(change.is_revert)
+    .bind(change.before.map(|place| place.e_m))
+    .bind(change.before.map(|place| place.n_m))
+    .bind(change.before.and_then(|place| place.u_m))
+    .bind(change.after.map(|place| place.e_m))
+    .bind(change.after.map(|place| place.n_m))
+    .bind(change.after.and_then(|place| place.u_m))
+    .execute(db)
+    .await?;
+    Ok(())
+}
+
+/// Those of a marker, newest first.
+pub async fn of_marker(db: impl SqliteExecutor<'_>, name: &str) -> Result<Vec<MarkerChange>, StoreError> {
+    let query = sqlx::query_as("select * from marker_changes where marker = ?1 order by id desc").bind(name);
+    Ok(query.fetch_all(db).await?)
+}
+
+/// What a file changed, in that order; not what its revert did.
+pub async fn of_import(
+    db: impl SqliteExecutor<'_>,
+    import_id: Uuid,
+) -> Result<Vec<MarkerChange>, StoreError> {
+    let query =
+        sqlx::query_as("select * from marker_changes where import_id = ?1 and is_revert = 0 order by id")
+            .bind(import_id.to_string());
+    Ok(query.fetch_all(db).await?)
+}
