@@ -21,19 +21,25 @@ pub struct GroundPointErrors {
 /// Lays the track upon the points by a turn and a shift and measures what is left; `None` when fewer
 /// than two points lie inside the track.
 pub fn ground_points(points: &[TrackPoint], known: &[KnownPlace]) -> Option<GroundPointErrors> {
-    let pairs = |hand: f64| -> Vec<([f64; 2], [f64; 2])> {
-        known
-            .iter()
-            .filter_map(|place| {
-                let [e, n, _] = position_at(points, place.t_ns)?;
-                Some(([e, n], [place.position_m[0], hand * place.position_m[1]]))
-            })
-            .collect()
-    };
-    let right_handed = what_is_left(&pairs(1.0))?;
-    let left_handed = what_is_left(&pairs(-1.0))?;
+    let right_handed = what_is_left(&pairs(points, known, 1.0))?;
+    let left_handed = what_is_left(&pairs(points, known, -1.0))?;
     let mirrored = left_handed.mean_m < right_handed.mean_m;
     Some(GroundPointErrors { distance: if mirrored { left_handed } else { right_handed }, mirrored })
+}
+
+/// The fit by which [`ground_points`] measures, and the sign that the points' y takes before it.
+pub(super) fn fit(points: &[TrackPoint], known: &[KnownPlace]) -> Option<(RigidFit, f64)> {
+    let hand = if ground_points(points, known)?.mirrored { -1.0 } else { 1.0 };
+    Some((RigidFit::new(&pairs(points, known, hand))?, hand))
+}
+
+/// The track at each point's time, and the point.
+fn pairs(points: &[TrackPoint], known: &[KnownPlace], hand: f64) -> Vec<([f64; 2], [f64; 2])> {
+    let pair = |place: &KnownPlace| {
+        let [e, n, _] = position_at(points, place.t_ns)?;
+        Some(([e, n], [place.position_m[0], hand * place.position_m[1]]))
+    };
+    known.iter().filter_map(pair).collect()
 }
 
 fn what_is_left(pairs: &[([f64; 2], [f64; 2])]) -> Option<Spread> {

@@ -46,6 +46,51 @@ pub fn motion_capture(points: &[TrackPoint], truth: &[KnownPlace]) -> Option<Mot
     })
 }
 
+/// How a track is laid upon its truth: both from their start, the track turned, the truth mirrored where
+/// its frame is left-handed.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Alignment {
+    from: [f64; 2],
+    known_from: [f64; 2],
+    turn_rad: f64,
+    hand: f64,
+}
+
+impl Alignment {
+    /// The one by which [`motion_capture`] compares.
+    pub(super) fn of(points: &[TrackPoint], truth: &[KnownPlace]) -> Option<Alignment> {
+        let hand = if motion_capture(points, truth)?.mirrored { -1.0 } else { 1.0 };
+        let (mut track, mut known): (Vec<[f64; 3]>, Vec<[f64; 3]>) = truth
+            .iter()
+            .filter_map(|place| Some((position_at(points, place.t_ns)?, place.position_m)))
+            .unzip();
+        let ([from, known_from], flip) =
+            ([*track.first()?, *known.first()?], |[x, y, z]: [f64; 3]| [x, hand * y, z]);
+        start_at_zero(&mut track);
+        start_at_zero(&mut known);
+        let known: Vec<[f64; 3]> = known.into_iter().map(flip).collect();
+        let turn_rad = first_direction_rad(&known)? - first_direction_rad(&track)?;
+        Some(Alignment {
+            from: [from[0], from[1]],
+            known_from: [known_from[0], known_from[1]],
+            turn_rad,
+            hand,
+        })
+    }
+
+    /// Where a place of the track lies.
+    pub(super) fn track(&self, [x, y]: [f64; 2]) -> [f64; 2] {
+        let (sin, cos) = libm::sincos(self.turn_rad);
+        let (x, y) = (x - self.from[0], y - self.from[1]);
+        [cos * x - sin * y, sin * x + cos * y]
+    }
+
+    /// Where a place of the truth lies.
+    pub(super) fn known(&self, [x, y]: [f64; 2]) -> [f64; 2] {
+        [x - self.known_from[0], self.hand * (y - self.known_from[1])]
+    }
+}
+
 /// Turns the track into the truth's heading and compares; both start at zero.
 fn compare(track: &[[f64; 3]], true_track: &[[f64; 3]]) -> Option<MotionCaptureErrors> {
     let turn_rad = first_direction_rad(true_track)? - first_direction_rad(track)?;

@@ -3,6 +3,7 @@
 mod honesty;
 mod ladder;
 mod markers;
+mod picture;
 mod recordings;
 mod score;
 mod text_table;
@@ -17,6 +18,7 @@ use serde::Serialize;
 use crate::cli::failure::Failure;
 use crate::cli::print::print;
 use crate::cli::solution::Solution;
+use crate::cli::track_output::write_text;
 use crate::cli::{aids, progress};
 use score::Score;
 
@@ -55,6 +57,10 @@ pub(super) struct EvaluateArgs {
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
     hold_back: Option<u16>,
 
+    /// The tracks upon what is known of the walks, as a file; SVG
+    #[arg(long, value_name = "FILE")]
+    picture: Option<PathBuf>,
+
     /// JSON instead of a table
     #[arg(long)]
     json: bool,
@@ -78,6 +84,9 @@ pub(super) fn evaluate(args: &EvaluateArgs) -> Result<()> {
         Some(Study::Markers(args)) => return markers::markers(args),
         None => {}
     }
+    if args.picture.as_ref().is_some_and(|path| path.extension().is_none_or(|ending| ending != "svg")) {
+        return Err(Failure::usage("--picture writes SVG: give a name that ends in .svg"));
+    }
     let found = recordings::find(&args.paths, args.closed)?;
     if found.is_empty() {
         return Err(Failure::BadInput(format!(
@@ -94,6 +103,9 @@ pub(super) fn evaluate(args: &EvaluateArgs) -> Result<()> {
         bar.inc(1);
     }
     bar.finish_and_clear();
+    if let Some(path) = &args.picture {
+        write_text(path, &picture::of_scores(&scores))?;
+    }
     print(&if args.json { json(&scores)? } else { text_table::of_scores(&scores) })
 }
 

@@ -3,7 +3,8 @@
 use anyhow::Result;
 use indicatif::ProgressBar;
 use lodestep_engine::evaluate::{
-    self, FeetApart, GroundPointErrors, LoopClosure, MotionCaptureErrors, Spread, TruthErrors, VisitErrors,
+    self, FeetApart, GroundPointErrors, LoopClosure, MotionCaptureErrors, Overlay, Spread, TruthErrors,
+    VisitErrors,
 };
 use lodestep_engine::geo::Site;
 use lodestep_engine::parse::truth_csv::{self, KnownPlace};
@@ -33,6 +34,9 @@ pub(super) struct Score {
     track_sha256: String,
     #[serde(flatten)]
     pub(super) figures: Figures,
+    /// The track upon what is known.
+    #[serde(skip)]
+    pub(super) overlay: Overlay,
 }
 
 /// The figures of one measure; none where the track gave too little to compare.
@@ -117,6 +121,16 @@ pub(super) fn score(
         },
         Judge::Nothing => Figures::Nothing,
     };
+    let overlay = match recording.judge {
+        Judge::MotionCapture(_) => Overlay::on_motion_capture(points, &known).unwrap_or_default(),
+        Judge::GroundPoints(_) => Overlay::on_ground_points(points, &known).unwrap_or_default(),
+        Judge::ClosedLoop => {
+            let start =
+                points.first().map(|point| KnownPlace { t_ns: point.t_ns, position_m: point.position_n_m });
+            Overlay::in_one_frame(points, start.as_slice())
+        }
+        Judge::Feet | Judge::Simulated { .. } | Judge::Nothing => Overlay::in_one_frame(points, &known),
+    };
     Ok(Score {
         set: recording.set.clone(),
         name: recording.name.clone(),
@@ -128,6 +142,7 @@ pub(super) fn score(
         process_seconds: walked.process_seconds,
         track_sha256: walked.track.sha256(),
         figures,
+        overlay,
     })
 }
 

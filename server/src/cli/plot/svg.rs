@@ -14,7 +14,7 @@ const PLOT_HEIGHT: f64 = 270.0;
 const LEGEND_ROW: f64 = 20.0;
 
 /// The colours of up to four series; dark ground has its own.
-pub(in crate::cli) const STYLE: &str = "<style>\
+pub(super) const STYLE: &str = "<style>\
     svg{--ground:#fff;--ink:#222;--faint:#ddd;--s0:#0b62a4;--s1:#c2410c;--s2:#15803d;--s3:#7e22ce}\
     @media (prefers-color-scheme:dark){svg{--ground:#16191d;--ink:#e6e6e6;--faint:#3a4048;--s0:#6cb6ff;--s1:#ff9a5c;--s2:#6fdc8c;--s3:#d2a8ff}}\
     text{font:12px system-ui,sans-serif;fill:var(--ink)}.t{font-size:14px;font-weight:600}\
