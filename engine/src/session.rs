@@ -13,6 +13,8 @@ use crate::systems::pedestrian::start::{self, Starts};
 use crate::systems::pedestrian::tuning::Tuning;
 
 mod ending;
+#[cfg(test)]
+mod long_walk_tests;
 mod sensor_state;
 
 pub use sensor_state::SensorState;

@@ -2,8 +2,7 @@
 
 use nalgebra::Vector3;
 
-/// So much further than at the nearest, and the foot has passed, m² (0.2 m from beside the other). What
-/// has come since then is computed anew, so it is not to be much.
+/// So much further than at the nearest, and the foot has passed, m² (0.2 m from beside the other).
 const PASSED_SQUARED_M2: f64 = 0.04;
 /// Feet that are so much further from each other than at the nearest are not beside each other, m².
 const APART_SQUARED_M2: f64 = 0.03;
@@ -39,7 +38,6 @@ pub struct Swing {
     velocity_then_n: Vector3<f64>,
     under_way: bool,
     departing: bool,
-    used: bool,
 }
 
 impl Swing {
@@ -53,7 +51,6 @@ impl Swing {
             velocity_then_n: Vector3::zeros(),
             under_way: true,
             departing: true,
-            used: false,
         };
     }
 
@@ -64,7 +61,7 @@ impl Swing {
     /// sample of the true one; across the swing, nothing moves in that time.
     #[inline]
     pub fn follow(&mut self, p_n: &Vector3<f64>, v_n: &Vector3<f64>, other_p_n: &Vector3<f64>) -> Following {
-        if !self.under_way || self.used {
+        if !self.under_way {
             return Following::Nothing;
         }
         let (east, north) = (p_n.x - other_p_n.x, p_n.y - other_p_n.y);
@@ -95,7 +92,7 @@ impl Swing {
     pub fn end(&mut self, p_n: &Vector3<f64>, other_p_n: &Vector3<f64>) -> Following {
         let squared = (p_n - other_p_n).xy().norm_squared();
         let beyond = squared > self.smallest_squared_m2 + APART_SQUARED_M2;
-        if !self.under_way || self.used || !beyond {
+        if !self.under_way || !beyond {
             return Following::Nothing;
         }
         self.conclude(p_n)
@@ -122,16 +119,6 @@ impl Swing {
     /// Where the foot left the ground, n, m.
     pub fn start_p_n(&self) -> &Vector3<f64> {
         &self.start_p_n
-    }
-
-    /// The moment of the smallest distance has been used: this swing asks for no more.
-    pub fn mark_used(&mut self) {
-        self.used = true;
-    }
-
-    /// Velocity of the swinging foot at the smallest distance, n, m/s.
-    pub fn velocity_then_n(&self) -> &Vector3<f64> {
-        &self.velocity_then_n
     }
 }
 

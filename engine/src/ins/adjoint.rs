@@ -17,13 +17,15 @@
 
 use nalgebra::{Matrix3, SMatrix, SVector, Vector3};
 
+use super::aside::transform_row;
 use super::block_covariance::BlockCovariance;
 use super::error_model::Transition;
+use super::eskf::Eskf;
 use super::imu_noise::ImuNoise;
-use super::layout::BLOCKS_A_SENSOR;
-use super::operations::{Factor, Operation};
+use super::layout::{BLOCKS_A_SENSOR, ErrorState};
 use super::rows::Rows;
-use super::tape::{Entry, Tape};
+use super::sensor_map::Five;
+use super::tape::{AsideTaken, Entry, Tape};
 
 /// What the future says at one moment of the way back.
 #[derive(Clone, Debug)]
@@ -34,6 +36,16 @@ pub(crate) struct Adjoint<const B: usize> {
     information: BlockCovariance<B>,
     /// The smoothed errors of the nominal state, P λ.
     errors: [Vector3<f64>; B],
+    /// What the future says of an error that has been set aside.
+    aside: Option<OfAside<B>>,
+}
+
+/// λ and Λ of the error set aside: Λ with itself and with all others.
+#[derive(Clone, Debug)]
+struct OfAside<const B: usize> {
+    lambda: f64,
+    information: f64,
+    row: Rows<1, B>,
 }
 
 impl<const B: usize> Adjoint<B> {
@@ -43,6 +55,7 @@ impl<const B: usize> Adjoint<B> {
             lambda: [Vector3::zeros(); B],
             information: BlockCovariance::zeros(),
             errors: [Vector3::zeros(); B],
+            aside: None,
         }
     }
 
@@ -51,9 +64,17 @@ impl<const B: usize> Adjoint<B> {
         &self.errors
     }
 
-    /// W Λ W': what smoothing takes off the covariance of M numbers whose covariance with the errors is W.
-    pub(crate) fn taken_off<const M: usize>(&self, w: &Rows<M, B>) -> SMatrix<f64, M, M> {
-        self.information.times_rows(w).times_transposed(w)
+    /// W Λ W': what smoothing takes off the covariance of M numbers whose covariance with the errors is `w`,
+    /// and with the error set aside `w_aside`.
+    pub(crate) fn taken_off<const M: usize>(
+        &self,
+        w: &Rows<M, B>,
+        w_aside: &SVector<f64, M>,
+    ) -> SMatrix<f64, M, M> {
+        let off = self.information.times_rows(w).times_transposed(w);
+        let Some(aside) = &self.aside else { return off };
+        let both = w.times_transposed(&aside.row) * w_aside.transpose();
+        off + both + both.transpose() + w_aside * w_aside.transpose() * aside.information
     }
 
     /// Whether every number in it is finite.
@@ -62,10 +83,14 @@ impl<const B: usize> Adjoint<B> {
         vectors.flat_map(|v| v.iter()).all(|x| x.is_finite()) && self.information.is_finite()
     }
 
-    /// Works the errors out anew from the covariance of this moment: on the way back rounding grows as
-    /// the errors of an inertial sensor do, so once in a minute it is taken out.
-    pub(crate) fn anchor(&mut self, covariance: &BlockCovariance<B>) {
-        self.errors = covariance.times(&self.lambda);
+    /// Works the errors out anew from the covariance that the filter had at this moment: on the way back
+    /// rounding grows as the errors of an inertial sensor do, so once in a minute it is taken out.
+    pub(crate) fn anchor(&mut self, filter: &Eskf<B>) {
+        self.errors = filter.covariance.times(&self.lambda);
+        if let (Some(kept), Some(said)) = (&filter.aside, &self.aside) {
+            let more = kept.row.transposed_times(&SVector::<f64, 1>::new(said.lambda));
+            self.errors.iter_mut().zip(&more).for_each(|(error, more)| *error += more);
+        }
     }
 
     /// Goes back over `tape`, to the last moment marked in it, or to its start. Says whether it is at a
@@ -79,24 +104,27 @@ impl<const B: usize> Adjoint<B> {
                         self.undo_transition(&transition, usize::from(sensor), noise);
                     }
                 }
-                Entry::Update { rows, used, blocks } => {
+                Entry::Update { rows, used, blocks, aside } => {
                     let blocks = &blocks[..usize::from(used)];
                     match rows {
-                        1 => self.undo_update::<1>(blocks, &mut tape.numbers),
-                        2 => self.undo_update::<2>(blocks, &mut tape.numbers),
-                        _ => self.undo_update::<3>(blocks, &mut tape.numbers),
+                        1 => self.undo_update::<1>(blocks, aside, &mut tape.numbers),
+                        2 => self.undo_update::<2>(blocks, aside, &mut tape.numbers),
+                        _ => self.undo_update::<3>(blocks, aside, &mut tape.numbers),
                     }
                 }
+                Entry::SetAside => self.undo_set_aside(&mut tape.numbers),
                 Entry::AddMultiple { a, b } => {
                     let factor = Matrix3::from_column_slice(&pop::<9>(&mut tape.numbers));
-                    let (a, b, factor) = (usize::from(a), usize::from(b), Factor::Matrix(factor));
-                    self.information.add_multiple(b, a, &factor.transposed());
-                    self.undo(&Operation::AddMultiple { a, b, factor });
+                    self.undo_add_multiple(usize::from(a), usize::from(b), &factor);
                 }
                 Entry::Scale { block } => {
-                    let by = Vector3::from(pop(&mut tape.numbers));
-                    self.information.scale(usize::from(block), &by);
-                    self.undo(&Operation::Scale { i: usize::from(block), by });
+                    let (block, by) = (usize::from(block), Vector3::from(pop(&mut tape.numbers)));
+                    self.information.scale(block, &by);
+                    self.lambda[block].component_mul_assign(&by);
+                    self.errors[block].component_div_assign(&by);
+                    if let Some(aside) = &mut self.aside {
+                        aside.row.scale(block, &by);
+                    }
                 }
                 Entry::Isolate { block } => {
                     let block = usize::from(block);
@@ -106,7 +134,7 @@ impl<const B: usize> Adjoint<B> {
                 }
                 Entry::Copy { from, to } => {
                     let (from, to) = (usize::from(from), usize::from(to));
-                    self.information.add_multiple(from, to, &Factor::Scalar(1.0));
+                    self.information.add_multiple(from, to, &Matrix3::identity());
                     self.information.isolate(to, Matrix3::zeros());
                     let lambda = std::mem::take(&mut self.lambda[to]);
                     self.lambda[from] += lambda;
@@ -124,34 +152,58 @@ impl<const B: usize> Adjoint<B> {
     }
 
     fn undo_transition(&mut self, transition: &Transition, sensor: usize, noise: &ImuNoise) {
-        for (block, variance) in transition.noise(sensor, noise) {
-            self.errors[block] -= variance.component_mul(&self.lambda[block]);
+        let growth = transition.noise(noise);
+        for (state, variance) in growth.by_itself {
+            self.errors[state.of(sensor)] -= variance.component_mul(&self.lambda[state.of(sensor)]);
         }
-        let mut operations = transition.operations(sensor, noise);
-        operations.reverse();
-        operations.iter().for_each(|operation| self.undo(operation));
-        let transposed = operations.map(|operation| operation.transposed());
-        self.information.transform::<BLOCKS_A_SENSOR>(sensor * BLOCKS_A_SENSOR, &transposed);
-    }
-
-    /// Goes back over an operation with the errors and λ; Λ has done so.
-    #[inline]
-    fn undo(&mut self, operation: &Operation) {
-        match operation {
-            Operation::AddMultiple { a, b, factor } => {
-                let (lambda, error) = (self.lambda[*a], self.errors[*b]);
-                self.lambda[*b] += factor.transposed().times(&lambda);
-                self.errors[*a] -= factor.times(&error);
-            }
-            Operation::Scale { i, by } => {
-                self.lambda[*i].component_mul_assign(by);
-                self.errors[*i].component_div_assign(by);
-            }
+        let (position, velocity) = (ErrorState::Position.of(sensor), ErrorState::Velocity.of(sensor));
+        let share_s = growth.position_share_s;
+        let pushed =
+            growth.velocity.component_mul(&(self.lambda[velocity] + self.lambda[position] * share_s));
+        self.errors[velocity] -= pushed;
+        self.errors[position] -= pushed * share_s;
+        let map = transition.map(noise);
+        let first = sensor * BLOCKS_A_SENSOR;
+        change_five(&mut self.errors, first, |errors| map.inverse(errors));
+        change_five(&mut self.lambda, first, |lambda| map.transposed(lambda));
+        self.information.transform(first, |column| map.transposed(column));
+        if let Some(aside) = &mut self.aside {
+            transform_row(&mut aside.row, first, |row| map.transposed(row));
         }
     }
 
-    fn undo_update<const M: usize>(&mut self, blocks: &[u8], numbers: &mut Vec<f64>) {
-        let start = numbers.len().saturating_sub(3 * M * (blocks.len() + B) + M * M + 2 * M);
+    fn undo_add_multiple(&mut self, a: usize, b: usize, factor: &Matrix3<f64>) {
+        let transposed = factor.transpose();
+        self.information.add_multiple(b, a, &transposed);
+        let (lambda, error) = (self.lambda[a], self.errors[b]);
+        self.lambda[b] += transposed * lambda;
+        self.errors[a] -= factor * error;
+        if let Some(aside) = &mut self.aside {
+            aside.row.add_multiple(b, a, &transposed);
+        }
+    }
+
+    /// The error set aside was c = g e: λ ← λ + g' λ_c, Λ ← Λ + g' Λ_ce + Λ_ec g + g' Λ_cc g.
+    fn undo_set_aside(&mut self, numbers: &mut Vec<f64>) {
+        let mut g = Rows::<1, B>::zeros();
+        let start = numbers.len().saturating_sub(3 * B);
+        g.0.as_flattened_mut().as_flattened_mut().copy_from_slice(&numbers[start..]);
+        numbers.truncate(start);
+        let Some(aside) = self.aside.take() else { return };
+        let mut d = g.times(&SMatrix::<f64, 1, 1>::new(-0.5 * aside.information));
+        d.subtract(&aside.row);
+        for block in 0..B {
+            let own = g.block(block).transpose();
+            if own != Vector3::zeros() {
+                self.information.subtract_both_products(block, &own, &d);
+                self.lambda[block] += own * aside.lambda;
+            }
+        }
+    }
+
+    fn undo_update<const M: usize>(&mut self, blocks: &[u8], taken: AsideTaken, numbers: &mut Vec<f64>) {
+        let own_gain = if taken == AsideTaken::Gains { M } else { 0 };
+        let start = numbers.len().saturating_sub(3 * M * (blocks.len() + B) + M * M + 2 * M + own_gain);
         let mut rest = &numbers[start..];
         let mut take = |count: usize| {
             let (taken, left) = rest.split_at(count);
@@ -169,10 +221,25 @@ impl<const B: usize> Adjoint<B> {
         let s_inverse = SMatrix::<f64, M, M>::from_column_slice(take(M * M));
         let mut say = SVector::<f64, M>::from_column_slice(take(M));
         let innovation = SVector::<f64, M>::from_column_slice(take(M));
+        // An error that was set aside and never used is not spoken of.
+        let own_gain = (taken == AsideTaken::Gains && self.aside.is_some())
+            .then(|| SVector::<f64, M>::from_column_slice(take(M)));
 
         // Λ ← Λ − T D − D' T' with T = H' and D = K' Λ − (K' Λ K + S⁻¹) T' / 2.
         let mut d = self.information.times_rows(&gain);
-        let inner = s_inverse + d.times_transposed(&gain);
+        let mut inner = s_inverse;
+        if let (Some(own_gain), Some(aside)) = (&own_gain, &mut self.aside) {
+            let column: SMatrix<f64, M, 1> = own_gain.clone_owned();
+            d.add(&aside.row.times(&column));
+            let with_itself = gain.times_transposed(&aside.row) + own_gain * aside.information;
+            inner += with_itself * own_gain.transpose();
+            for (block, t) in h_transposed {
+                let off = t * with_itself;
+                aside.row.0[0][*block].iter_mut().zip(&off).for_each(|(cell, off)| *cell -= off);
+            }
+            say -= own_gain * aside.lambda;
+        }
+        inner += d.times_transposed(&gain);
         for (block, t) in h_transposed {
             let half = (t * inner.transpose() * 0.5).transpose();
             for m in 0..M {
@@ -187,6 +254,15 @@ impl<const B: usize> Adjoint<B> {
         say -= gain.of(&self.lambda);
         for (block, t) in h_transposed {
             self.lambda[*block] += t * say;
+        }
+        if taken == AsideTaken::Measured {
+            // Its Jacobian is 1, and of what comes later nothing depends on it.
+            let mut row = d.times(&SMatrix::<f64, 1, M>::repeat(-1.0));
+            for (block, t) in h_transposed {
+                let half = t * inner.column(0) * 0.5;
+                row.0[0][*block].iter_mut().zip(&half).for_each(|(cell, half)| *cell += half);
+            }
+            self.aside = Some(OfAside { lambda: say[0], information: inner[(0, 0)], row });
         }
         for (error, put_on) in self.errors.iter_mut().zip(&gain.transposed_times(&innovation)) {
             *error += put_on;
@@ -204,6 +280,13 @@ impl<const B: usize> Adjoint<B> {
             .sum();
         numbers.truncate(start);
         error
+    }
+}
+
+/// Five of the vectors, from number `first` on, become what `map` says.
+fn change_five<const B: usize>(vectors: &mut [Vector3<f64>; B], first: usize, map: impl Fn(Five) -> Five) {
+    if let Some(five) = vectors[first..].first_chunk_mut::<5>() {
+        *five = map(five.map(Into::into)).map(Into::into);
     }
 }
 

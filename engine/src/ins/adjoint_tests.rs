@@ -1,7 +1,7 @@
 //! The smoother against batch least squares: everything that is random as one long vector, every
 //! measurement a row, one dense solution.
 
-use nalgebra::{DMatrix, DVector, Matrix3, SMatrix, SVector, Vector3};
+use nalgebra::{DMatrix, DVector, Matrix3, RowVector3, SMatrix, SVector, Vector3};
 
 use super::*;
 use crate::ins::error_model::Transition;
@@ -36,10 +36,12 @@ struct Problem {
     map: DMatrix<f64>,
     /// Variances of what is random, beyond the first N.
     variances: Vec<f64>,
+    /// The map of what has been set aside, and its estimate then.
+    aside: Option<(DMatrix<f64>, f64)>,
     first: DMatrix<f64>,
     rows: Vec<(DMatrix<f64>, DVector<f64>, DMatrix<f64>)>,
     /// Estimate, covariance and map at every moment marked.
-    moments: Vec<(DVector<f64>, BlockCovariance<B>, DMatrix<f64>)>,
+    moments: Vec<(DVector<f64>, Eskf<B>, DMatrix<f64>)>,
     odd: Odd,
 }
 
@@ -74,6 +76,7 @@ impl Problem {
             },
             map: DMatrix::identity(N, N),
             variances: Vec::new(),
+            aside: None,
             first,
             rows: Vec::new(),
             moments: Vec::new(),
@@ -118,6 +121,8 @@ impl Problem {
         };
         set(0, 1, -c_nb * dt_s);
         set(2, 3, Matrix3::identity() * dt_s);
+        set(2, 0, skew(&(f_n * dt_s)) * (0.5 * dt_s));
+        set(2, 4, c_nb * (0.5 * dt_s * dt_s));
         set(3, 0, skew(&(f_n * dt_s)));
         set(3, 4, c_nb * dt_s);
         set(1, 1, Matrix3::identity() * (1.0 - dt_s / self.noise.gyro_bias_correlation_time_s));
@@ -137,7 +142,13 @@ impl Problem {
                 _ => Vector3::zeros(),
             };
             let white = Vector3::repeat(density * density);
-            self.random_by_axis(&[block], &((white + motion.component_mul(&motion)) * dt_s));
+            let variance = (white + motion.component_mul(&motion)) * dt_s;
+            for axis in 0..3 {
+                // A noise of the velocity moves the position, too.
+                let position = if block == 3 { 0.5 * dt_s } else { 0.0 };
+                let column = self.unit(&[block], axis) + self.unit(&[2], axis) * position;
+                self.random(column, variance[axis]);
+            }
         }
         self.random_by_axis(&[2], &Vector3::new(0.0, 0.0, noise.height_random_walk_m_sqrt_s.powi(2) * dt_s));
     }
@@ -162,6 +173,40 @@ impl Problem {
             self.estimate[k] -= correction[k / 3][k % 3];
         }
         self.rows.push((&h * &self.map, z, DMatrix::from_fn(M, M, |i, j| r[(i, j)])));
+    }
+
+    /// Sets aside what these blocks make.
+    fn set_aside(&mut self, blocks: &[usize]) {
+        let mut g = DMatrix::zeros(1, N);
+        let mut jacobians = Vec::new();
+        for block in blocks {
+            let jacobian = RowVector3::from_fn(|_, _| self.odd.next());
+            g.view_mut((0, 3 * block), (1, 3)).copy_from(&jacobian);
+            jacobians.push((*block, jacobian));
+        }
+        self.filter.set_aside(&jacobians);
+        self.aside = Some((&g * &self.map, (&g * &self.estimate)[0]));
+    }
+
+    /// Measures what was set aside together with a block of now.
+    fn measure_aside(&mut self, block: usize) {
+        let (then, estimate_then) = self.aside.take().unwrap();
+        let jacobian = RowVector3::from_fn(|_, _| self.odd.next());
+        let mut h = DMatrix::zeros(1, N);
+        h.view_mut((0, 3 * block), (1, 3)).copy_from(&jacobian);
+        let (z, r) = (2.0 * self.odd.next(), 0.2);
+        let nominal = estimate_then - self.filter.corrected_aside().unwrap();
+        let innovation = nominal + (&h * &self.estimate)[0] - z;
+        let observation =
+            Observation::new(SVector::from([innovation]), SMatrix::from([[r]])).with(block, jacobian);
+        let correction = self.filter.update_aside(&observation, f64::INFINITY).correction.unwrap();
+        for k in 0..N {
+            self.estimate[k] -= correction[k / 3][k % 3];
+        }
+        let mut row = &h * &self.map;
+        let mut part = row.view_mut((0, 0), then.shape());
+        part += then;
+        self.rows.push((row, DVector::from_element(1, z), DMatrix::from_element(1, 1, r)));
     }
 
     fn isolate(&mut self, block: usize) {
@@ -207,7 +252,7 @@ impl Problem {
 
     fn mark(&mut self) {
         self.filter.tape.mark_moment();
-        self.moments.push((self.estimate.clone(), self.filter.covariance.clone(), self.map.clone()));
+        self.moments.push((self.estimate.clone(), self.filter.clone(), self.map.clone()));
     }
 
     /// Mean and covariance of all that is random, given every measurement.
@@ -251,6 +296,11 @@ fn walk() -> Problem {
             26 => problem.add_multiple(2, 0),
             29 => problem.isolate(0),
             33 => problem.scale(1),
+            // One that is replaced, one that is used with much between, one that is never used.
+            3 => problem.set_aside(&[0, 2]),
+            4 | 21 | 30 => problem.set_aside(&[2, 3, 1]),
+            9 | 28 | 35 => problem.measure_aside(4),
+            36 => problem.set_aside(&[1]),
             _ => {}
         }
         problem.mark();
@@ -279,12 +329,13 @@ fn smoothed_errors_and_covariances_are_those_of_batch_least_squares() {
             assert!((a - b).norm() < 1e-9);
         }
         for block in 0..B {
-            let w = filtered.seen_by(&[(block, Matrix3::identity())]);
-            let here = filtered.block(block, block) - adjoint.taken_off(&w);
+            let w = filtered.covariance.seen_by(&[(block, Matrix3::identity())]);
+            let w_aside = filtered.aside_seen_by(&[(block, Matrix3::identity())]);
+            let here = filtered.covariance.block(block, block) - adjoint.taken_off(&w, &w_aside);
             let expected = expected_covariance.fixed_view::<3, 3>(3 * block, 3 * block);
             assert!((here - expected).abs().max() < 1e-9, "block {block}");
             // Never less certain than the filter.
-            let taken_off = adjoint.taken_off(&w).symmetric_eigenvalues().min();
+            let taken_off = adjoint.taken_off(&w, &w_aside).symmetric_eigenvalues().min();
             assert!(taken_off > -1e-9, "{taken_off}");
             assert!(!last || taken_off.abs() < 1e-12);
         }

@@ -9,8 +9,8 @@
 
 use nalgebra::{Matrix3, SMatrix, Vector3};
 
-use super::operations::{Factor, Operation};
-use super::rows::{Rows, add_multiples, dots};
+use super::rows::{Rows, add_multiples, add_product, dots};
+use super::sensor_map::Five;
 
 /// The covariance of `B` three-vectors: a symmetric 3B × 3B matrix.
 #[derive(Clone, Debug)]
@@ -226,40 +226,48 @@ impl<const B: usize> BlockCovariance<B> {
         self.is_finite() && (0..B).all(|i| (0..3).all(|k| self.upper[i][k][i][k] >= 0.0))
     }
 
-    /// P ← E P E', where E is a sequence of operations on the `G` vectors from number `first` on. The
-    /// others take part by what they have to do with these.
+    /// P ← E P E', where E maps the five vectors from number `first` on. The others take part by what they
+    /// have to do with these.
     #[inline]
-    pub(super) fn transform<const G: usize>(&mut self, first: usize, operations: &[Operation]) {
+    pub(super) fn transform(&mut self, first: usize, map: impl Fn(Five) -> Five) {
         // Of the rows themselves what lies left of the vectors is not stored.
-        for i in first..first + G {
+        for i in first..first + 5 {
             self.fill_left(i, first);
         }
-        let Some(rows) = self.upper[first..].first_chunk_mut::<G>() else { return };
-        for operation in operations {
-            operation.apply(first, rows);
+        let Some(rows) = self.upper[first..].first_chunk_mut::<5>() else { return };
+        for column in 3 * first..3 * B {
+            let mapped = map(std::array::from_fn(|i| {
+                std::array::from_fn(|axis| rows[i][axis].as_flattened()[column])
+            }));
+            for (rows, mapped) in rows.iter_mut().zip(mapped) {
+                for (row, x) in rows.iter_mut().zip(mapped) {
+                    row.as_flattened_mut()[column] = x;
+                }
+            }
         }
         // From the right: among themselves, and for those before them.
-        let rows = self.upper[..first + G].as_flattened_mut();
-        for operation in operations {
-            operation.apply_right(rows);
+        for row in self.upper[..first + 5].as_flattened_mut() {
+            if let Some(five) = row[first..].first_chunk_mut::<5>() {
+                *five = map(*five);
+            }
         }
-        for i in first..first + G {
+        for i in first..first + 5 {
             self.symmetrise(i);
         }
     }
 
     /// P ← E P E' where E adds `factor` times the error of vector `b` to that of vector `a`.
     #[inline]
-    pub(super) fn add_multiple(&mut self, a: usize, b: usize, factor: &Factor) {
+    pub(super) fn add_multiple(&mut self, a: usize, b: usize, factor: &Matrix3<f64>) {
         debug_assert!(a != b, "a multiple of itself is a scaling");
         self.fill_left(a, 0);
         self.fill_left(b, 0);
         let Ok([rows_a, rows_b]) = self.upper.get_disjoint_mut([a, b]) else { return };
-        factor.add_to(rows_a, rows_b);
+        add_product(rows_a, factor, rows_b);
         // From the right, too, where a meets itself.
         let with_b: [[[f64; 3]; 1]; 3] = std::array::from_fn(|c| [std::array::from_fn(|r| rows_a[r][b][c])]);
         let mut growth = [[[0.0; 3]]; 3];
-        factor.add_to(&mut growth, &with_b);
+        add_product(&mut growth, factor, &with_b);
         for r in 0..3 {
             for c in 0..3 {
                 rows_a[r][a][c] += growth[c][0][r];
@@ -292,6 +300,17 @@ impl<const B: usize> BlockCovariance<B> {
     pub(super) fn add_noise(&mut self, i: usize, variance: &Vector3<f64>) {
         for axis in 0..3 {
             self.upper[i][axis][i][axis] += variance[axis];
+        }
+    }
+
+    /// Adds one noise of this variance, by axis, to the error of vector j, and `share` of it to that of i.
+    #[inline]
+    pub(super) fn add_shared_noise(&mut self, i: usize, j: usize, share: f64, variance: &Vector3<f64>) {
+        let (row, column) = (i.min(j), i.max(j));
+        for axis in 0..3 {
+            self.upper[i][axis][i][axis] += share * share * variance[axis];
+            self.upper[row][axis][column][axis] += share * variance[axis];
+            self.upper[j][axis][j][axis] += variance[axis];
         }
     }
 }

@@ -4,18 +4,19 @@ use nalgebra::{Matrix3, Vector3};
 
 use super::block_covariance::BlockCovariance;
 use super::imu_noise::ImuNoise;
-use super::layout::BLOCKS_A_SENSOR;
 use super::layout::ErrorState::{AccelerometerBias, Attitude, GyroBias, Position, Velocity};
+use super::layout::{BLOCKS_A_SENSOR, ErrorState};
 use super::mechanization::Step;
-use super::operations::{Factor, Operation};
+use super::sensor_map::SensorMap;
 
 /// The transition over one or several steps of the strapdown, gathered sample by sample so that the
 /// covariance need not be propagated at every one of them.
 ///
 /// With the signs of the notation page (biases true − estimated, velocity estimated − true):
 /// δφ̇ = −C δb_g, δv̇ = [f_n×] φ + C δb_a, δṗ = δv. Paper 1 prints −C in the velocity row, which
-/// holds for an accelerometer bias of the other sign. What is of second order in the interval
-/// (40 ms in a swing, 160 ms at most where a foot stands) is left out.
+/// holds for an accelerometer bias of the other sign. The position goes by the mean of the velocity
+/// before and after; what else is of second order in the interval (100 ms in a swing, 180 ms at most where a
+/// foot stands) is left out.
 #[derive(Clone, Debug)]
 pub struct Transition {
     dt_s: f64,
@@ -63,55 +64,60 @@ impl Transition {
         sensor: usize,
         noise: &ImuNoise,
     ) {
-        let first = sensor * BLOCKS_A_SENSOR;
-        covariance.transform::<BLOCKS_A_SENSOR>(first, &self.operations(sensor, noise));
-        for (block, variance) in self.noise(sensor, noise) {
-            covariance.add_noise(block, &variance);
+        let map = self.map(noise);
+        covariance.transform(sensor * BLOCKS_A_SENSOR, |errors| map.forward(errors));
+        let growth = self.noise(noise);
+        for (state, variance) in growth.by_itself {
+            covariance.add_noise(state.of(sensor), &variance);
+        }
+        let (position, velocity) = (Position.of(sensor), Velocity.of(sensor));
+        covariance.add_shared_noise(position, velocity, growth.position_share_s, &growth.velocity);
+    }
+
+    /// Φ.
+    #[inline]
+    pub(super) fn map(&self, noise: &ImuNoise) -> SensorMap {
+        let c = &self.c_nb_dt;
+        SensorMap {
+            c: std::array::from_fn(|row| std::array::from_fn(|column| c[(row, column)])),
+            f: self.f_n_dt.into(),
+            half_s: 0.5 * self.dt_s,
+            gyro_bias_kept: 1.0 - self.dt_s / noise.gyro_bias_correlation_time_s,
+            accelerometer_bias_kept: 1.0 - self.dt_s / noise.accelerometer_bias_correlation_time_s,
         }
     }
 
-    /// Φ, from the first operation to the last.
+    /// Q.
     #[inline]
-    pub(super) fn operations(&self, sensor: usize, noise: &ImuNoise) -> [Operation; 6] {
-        let [attitude, gyro_bias, position, velocity, accelerometer_bias] =
-            [Attitude, GyroBias, Position, Velocity, AccelerometerBias].map(|state| state.of(sensor));
-        let fading = |time_s: f64| Vector3::repeat(1.0 - self.dt_s / time_s);
-        // Each line takes what the ones below have not changed yet.
-        [
-            Operation::AddMultiple { a: position, b: velocity, factor: Factor::Scalar(self.dt_s) },
-            Operation::AddMultiple {
-                a: velocity,
-                b: accelerometer_bias,
-                factor: Factor::Matrix(self.c_nb_dt),
-            },
-            Operation::AddMultiple { a: velocity, b: attitude, factor: Factor::Cross(self.f_n_dt) },
-            Operation::AddMultiple { a: attitude, b: gyro_bias, factor: Factor::Matrix(-self.c_nb_dt) },
-            Operation::Scale { i: gyro_bias, by: fading(noise.gyro_bias_correlation_time_s) },
-            Operation::Scale {
-                i: accelerometer_bias,
-                by: fading(noise.accelerometer_bias_correlation_time_s),
-            },
-        ]
-    }
-
-    /// The diagonal of Q, vector by vector.
-    #[inline]
-    pub(super) fn noise(&self, sensor: usize, noise: &ImuNoise) -> [(usize, Vector3<f64>); BLOCKS_A_SENSOR] {
+    pub(super) fn noise(&self, noise: &ImuNoise) -> Growth {
         let white = |density: f64| Vector3::repeat(density * density * self.dt_s);
         // A scale error of the gyro turns about the axis of the motion itself, and one of the
         // accelerometer lies along the acceleration: each axis of n by its own motion.
         let turning = self.rate_squared_dt * noise.angle_random_walk_share_sqrt_s.powi(2);
         let pushing = self.acceleration_squared_dt * noise.velocity_random_walk_share_sqrt_s.powi(2);
         let height = noise.height_random_walk_m_sqrt_s;
-        [
-            (Attitude, white(noise.angle_random_walk_rad_sqrt_s) + turning),
-            (GyroBias, white(noise.gyro_bias_random_walk_rad_s_sqrt_s)),
-            (Velocity, white(noise.velocity_random_walk_m_s_sqrt_s) + pushing),
-            (AccelerometerBias, white(noise.accelerometer_bias_random_walk_m_s2_sqrt_s)),
-            (Position, Vector3::new(0.0, 0.0, height * height * self.dt_s)),
-        ]
-        .map(|(state, variance)| (state.of(sensor), variance))
+        Growth {
+            by_itself: [
+                (Attitude, white(noise.angle_random_walk_rad_sqrt_s) + turning),
+                (GyroBias, white(noise.gyro_bias_random_walk_rad_s_sqrt_s)),
+                (AccelerometerBias, white(noise.accelerometer_bias_random_walk_m_s2_sqrt_s)),
+                (Position, Vector3::new(0.0, 0.0, height * height * self.dt_s)),
+            ],
+            velocity: white(noise.velocity_random_walk_m_s_sqrt_s) + pushing,
+            position_share_s: 0.5 * self.dt_s,
+        }
     }
+}
+
+/// The noise of a transition, by vector and axis.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Growth {
+    /// What grows by itself.
+    pub(super) by_itself: [(ErrorState, Vector3<f64>); 4],
+    /// What the velocity grows by, m²/s²: on the mean in the middle of the time, so that
+    pub(super) velocity: Vector3<f64>,
+    /// times this it has moved the position, too, s.
+    pub(super) position_share_s: f64,
 }
 
 #[cfg(test)]
@@ -182,6 +188,8 @@ mod tests {
         };
         set(0, 1, -transition.c_nb_dt);
         set(2, 3, Matrix3::identity() * transition.dt_s);
+        set(2, 0, skew(&transition.f_n_dt) * (0.5 * transition.dt_s));
+        set(2, 4, transition.c_nb_dt * (0.5 * transition.dt_s));
         set(3, 0, skew(&transition.f_n_dt));
         set(3, 4, transition.c_nb_dt);
         dense
@@ -204,8 +212,7 @@ mod tests {
                 error(&state, &truth)
             };
             let derivative = (difference(1.0) - difference(-1.0)) / (2.0 * step);
-            // The model leaves out what is of second order in the interval: at most g·(20 ms)²
-            // and the turn of the foot meanwhile.
+            // The model leaves out
             for row in 0..15 {
                 let off = (derivative[row] - phi[(row, k)]).abs();
                 assert!(off < 4e-3, "row {row}, column {k}: {} and {}", derivative[row], phi[(row, k)]);
@@ -290,11 +297,15 @@ mod tests {
                     if block == 3 {
                         let share = noise.velocity_random_walk_share_sqrt_s;
                         q[(k, k)] += share * share * transition.acceleration_squared_dt[axis];
+                        let (position, half_s) = (15 * sensor + 6 + axis, 0.5 * transition.dt_s());
+                        q[(position, k)] = half_s * q[(k, k)];
+                        q[(k, position)] = half_s * q[(k, k)];
+                        q[(position, position)] = half_s * half_s * q[(k, k)];
                     }
                 }
             }
             let height = 15 * sensor + 8;
-            q[(height, height)] = noise.height_random_walk_m_sqrt_s.powi(2) * transition.dt_s();
+            q[(height, height)] += noise.height_random_walk_m_sqrt_s.powi(2) * transition.dt_s();
             let expected = &dense_phi * &p * dense_phi.transpose() + q;
             transition.apply(&mut covariance, sensor, &noise);
             let difference = (covariance.dense() - expected).abs().max();

@@ -1,14 +1,15 @@
 //! The error-state Kalman filter: it can propagate, update, hand over a correction. It knows no
 //! sensor and no nominal state.
 
-use nalgebra::{Matrix3, SMatrix, SVector, Vector3};
+use nalgebra::{Matrix3, RowVector3, SMatrix, SVector, Vector3};
 
+use super::aside::Aside;
 use super::block_covariance::BlockCovariance;
 use super::error_model::Transition;
 use super::imu_noise::ImuNoise;
+use super::layout::BLOCKS_A_SENSOR;
 use super::observation::Observation;
-use super::operations::Factor;
-use super::tape::Tape;
+use super::tape::{AsideInUpdate, Tape};
 
 /// The error filter of `B` three-vectors (10 for two feet, 5 for one).
 #[derive(Clone, Debug)]
@@ -18,6 +19,8 @@ pub struct Eskf<const B: usize> {
     pub covariance: BlockCovariance<B>,
     /// What has happened since somebody last took it, if anybody wants to know.
     pub(crate) tape: Tape,
+    /// An error of the past that is yet to be measured.
+    pub(super) aside: Option<Aside<B>>,
 }
 
 /// What became of an update. A rejected measurement is an outcome, not an error.
@@ -37,20 +40,27 @@ const SHARPEST: f64 = 1e7;
 impl<const B: usize> Eskf<B> {
     /// A filter that is sure of everything.
     pub fn new() -> Self {
-        Eskf { covariance: BlockCovariance::zeros(), tape: Tape::default() }
+        Eskf { covariance: BlockCovariance::zeros(), tape: Tape::default(), aside: None }
     }
 
     /// The errors of sensor number `sensor` go through `transition`, which is none afterwards.
     #[inline]
     pub fn propagate(&mut self, transition: &mut Transition, sensor: usize, noise: &ImuNoise) {
         transition.apply(&mut self.covariance, sensor, noise);
+        if let Some(aside) = &mut self.aside {
+            let map = transition.map(noise);
+            aside.transform(sensor * BLOCKS_A_SENSOR, |errors| map.forward(errors));
+        }
         self.tape.transition(transition, sensor);
         *transition = Transition::none();
     }
 
     /// Adds `factor` times the error of vector `b` to that of vector `a`.
     pub fn add_multiple(&mut self, a: usize, b: usize, factor: &Matrix3<f64>) {
-        self.covariance.add_multiple(a, b, &Factor::Matrix(*factor));
+        self.covariance.add_multiple(a, b, factor);
+        if let Some(aside) = &mut self.aside {
+            aside.row.add_multiple(a, b, factor);
+        }
         self.tape.add_multiple(a, b, factor);
     }
 
@@ -58,17 +68,73 @@ impl<const B: usize> Eskf<B> {
     /// [isolated](Self::isolate).
     pub fn scale(&mut self, i: usize, by: &Vector3<f64>) {
         self.covariance.scale(i, by);
+        if let Some(aside) = &mut self.aside {
+            aside.row.scale(i, by);
+        }
         self.tape.scale(i, by);
     }
 
-    /// Forgets what vector `i` has to do with all others and gives it the covariance `block`.
+    /// Keeps the error Σ jacobian · error of that block as it is now: it will be measured later. What was
+    /// kept before is forgotten.
+    pub fn set_aside(&mut self, jacobians: &[(usize, RowVector3<f64>)]) {
+        self.aside = Some(Aside::of(&self.covariance, jacobians));
+        self.tape.set_aside::<B>(jacobians);
+    }
+
+    /// What has been taken off the nominal value of the error set aside since then; `None` where there is
+    /// none.
+    pub fn corrected_aside(&self) -> Option<f64> {
+        self.aside.as_ref().map(|aside| aside.corrected)
+    }
+
+    /// The covariance of the error set aside with M functions of the errors of now; zero where there is none.
+    pub(crate) fn aside_seen_by<const M: usize>(
+        &self,
+        jacobians: &[(usize, SMatrix<f64, M, 3>)],
+    ) -> SVector<f64, M> {
+        let Some(aside) = &self.aside else { return SVector::zeros() };
+        jacobians.iter().map(|(i, jacobian)| jacobian * aside.row.block(*i).transpose()).sum()
+    }
+
+    /// Weighs a measurement of the error set aside, which is forgotten then, and of the blocks that
+    /// `observation` names; uses it when its normalised innovation squared is at most `gate`.
+    pub fn update_aside(&mut self, observation: &Observation<1>, gate: f64) -> Update<B> {
+        let rejected = Update { nis: f64::INFINITY, correction: None };
+        let Some(aside) = self.aside.take() else { return rejected };
+        let mut cross_covariance = self.covariance.seen_by(observation.jacobians());
+        cross_covariance.add(&aside.row);
+        let mut variance = aside.variance;
+        for (block, jacobian) in observation.jacobians() {
+            variance +=
+                jacobian.dot(&cross_covariance.block(*block)) + jacobian.dot(&aside.row.block(*block));
+        }
+        // No sharper than what rounding allows, see SHARPEST.
+        variance += observation.noise[0].max(variance / SHARPEST);
+        let (innovation, information) = (observation.innovation, SMatrix::<f64, 1, 1>::new(1.0 / variance));
+        let weighted = information * innovation;
+        let nis = innovation.dot(&weighted);
+        if !(nis >= 0.0 && nis <= gate) {
+            return Update { nis, ..rejected };
+        }
+        let gain = cross_covariance.times(&information);
+        let correction = cross_covariance.transposed_times(&weighted);
+        self.covariance.subtract_product(&gain, &cross_covariance);
+        self.tape.update(observation, &gain, &information, &weighted, AsideInUpdate::Measured);
+        Update { nis, correction: Some(correction) }
+    }
+
+    /// Forgets what vector `i` has to do with all others and gives it the covariance `block`; what was set
+    /// aside is forgotten.
     pub fn isolate(&mut self, i: usize, block: Matrix3<f64>) {
+        self.aside = None;
         self.tape.isolate(&self.covariance, i);
         self.covariance.isolate(i, block);
     }
 
-    /// The error of vector `to` becomes that of vector `from` and a noise of this variance, by axis.
+    /// The error of vector `to` becomes that of vector `from` and a noise of this variance, by axis; what
+    /// was set aside is forgotten.
     pub fn copy(&mut self, from: usize, to: usize, variance: &Vector3<f64>) {
+        self.aside = None;
         self.tape.copy(&self.covariance, from, to);
         self.covariance.copy(from, to);
         self.add_noise(&[to], variance);
@@ -106,7 +172,12 @@ impl<const B: usize> Eskf<B> {
         let gain = cross_covariance.times(&information);
         let correction = cross_covariance.transposed_times(&weighted);
         self.covariance.subtract_product(&gain, &cross_covariance);
-        self.tape.update(observation, &gain, &information, &weighted);
+        let aside_gain = self
+            .aside
+            .as_mut()
+            .map(|aside| aside.update(observation, &information, &weighted, &cross_covariance));
+        let aside = aside_gain.as_ref().map_or(AsideInUpdate::None, AsideInUpdate::Gains);
+        self.tape.update(observation, &gain, &information, &weighted, aside);
         Update { nis, correction: Some(correction) }
     }
 

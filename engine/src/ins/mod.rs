@@ -2,6 +2,7 @@
 
 pub(crate) mod adjoint;
 pub mod alignment;
+pub(crate) mod aside;
 pub mod block_covariance;
 pub mod error_model;
 pub mod eskf;
@@ -10,6 +11,6 @@ pub mod layout;
 pub mod mechanization;
 pub mod nav_state;
 pub mod observation;
-mod operations;
 pub mod rows;
+mod sensor_map;
 pub(crate) mod tape;

@@ -1,6 +1,6 @@
 //! Linear functions of the errors, a row of numbers each.
 
-use nalgebra::{SMatrix, SVector, Vector3};
+use nalgebra::{Matrix3, SMatrix, SVector, Vector3};
 
 /// `M` linear functions of the errors of `B` three-vectors: an M × 3B matrix. A row lies in memory as one
 /// piece, so that loops along it take several numbers at a time on every processor.
@@ -21,6 +21,37 @@ impl<const M: usize, const B: usize> Rows<M, B> {
     #[inline(always)]
     pub(super) fn row_mut(&mut self, m: usize) -> &mut [f64] {
         self.0[m].as_flattened_mut()
+    }
+
+    /// Adds `other`.
+    #[inline]
+    pub(super) fn add(&mut self, other: &Self) {
+        for m in 0..M {
+            add_multiples(self.row_mut(m), &[1.0], &[other.row(m)]);
+        }
+    }
+
+    /// Takes `other` off.
+    #[inline]
+    pub(super) fn subtract(&mut self, other: &Self) {
+        for m in 0..M {
+            add_multiples(self.row_mut(m), &[-1.0], &[other.row(m)]);
+        }
+    }
+
+    /// The rows see the error of vector `a` after `factor` times that of `b` has been added to it.
+    pub(super) fn add_multiple(&mut self, a: usize, b: usize, factor: &Matrix3<f64>) {
+        for row in &mut self.0 {
+            let grown = factor * Vector3::from(row[b]);
+            row[a].iter_mut().zip(&grown).for_each(|(cell, x)| *cell += x);
+        }
+    }
+
+    /// The rows see the error of vector `i` after it has been scaled, axis by axis.
+    pub(super) fn scale(&mut self, i: usize, by: &Vector3<f64>) {
+        for row in &mut self.0 {
+            row[i].iter_mut().zip(by).for_each(|(cell, by)| *cell *= by);
+        }
     }
 
     /// The part that sees the error of vector `i`.
@@ -82,6 +113,19 @@ pub(super) fn add_multiples<const K: usize>(to: &mut [f64], factors: &[f64; K], 
             sum += factor * row[k];
         }
         to[k] = sum;
+    }
+}
+
+/// Adds `by` times three rows to three others.
+#[inline(always)]
+pub(super) fn add_product<const W: usize>(
+    to: &mut [[[f64; 3]; W]; 3],
+    by: &Matrix3<f64>,
+    from: &[[[f64; 3]; W]; 3],
+) {
+    let from = from.each_ref().map(|row| row.as_flattened());
+    for (r, to) in to.iter_mut().enumerate() {
+        add_multiples(to.as_flattened_mut(), &[by[(r, 0)], by[(r, 1)], by[(r, 2)]], &from);
     }
 }
 

@@ -2,7 +2,7 @@
 //!
 //! A tape is read from its end, like a stack: each entry says how many numbers belong to it.
 
-use nalgebra::{Matrix3, SMatrix, SVector, Vector3};
+use nalgebra::{Matrix3, RowVector3, SMatrix, SVector, Vector3};
 
 use super::block_covariance::BlockCovariance;
 use super::error_model::Transition;
@@ -18,8 +18,10 @@ pub(super) enum Entry {
     /// The errors of a sensor went through a transition.
     Transition { sensor: u8 },
     /// A measurement of `rows` numbers that depends on the first `used` of `blocks` was used. Its
-    /// numbers: Jacobians, gain, S⁻¹, S⁻¹m, m.
-    Update { rows: u8, used: u8, blocks: [u8; MOST_BLOCKS] },
+    /// numbers: Jacobians, gain, S⁻¹, S⁻¹m, m; and where an error was set aside, that one's gain.
+    Update { rows: u8, used: u8, blocks: [u8; MOST_BLOCKS], aside: AsideTaken },
+    /// A linear function of the errors was set aside. Its numbers: the function, as a row.
+    SetAside,
     /// A multiple of the error of `b` was added to that of `a`. Its numbers: the factor.
     AddMultiple { a: u8, b: u8 },
     /// The error of `block` was scaled. Its numbers: by how much, axis by axis.
@@ -33,6 +35,25 @@ pub(super) enum Entry {
     CommonNoise { blocks: u32 },
     /// A moment that whoever records wants to look at on the way back.
     Moment,
+}
+
+/// What an update has to do with the error that was set aside.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum AsideTaken {
+    /// There was none.
+    None,
+    /// It was corrected, too.
+    Gains,
+    /// It was what was measured, beside the blocks.
+    Measured,
+}
+
+/// The same while it is taken down, with that error's gain.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum AsideInUpdate<'a, const M: usize> {
+    None,
+    Gains(&'a SVector<f64, M>),
+    Measured,
 }
 
 /// The record.
@@ -116,6 +137,7 @@ impl Tape {
         gain: &Rows<M, B>,
         information: &SMatrix<f64, M, M>,
         weighted: &SVector<f64, M>,
+        aside: AsideInUpdate<'_, M>,
     ) {
         const { assert!(M <= MOST_ROWS, "Adjoint::undo has no case for so many numbers") };
         if !self.recording {
@@ -130,8 +152,29 @@ impl Tape {
         self.numbers.extend_from_slice(information.as_slice());
         self.numbers.extend_from_slice(weighted.as_slice());
         self.numbers.extend_from_slice(observation.innovation.as_slice());
+        let aside = match aside {
+            AsideInUpdate::None => AsideTaken::None,
+            AsideInUpdate::Measured => AsideTaken::Measured,
+            AsideInUpdate::Gains(gain) => {
+                self.numbers.extend_from_slice(gain.as_slice());
+                AsideTaken::Gains
+            }
+        };
         let used = observation.jacobians().len() as u8;
-        self.entries.push(Entry::Update { rows: M as u8, used, blocks });
+        self.entries.push(Entry::Update { rows: M as u8, used, blocks, aside });
+    }
+
+    pub(super) fn set_aside<const B: usize>(&mut self, jacobians: &[(usize, RowVector3<f64>)]) {
+        if !self.recording {
+            return;
+        }
+        let start = self.numbers.len();
+        self.numbers.resize(start + 3 * B, 0.0);
+        for (block, jacobian) in jacobians {
+            let place = self.numbers[start + 3 * block..].iter_mut();
+            place.zip(jacobian.iter()).for_each(|(to, x)| *to += x);
+        }
+        self.entries.push(Entry::SetAside);
     }
 
     pub(super) fn add_multiple(&mut self, a: usize, b: usize, factor: &Matrix3<f64>) {

@@ -12,24 +12,29 @@ use nalgebra::{Matrix2, Matrix2x3, RowVector3, SMatrix, SVector, Vector2, Vector
 use crate::ins::layout::ErrorState;
 use crate::ins::observation::Observation;
 
-/// The sensor of the left foot is `separation_m` to the left of the right one's, across the
-/// horizontal direction `along_n` of the swing (any length).
-///
-/// Sensor 0 is the left foot's, sensor 1 the right one's.
-pub fn foot_separation(
-    left_p_n: &Vector3<f64>,
-    right_p_n: &Vector3<f64>,
-    along_n: &Vector3<f64>,
-    separation_m: f64,
-    sigma_m: f64,
-) -> Observation<1> {
-    let length = along_n.xy().norm();
-    let to_left_n = Vector3::new(-along_n.y / length, along_n.x / length, 0.0);
-    let row: RowVector3<f64> = to_left_n.transpose();
-    let innovation = to_left_n.dot(&(left_p_n - right_p_n)) - separation_m;
+/// How far the sensor of the left foot is to the left of the right one's.
+#[derive(Clone, Copy, Debug)]
+pub struct Beside {
+    /// The distance, m.
+    pub distance_m: f64,
+    /// Its derivative by the left foot's position; by the right one's it is the opposite.
+    pub to_left_n: RowVector3<f64>,
+}
+
+impl Beside {
+    /// Across the horizontal direction `along_n` of the swing (any length).
+    pub fn new(left_p_n: &Vector3<f64>, right_p_n: &Vector3<f64>, along_n: &Vector3<f64>) -> Self {
+        let length = along_n.xy().norm();
+        let to_left_n = RowVector3::new(-along_n.y / length, along_n.x / length, 0.0);
+        Beside { distance_m: to_left_n.transpose().dot(&(left_p_n - right_p_n)), to_left_n }
+    }
+}
+
+/// A distance across the swing of now or of a past moment is `separation_m`. What it depends on is added
+/// by whoever knows where that error stands.
+pub fn foot_separation(distance_m: f64, separation_m: f64, sigma_m: f64) -> Observation<1> {
+    let innovation = distance_m - separation_m;
     Observation::new(SVector::<f64, 1>::new(innovation), SMatrix::<f64, 1, 1>::new(sigma_m * sigma_m))
-        .with(ErrorState::Position.of(0), row)
-        .with(ErrorState::Position.of(1), -row)
 }
 
 /// The standing foot is half-way along the stride that the other has just made, and half-way up it.
@@ -69,6 +74,13 @@ mod tests {
     use crate::measure::differences::{assert_linearised, generic_truth, zero_truth};
     use nalgebra::Matrix3;
 
+    /// The separation at this very moment.
+    fn now(beside: &Beside, separation_m: f64, sigma_m: f64) -> Observation<1> {
+        foot_separation(beside.distance_m, separation_m, sigma_m)
+            .with(ErrorState::Position.of(0), beside.to_left_n)
+            .with(ErrorState::Position.of(1), -beside.to_left_n)
+    }
+
     #[test]
     fn the_jacobian_is_the_derivative_of_the_distance_across_the_swing() {
         for truth in [generic_truth(), zero_truth()] {
@@ -78,7 +90,7 @@ mod tests {
                 let left_n = Vector3::new(-along_n.y, along_n.x, 0.0).normalize();
                 let separation_m = left_n.dot(&(truth[0].p_n - truth[1].p_n));
                 assert_linearised(&truth, 1e-8, |feet| {
-                    foot_separation(&feet[0].p_n, &feet[1].p_n, &along_n, separation_m, 0.05)
+                    now(&Beside::new(&feet[0].p_n, &feet[1].p_n, &along_n), separation_m, 0.05)
                 });
             }
         }
@@ -109,7 +121,7 @@ mod tests {
         for sensor in [0, 1] {
             filter.covariance.set_diagonal(ErrorState::Position.of(sensor), Matrix3::identity());
         }
-        let observation = foot_separation(&left, &right, &Vector3::new(0.0, 1.4, 0.2), 0.13, 0.01);
+        let observation = now(&Beside::new(&left, &right, &Vector3::new(0.0, 1.4, 0.2)), 0.13, 0.01);
         let correction = filter.update(&observation, f64::INFINITY).correction.unwrap();
         left -= correction[ErrorState::Position.of(0)];
         right -= correction[ErrorState::Position.of(1)];

@@ -9,10 +9,10 @@ use crate::error::{Error, Result};
 use crate::jobs;
 use crate::sessions::uploads::publish_session;
 use crate::state::App;
-use crate::store::{audit, markers};
 use crate::store::sessions::{self, Session, SessionState};
 use crate::store::stands::{self, Stand};
 use crate::store::visits::{self, Origin, Visit};
+use crate::store::{audit, markers};
 use crate::utc;
 use crate::wire::Change;
 
@@ -130,12 +130,7 @@ pub(crate) async fn take_visit_back(
 }
 
 /// Switches automatic mode of a session.
-pub(crate) async fn set_automatic(
-    app: &App,
-    caller: &Caller,
-    id: Uuid,
-    automatic: bool,
-) -> Result<Session> {
+pub(crate) async fn set_automatic(app: &App, caller: &Caller, id: Uuid, automatic: bool) -> Result<Session> {
     let before = sessions::get(app.store.read(), id).await?.ok_or_else(|| Error::not_found("session", id))?;
     if before.automatic_visits == automatic {
         return Ok(before);

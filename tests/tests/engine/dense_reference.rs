@@ -9,7 +9,7 @@ use lodestep_engine::ins::layout::ErrorState;
 use lodestep_engine::ins::mechanization::advance;
 use lodestep_engine::ins::nav_state::NavState;
 use lodestep_engine::ins::observation::Observation;
-use lodestep_engine::measure::foot_separation::foot_separation;
+use lodestep_engine::measure::foot_separation::{Beside, foot_separation};
 use lodestep_engine::measure::magnetic_heading::magnetic_heading;
 use lodestep_engine::measure::zero_velocity::zero_velocity;
 use lodestep_engine::rotation::skew;
@@ -104,7 +104,11 @@ impl Pair {
         set(ErrorState::Attitude, ErrorState::GyroBias, -c_dt);
         set(ErrorState::Velocity, ErrorState::Attitude, skew(&f_dt));
         set(ErrorState::Velocity, ErrorState::AccelerometerBias, c_dt);
+        // The position goes by the mean of the velocity before and after.
+        let half_s = 0.5 * dt_s;
         set(ErrorState::Position, ErrorState::Velocity, Matrix3::identity() * dt_s);
+        set(ErrorState::Position, ErrorState::Attitude, skew(&f_dt) * half_s);
+        set(ErrorState::Position, ErrorState::AccelerometerBias, c_dt * half_s);
         self.dense = &phi * &self.dense * phi.transpose();
         let turning = turning * noise.angle_random_walk_share_sqrt_s.powi(2);
         let pushing = pushing * noise.velocity_random_walk_share_sqrt_s.powi(2);
@@ -117,7 +121,14 @@ impl Pair {
         ] {
             for axis in 0..3 {
                 let k = 3 * state.of(sensor) + axis;
-                self.dense[(k, k)] += density * density * dt_s + motion[axis];
+                let variance = density * density * dt_s + motion[axis];
+                self.dense[(k, k)] += variance;
+                if state == ErrorState::Velocity {
+                    let position = 3 * ErrorState::Position.of(sensor) + axis;
+                    self.dense[(position, k)] += half_s * variance;
+                    self.dense[(k, position)] += half_s * variance;
+                    self.dense[(position, position)] += half_s * half_s * variance;
+                }
             }
         }
         let up = 3 * ErrorState::Position.of(sensor) + 2;
@@ -171,9 +182,17 @@ impl Pair {
         }
         if number.is_multiple_of(26) {
             let along_n = Vector3::new(0.3, 1.2, 0.1);
-            self.update(|feet| foot_separation(&feet[0].p_n, &feet[1].p_n, &along_n, 0.13, 0.05));
+            self.update(|feet| beside_each_other(feet, &along_n, 0.05));
         }
     }
+}
+
+/// The separation of the feet as they are now.
+fn beside_each_other(feet: &[NavState; 2], along_n: &Vector3<f64>, sigma_m: f64) -> Observation<1> {
+    let beside = Beside::new(&feet[0].p_n, &feet[1].p_n, along_n);
+    foot_separation(beside.distance_m, 0.13, sigma_m)
+        .with(ErrorState::Position.of(0), beside.to_left_n)
+        .with(ErrorState::Position.of(1), -beside.to_left_n)
 }
 
 fn largest_relative_difference(a: &DMatrix<f64>, b: &DMatrix<f64>) -> f64 {
@@ -238,9 +257,7 @@ fn the_covariance_stays_symmetric_and_positive_definite_for_half_an_hour() {
             }
         }
         if number.is_multiple_of(26) {
-            let [left, right] = &pair.block_feet;
-            let along_n = Vector3::new(0.3, 1.2, 0.1);
-            let observation = foot_separation(&left.p_n, &right.p_n, &along_n, 0.13, 0.01);
+            let observation = beside_each_other(&pair.block_feet, &Vector3::new(0.3, 1.2, 0.1), 0.01);
             pair.update_blocks(&observation);
         }
         if number.is_multiple_of(9_000) || number + 1 == 90_000 {

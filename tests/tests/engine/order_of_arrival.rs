@@ -62,7 +62,7 @@ fn assert_same(found: &Told, expected: &Told) {
 fn whichever_foot_comes_first_and_however_it_is_cut_the_same_becomes_known() {
     let scenario = walk();
     let expected = scenario.run();
-    assert!(expected.track.revised_points > 0 && !expected.track.anomalies.is_empty());
+    assert!(!expected.track.anomalies.is_empty());
     let whole = usize::MAX;
     for pieces in [[1, 1], [37, 101], [500, 1], [whole, whole], [200, whole]] {
         assert_same(&push_all(&scenario, in_pieces(&scenario, pieces)), &expected);

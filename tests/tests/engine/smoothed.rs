@@ -79,6 +79,26 @@ fn a_smoothed_track_bends_to_its_markers_without_a_jump_and_is_never_less_sure()
 }
 
 #[test]
+fn a_visit_that_was_told_late_gives_the_very_track_of_one_that_was_told_in_time() {
+    let mut scenario = with_visits(short_walk(), &[20, 30]);
+    scenario.config.solution = Solution::Smoothed;
+    let in_time = scenario.run();
+    let visits = std::mem::take(&mut scenario.visits);
+    let (mut session, mut events) = scenario.session();
+    let mut late = visits.into_iter().peekable();
+    for (foot, sample) in scenario.in_time_order() {
+        session.push(foot, &sample, &mut events);
+        while let Some(visit) = late.next_if(|visit| sample.t_ns >= visit.t_end_ns + 7 * SECOND_NS) {
+            session.visit(visit, &mut events);
+        }
+    }
+    session.finish(&mut events);
+    let told_late = Told::check(events, session.summary());
+    assert!(told_late.track.visits.iter().all(|visit| visit.accepted) && told_late.track.visits.len() == 2);
+    assert_eq!(told_late.track.points, in_time.track.points);
+}
+
+#[test]
 fn one_foot_is_smoothed_too() {
     let foot = lodestep_engine::sample::Foot::Right;
     let scenario = with_visits(short_walk().with_true_heading().with_one_foot(foot), &[]);

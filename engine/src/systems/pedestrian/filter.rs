@@ -8,6 +8,7 @@ use nalgebra::{Matrix3, Vector3};
 use super::foot::{Foot, Step};
 use super::slow_errors::{Slow, deviation, stride, surroundings};
 use super::tuning::Tuning;
+use super::two_feet::Passing;
 use super::walked::Walked;
 use crate::detect::swing::Following;
 use crate::event::Event;
@@ -21,6 +22,11 @@ use crate::session::Aids;
 
 /// A step longer than this is not integrated: what the foot did meanwhile is unknown, s.
 const LONGEST_STEP_S: f64 = 0.2;
+/// A stance of walking is surer than this, m/s: beyond, the foot rolls by a radian a second or is shaken.
+const DOUBTFUL_STAND_M_S: f64 = 0.075;
+/// After so long in the air a foot may have come down, whatever its speed: the strapdown of a hard run, whose
+/// gyro has met its limit, is wrong by metres a second, s.
+const SURE_FLIGHT_S: f64 = 0.35;
 /// 99.9 % of three normal squares.
 pub(super) const GATE_3: f64 = 16.27;
 /// 99.9 % of two normal squares.
@@ -39,24 +45,6 @@ pub(crate) struct Setting {
     pub(crate) feet: Vec<sample::Foot>,
 }
 
-/// What a step asks of the history.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Demand {
-    /// Nothing.
-    None,
-    /// This foot has never been nearer to the other in its swing: remember this moment.
-    Remember {
-        /// The swinging foot's sensor.
-        sensor: usize,
-    },
-    /// The swing of this foot has passed the other: go back to the moment remembered and apply the
-    /// separation there.
-    GoBack {
-        /// The swinging foot's sensor.
-        sensor: usize,
-    },
-}
-
 /// The state of everything that changes from sample to sample, for `F` feet with `B`
 /// three-vectors of error ([`super::slow_errors::blocks`]); a copy of it is a checkpoint.
 #[derive(Clone, Debug)]
@@ -65,6 +53,8 @@ pub(crate) struct Filter<const B: usize, const F: usize> {
     pub(crate) feet: [Foot; F],
     pub(crate) walked: Walked,
     pub(crate) slow: Slow,
+    /// Where one foot was nearest to the other.
+    pub(super) passing: Option<Passing>,
     /// How many of the session's visits have been applied.
     pub(crate) visits_applied: usize,
     /// When the last accepted visit was, ns, and how far had been walked by then, m.
@@ -83,6 +73,7 @@ impl<const B: usize, const F: usize> Filter<B, F> {
             feet,
             walked: Walked::default(),
             slow: Slow::new(place_n, start_ns),
+            passing: None,
             visits_applied: 0,
             last_marker: (start_ns, 0.0),
             turned_down: None,
@@ -92,7 +83,7 @@ impl<const B: usize, const F: usize> Filter<B, F> {
 
     /// Goes on by one sample. Outcomes are appended to `told`.
     #[inline]
-    pub(crate) fn step(&mut self, setting: &Setting, step: &Step, told: &mut Vec<Event>) -> Demand {
+    pub(crate) fn step(&mut self, setting: &Setting, step: &Step, told: &mut Vec<Event>) {
         let sensor = step.sensor;
         let dt_s = seconds(step.t_ns - self.feet[sensor].t_ns);
         if dt_s > LONGEST_STEP_S {
@@ -115,23 +106,41 @@ impl<const B: usize, const F: usize> Filter<B, F> {
         let foot = &mut self.feet[sensor];
         foot.t_ns = step.t_ns;
         foot.last_w_ib_b = step.w_ib_b;
+        let stands = step.stance && !self.is_in_flight(setting, step);
+        let foot = &self.feet[sensor];
         // A foot that is held is propagated when that happens.
-        let held = step.stance && foot.stance.stands && setting.aids.zupt;
-        if !held && foot.transition.dt_s() >= setting.tuning.covariance_interval_s * 0.99 {
+        let held = stands && foot.stance.stands && setting.aids.zupt;
+        if !held && foot.transition.dt_s() >= setting.tuning.swing_interval_s * 0.99 {
             self.propagate(setting, sensor);
         }
-        match (self.feet[sensor].stance.stands, step.stance) {
+        match (self.feet[sensor].stance.stands, stands) {
             (false, true) => self.touch_down(setting, step, told),
-            (true, true) => {
-                self.stand(setting, step, dt_s, told);
-                Demand::None
-            }
-            (true, false) => {
-                self.lift_off(setting, sensor, told);
-                Demand::None
-            }
-            (false, false) => self.swing(setting, sensor),
+            (true, true) => self.stand(setting, step, dt_s, told),
+            (true, false) => self.lift_off(setting, sensor, told),
+            (false, false) => self.swing(setting, sensor, told),
         }
+    }
+
+    /// Whether a foot that is taken to stand is on its way all the same. A runner's swing has a moment that is
+    /// as quiet as the ground of a hard run; what tells them apart is the speed that the strapdown has come to.
+    /// It is asked only where the threshold of walking would not say that the foot stands, and soon after it
+    /// has left the ground.
+    #[inline]
+    fn is_in_flight(&mut self, setting: &Setting, step: &Step) -> bool {
+        let foot = &self.feet[step.sensor];
+        let doubtful = step.zupt_sigma_m_s > DOUBTFUL_STAND_M_S && !foot.stance.stands && !foot.lost;
+        if !doubtful || seconds(step.t_ns - foot.swing.begun_ns()) > SURE_FLIGHT_S {
+            return false;
+        }
+        if foot.nav.v_n.norm() < setting.tuning.slowest_flight_m_s {
+            return false;
+        }
+        self.propagate(setting, step.sensor);
+        let velocity = ErrorState::Velocity.of(step.sensor);
+        let covariance = self.eskf.covariance.block(velocity, velocity)
+            + Matrix3::from_diagonal_element(step.zupt_sigma_m_s * step.zupt_sigma_m_s);
+        let v_n = self.feet[step.sensor].nav.v_n;
+        covariance.cholesky().is_some_and(|factor| v_n.dot(&factor.solve(&v_n)) > setting.tuning.flight_gate)
     }
 
     pub(super) fn propagate(&mut self, setting: &Setting, sensor: usize) {
@@ -148,19 +157,19 @@ impl<const B: usize, const F: usize> Filter<B, F> {
         }
     }
 
-    fn touch_down(&mut self, setting: &Setting, step: &Step, told: &mut Vec<Event>) -> Demand {
+    fn touch_down(&mut self, setting: &Setting, step: &Step, told: &mut Vec<Event>) {
         let sensor = step.sensor;
-        let mut passed = Following::Nothing;
         if F == 2 && setting.aids.separation {
             let other_p_n = self.feet[1 - sensor].nav.p_n;
             let foot = &mut self.feet[sensor];
-            passed = foot.swing.end(&foot.nav.p_n, &other_p_n);
+            if foot.swing.end(&foot.nav.p_n, &other_p_n) == Following::Passed {
+                self.apply_separation(setting, sensor, told);
+            }
             self.apply_symmetry(setting, sensor);
         }
         self.stretch(sensor);
         self.feet[sensor].stance.begin(step.t_ns);
         self.stand(setting, step, 0.0, told);
-        if passed == Following::Passed { Demand::GoBack { sensor } } else { Demand::None }
     }
 
     fn lift_off(&mut self, setting: &Setting, sensor: usize, told: &mut Vec<Event>) {
@@ -177,15 +186,22 @@ impl<const B: usize, const F: usize> Filter<B, F> {
     #[inline]
     pub(super) fn update<const M: usize>(&mut self, observation: &Observation<M>, gate: f64) -> (f64, bool) {
         let update = self.eskf.update(observation, gate);
-        let Some(correction) = update.correction else { return (update.nis, false) };
+        if let Some(correction) = &update.correction {
+            self.correct(correction);
+        }
+        (update.nis, update.correction.is_some())
+    }
+
+    /// Takes estimated errors off all that they are errors of.
+    #[inline]
+    pub(super) fn correct(&mut self, correction: &[Vector3<f64>; B]) {
         for (sensor, foot) in self.feet.iter_mut().enumerate() {
-            foot.nav.correct(sensor, &correction);
+            foot.nav.correct(sensor, correction);
             foot.deviation_rad += correction[deviation(sensor, F)];
             foot.stride_error += correction[stride(sensor, F)];
             self.walked.shift(sensor, &-correction[ErrorState::Position.of(sensor)]);
         }
         self.slow.surroundings += correction[surroundings(F)];
-        (update.nis, true)
     }
 
     /// Whether all numbers are finite and no variance negative.

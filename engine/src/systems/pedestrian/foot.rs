@@ -3,15 +3,11 @@
 use nalgebra::{Matrix3, Vector3};
 
 use super::filter::seconds;
+use super::tuning::Tuning;
 use crate::detect::stance_magnetics::StanceMagnetics;
 use crate::detect::swing::Swing;
 use crate::ins::error_model::Transition;
 use crate::ins::nav_state::NavState;
-
-/// A foot that has stood for some time is held again after this share of it.
-const HOLD_SHARE: f64 = 0.33;
-/// But after this at the latest: until then the covariance is propagated in one step, s.
-const LONGEST_HOLD_S: f64 = 0.16;
 
 /// A sample with the decision about its stance, ready for the filter.
 #[derive(Clone, Copy, Debug)]
@@ -128,15 +124,16 @@ impl Stance {
         self.magnetics.begin();
     }
 
-    /// Whether the velocity is to be held at zero: at touch-down, then once in `interval_s`, and the
-    /// longer the foot has stood, the longer not again.
+    /// Whether the velocity is to be held at zero: at touch-down, then once in an interval, and the longer
+    /// the foot has stood, the longer not again.
     #[inline]
-    pub(crate) fn is_hold_due(&self, t_ns: i64, interval_s: f64) -> bool {
+    pub(crate) fn is_hold_due(&self, t_ns: i64, tuning: &Tuning) -> bool {
         if self.held_ns == i64::MIN {
             return true;
         }
         let stood_s = seconds(t_ns - self.since_ns);
-        let least_s = (HOLD_SHARE * stood_s).clamp(interval_s, LONGEST_HOLD_S.max(interval_s));
+        let interval_s = tuning.hold_interval_s;
+        let least_s = (tuning.hold_share * stood_s).clamp(interval_s, tuning.longest_hold_s.max(interval_s));
         seconds(t_ns - self.held_ns) >= least_s * 0.99
     }
 }

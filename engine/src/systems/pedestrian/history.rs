@@ -1,17 +1,17 @@
 //! Runs the filter over what has come, remembers enough to go back, and tells what changed.
 //!
-//! A separation of the feet or a late visit applies to a past moment: the filter of that moment is
-//! taken out of memory, updated, and what came since is run again. As nothing but the samples
-//! decides what happens, running again gives the same bits.
+//! A late visit applies to a past moment: the filter of that moment is taken out of memory, updated, and what
+//! came since is run again. As nothing but the samples decides what happens, running again gives the same
+//! bits.
 
 use std::collections::VecDeque;
 
-use super::filter::{Demand, Filter, Setting};
+use super::filter::{Filter, Setting};
 use super::foot::Step;
 use super::kept_step::KeptStep;
 use super::numbered::Numbered;
 use super::recording::WayBack;
-use super::smoothing::{Intervention, Mark, Smoothing, Source};
+use super::smoothing::{Mark, Smoothing, Source};
 use crate::event::{Anomaly, AnomalyKind, Event, TrackPoint, VisitOutcome};
 use crate::session::{SensorState, Solution, Visit};
 
@@ -28,8 +28,6 @@ pub(crate) struct History<const B: usize, const F: usize> {
     next: u64,
     /// Oldest first.
     checkpoints: VecDeque<Snapshot<B, F>>,
-    /// For each foot, the filter after the step at which it was nearest to the other.
-    remembered: [Option<Snapshot<B, F>>; 2],
     smoothing: Option<Smoothing<B, F>>,
     /// Where the smoother has come to: how many stretches are left.
     way_back: Option<(usize, Box<WayBack<B>>)>,
@@ -73,7 +71,6 @@ impl<const B: usize, const F: usize> History<B, F> {
             filter,
             steps: Numbered::new(),
             next: 0,
-            remembered: [None, None],
             points: Numbered::new(),
             told_points: 0,
             revised_from: None,
@@ -91,6 +88,16 @@ impl<const B: usize, const F: usize> History<B, F> {
     /// What the filter believes of its sensors now.
     pub(crate) fn sensors(&self) -> Vec<SensorState> {
         self.filter.sensors(&self.setting)
+    }
+
+    #[cfg(test)]
+    pub(crate) fn held(&self) -> Held {
+        Held {
+            steps: self.steps.end_number() - self.steps.first_number(),
+            points: self.points.end_number() - self.points.first_number(),
+            checkpoints: self.checkpoints.len(),
+            stretches: self.smoothing.as_ref().map_or(0, Smoothing::stretches),
+        }
     }
 
     /// Takes the next sample and appends what became known.
@@ -128,7 +135,6 @@ impl<const B: usize, const F: usize> History<B, F> {
             if let Some(smoothing) = &mut self.smoothing {
                 smoothing.cut_back(kept.next, kept.mark);
             }
-            self.remembered = [None, None];
         }
         let place = self.visits.partition_point(|(other, _)| other.moment_ns() <= at_ns);
         self.visits.insert(place, (visit, false));
@@ -227,7 +233,7 @@ impl<const B: usize, const F: usize> History<B, F> {
             }
             self.keep_checkpoint(step.t_ns, mark, told);
             let known = told.len();
-            let demand = self.filter.step(&self.setting, &step, told);
+            self.filter.step(&self.setting, &step, told);
             if let Some(smoothing) = &mut self.smoothing {
                 smoothing.gather(&mut self.filter.eskf.tape);
             }
@@ -237,11 +243,6 @@ impl<const B: usize, const F: usize> History<B, F> {
             self.next += 1;
             self.seen = self.seen.max(self.next);
             self.t_ns = self.t_ns.max(step.t_ns);
-            match demand {
-                Demand::None => {}
-                Demand::Remember { sensor } => self.remember(sensor),
-                Demand::GoBack { sensor } => self.go_back(sensor, told),
-            }
         }
     }
 
@@ -249,50 +250,10 @@ impl<const B: usize, const F: usize> History<B, F> {
         self.smoothing.as_ref().map(Smoothing::mark).unwrap_or_default()
     }
 
-    /// Takes down for the smoother what has just been done to the filter.
-    fn intervened(&mut self, what: Intervention) {
+    /// Takes down for the smoother that a visit has just been weighed.
+    fn weighed(&mut self, visit: usize) {
         if let Some(smoothing) = &mut self.smoothing {
-            smoothing.intervene(self.next, what, &mut self.filter.eskf.tape);
-        }
-    }
-
-    fn remember(&mut self, sensor: usize) {
-        let mark = self.mark();
-        match &mut self.remembered[sensor] {
-            Some(kept) => {
-                kept.next = self.next;
-                kept.mark = mark;
-                (*kept.filter).clone_from(&self.filter);
-            }
-            empty => {
-                *empty = Some(Snapshot { next: self.next, mark, filter: Box::new(self.filter.clone()) });
-            }
-        }
-    }
-
-    fn go_back(&mut self, sensor: usize, told: &mut Vec<Event>) {
-        // Taken out, so that a moment is used once, whatever comes.
-        let remembered = self.remembered[sensor].take().filter(|kept| kept.next > self.steps.first_number());
-        let known = told.len();
-        let again = self.next < self.seen;
-        if let Some(kept) = remembered {
-            self.checkpoints.retain(|checkpoint| checkpoint.next <= kept.next);
-            self.filter.clone_from(&kept.filter);
-            self.next = kept.next;
-            if let Some(smoothing) = &mut self.smoothing {
-                smoothing.cut_back(kept.next, kept.mark);
-            }
-            self.filter.apply_separation(&self.setting, sensor, told);
-            self.intervened(Intervention::Separation(sensor));
-            self.remembered[sensor] = Some(kept);
-        } else {
-            self.filter.feet[sensor].swing.mark_used();
-            self.intervened(Intervention::SwingUsed(sensor));
-        }
-        // The other foot's moment lies in a filter that has just been overruled.
-        self.remembered[1 - sensor] = None;
-        if again {
-            told.truncate(known);
+            smoothing.weigh(self.next, visit, &mut self.filter.eskf.tape);
         }
     }
 
@@ -308,7 +269,7 @@ impl<const B: usize, const F: usize> History<B, F> {
             outcome.after_minus_marker_n_m = outcome.before_minus_marker_n_m;
             outcome.reason = "markers are not among the aids of this run".to_owned();
             told.push(Event::Visit(outcome));
-            self.intervened(Intervention::Visit(number));
+            self.weighed(number);
             return;
         }
         let outcome = self.filter.apply_visit(&self.setting, visit, visit.moment_ns());
@@ -317,7 +278,7 @@ impl<const B: usize, const F: usize> History<B, F> {
             *told_before = true;
             told.push(Event::Visit(outcome));
         }
-        self.intervened(Intervention::Visit(number));
+        self.weighed(number);
     }
 
     fn record(&mut self, epoch: u64, t_ns: i64) {
@@ -348,9 +309,7 @@ impl<const B: usize, const F: usize> History<B, F> {
     fn keep_checkpoint(&mut self, t_ns: i64, mark: Mark, told: &mut Vec<Event>) {
         let newest_ns = self.checkpoints.back().map_or(i64::MIN, |kept| time_of(&kept.filter));
         let since_ns = t_ns.saturating_sub(newest_ns);
-        // While all feet stand no moment of a swing is remembered, which a checkpoint would lack.
-        let all_stand = self.filter.feet.iter().all(|foot| foot.stance.stands);
-        if since_ns < CHECKPOINT_NS || (!all_stand && since_ns < 3 * CHECKPOINT_NS) {
+        if since_ns < CHECKPOINT_NS {
             return;
         }
         let afresh = !self.filter.is_sound() && self.start_again(t_ns, told);
@@ -397,6 +356,16 @@ impl<const B: usize, const F: usize> History<B, F> {
         }));
         true
     }
+}
+
+/// How much of the past is in memory.
+#[cfg(test)]
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Held {
+    pub(crate) steps: u64,
+    pub(crate) points: u64,
+    pub(crate) checkpoints: usize,
+    pub(crate) stretches: usize,
 }
 
 fn time_of<const B: usize, const F: usize>(filter: &Filter<B, F>) -> i64 {

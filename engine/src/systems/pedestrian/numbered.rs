@@ -14,6 +14,7 @@ impl<T> Numbered<T> {
         Numbered { first: 0, members: VecDeque::new() }
     }
 
+    #[cfg(test)]
     pub(super) fn first_number(&self) -> u64 {
         self.first
     }

@@ -1,6 +1,6 @@
 //! What a smoother needs of a stretch of the walk: the tape of its errors, and what the filter told.
 
-use nalgebra::{SMatrix, Vector3};
+use nalgebra::{SMatrix, Vector3, Vector4};
 
 use super::filter::{Filter, Setting, seconds};
 use super::slow_errors::{stride, stride_matrix};
@@ -22,8 +22,8 @@ pub(super) struct Recording<const B: usize> {
     tape: Tape,
     points: Vec<Recorded>,
     /// For each point that has it, the covariance of what is told (east, north and up of the middle of
-    /// the feet, attitude about the vertical of the first sensor) with all errors.
-    with_errors: Vec<Rows<4, B>>,
+    /// the feet, attitude about the vertical of the first sensor) with all errors, and with one set aside.
+    with_errors: Vec<(Rows<4, B>, Vector4<f64>)>,
 }
 
 /// How long a recording is; it can be cut back to it.
@@ -96,7 +96,7 @@ impl<const B: usize> Recording<B> {
     pub(super) fn bytes(&self) -> usize {
         self.tape.bytes()
             + self.points.capacity() * size_of::<Recorded>()
-            + self.with_errors.capacity() * size_of::<Rows<4, B>>()
+            + self.with_errors.capacity() * size_of::<(Rows<4, B>, Vector4<f64>)>()
     }
 
     /// Takes what the filter has taken down since it was last asked.
@@ -160,7 +160,7 @@ impl<const B: usize> Recording<B> {
                 continue;
             };
             let Some(with_errors) = with_errors else { continue };
-            let here = less(&filtered, &way.adjoint.taken_off(&with_errors));
+            let here = less(&filtered, &way.adjoint.taken_off(&with_errors.0, &with_errors.1));
             for point in &mut smoothed[without_sigmas..] {
                 let share = (point.t_ns - t_ns) as f64 / (later_ns - t_ns) as f64;
                 let between = std::array::from_fn(|k| here[k] + (later[k] - here[k]) * share);
@@ -169,7 +169,7 @@ impl<const B: usize> Recording<B> {
             without_sigmas = smoothed.len();
             way.later = Some((t_ns, here));
         }
-        way.adjoint.anchor(&start.eskf.covariance);
+        way.adjoint.anchor(&start.eskf);
         if !way.adjoint.is_finite() {
             *way = WayBack::new();
         }
@@ -241,8 +241,8 @@ fn set_told(point: &mut TrackPoint, told: &Told) {
 }
 
 impl<const B: usize, const F: usize> Filter<B, F> {
-    /// The covariance of what is told with all errors.
-    fn told_with_errors(&self) -> Rows<4, B> {
+    /// The covariance of what is told with all errors, and with the one set aside.
+    fn told_with_errors(&self) -> (Rows<4, B>, Vector4<f64>) {
         let mut jacobians = [(0, SMatrix::zeros()); 3];
         let share = 1.0 / self.present().count() as f64;
         let mut used = 0;
@@ -255,7 +255,8 @@ impl<const B: usize, const F: usize> Filter<B, F> {
         let mut heading = SMatrix::zeros();
         heading[(3, 2)] = 1.0;
         jacobians[used] = (ErrorState::Attitude.of(0), heading);
-        self.eskf.covariance.seen_by(&jacobians[..=used])
+        let jacobians = &jacobians[..=used];
+        (self.eskf.covariance.seen_by(jacobians), self.eskf.aside_seen_by(jacobians))
     }
 
     /// How much later than its covariance each sensor's place is told at `t_ns`, s.

@@ -1,8 +1,7 @@
 //! The walk in stretches that can be gone back over: what the smoother runs on.
 //!
 //! A stretch begins with a copy of the filter. Its recording is either still there, or made again by
-//! running the stretch once more, with the same visits and separations at the same steps: that gives the
-//! same bits, so memory holds samples rather than covariances.
+//! running the stretch once more, with the same visits at the same steps: that gives the same bits, so memory holds samples rather than covariances.
 
 use std::collections::VecDeque;
 
@@ -21,21 +20,10 @@ const KEPT_BYTES: usize = 96 << 20;
 /// So much of a live walk's past is smoothed at a visit, ns.
 const TRAIL_NS: i64 = 300_000_000_000;
 
-/// What was done to the filter from outside, before a step.
-#[derive(Clone, Copy, Debug)]
-pub(super) enum Intervention {
-    /// The visit of this number was weighed.
-    Visit(usize),
-    /// The separation of the feet was measured in the swing of this sensor.
-    Separation(usize),
-    /// The swing of this sensor has no moment to go back to.
-    SwingUsed(usize),
-}
-
 /// How much had been recorded at a moment.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Mark {
-    interventions: u64,
+    weighed: u64,
     recording: RecordingLength,
 }
 
@@ -43,8 +31,8 @@ pub(super) struct Mark {
 #[derive(Clone, Debug)]
 pub(super) struct Smoothing<const B: usize, const F: usize> {
     stretches: VecDeque<Stretch<B, F>>,
-    /// With the number of the step they came before.
-    interventions: Numbered<(u64, Intervention)>,
+    /// The visits that were weighed, by number, each with the number of the step it came before.
+    weighed: Numbered<(u64, usize)>,
     live: bool,
 }
 
@@ -53,7 +41,7 @@ struct Stretch<const B: usize, const F: usize> {
     /// Its first step.
     first: u64,
     first_ns: i64,
-    first_intervention: u64,
+    first_weighed: u64,
     filter: Box<Filter<B, F>>,
     /// The filter had to be started again: what came before is not known from what comes after.
     afresh: bool,
@@ -76,7 +64,7 @@ impl<const B: usize, const F: usize> Smoothing<B, F> {
     /// and the newest recordings.
     pub(super) fn new(filter: &mut Filter<B, F>, live: bool) -> Self {
         filter.eskf.tape.set_recording(!live);
-        let mut smoothing = Smoothing { stretches: VecDeque::new(), interventions: Numbered::new(), live };
+        let mut smoothing = Smoothing { stretches: VecDeque::new(), weighed: Numbered::new(), live };
         smoothing.begin(0, i64::MIN, filter, false);
         smoothing
     }
@@ -88,7 +76,7 @@ impl<const B: usize, const F: usize> Smoothing<B, F> {
         self.stretches.push_back(Stretch {
             first,
             first_ns,
-            first_intervention: self.interventions.end_number(),
+            first_weighed: self.weighed.end_number(),
             filter: Box::new(filter.clone()),
             afresh,
             recording: (!self.live).then(Recording::new),
@@ -103,8 +91,8 @@ impl<const B: usize, const F: usize> Smoothing<B, F> {
         while self.live && self.stretches.get(1).is_some_and(|second| first_ns - second.first_ns > TRAIL_NS) {
             self.stretches.pop_front();
         }
-        let oldest = self.stretches.front().map_or(0, |stretch| stretch.first_intervention);
-        self.interventions.forget_before(oldest);
+        let oldest = self.stretches.front().map_or(0, |stretch| stretch.first_weighed);
+        self.weighed.forget_before(oldest);
     }
 
     /// A checkpoint was taken before the step `first`: a new stretch begins there, when it is time.
@@ -127,7 +115,7 @@ impl<const B: usize, const F: usize> Smoothing<B, F> {
 
     pub(super) fn mark(&self) -> Mark {
         Mark {
-            interventions: self.interventions.end_number(),
+            weighed: self.weighed.end_number(),
             recording: self.newest().map(Recording::length).unwrap_or_default(),
         }
     }
@@ -141,14 +129,15 @@ impl<const B: usize, const F: usize> Smoothing<B, F> {
         while self.stretches.len() > 1 && self.stretches.back().is_some_and(|last| last.first >= next) {
             self.stretches.pop_back();
         }
-        self.interventions.forget_from(mark.interventions);
+        self.weighed.forget_from(mark.weighed);
         if let Some(recording) = self.stretches.back_mut().and_then(|last| last.recording.as_mut()) {
             recording.cut_back(mark.recording);
         }
     }
 
-    pub(super) fn intervene(&mut self, next: u64, what: Intervention, tape: &mut Tape) {
-        self.interventions.push((next, what));
+    /// The visit of that number was weighed before the step `next`.
+    pub(super) fn weigh(&mut self, next: u64, visit: usize, tape: &mut Tape) {
+        self.weighed.push((next, visit));
         self.gather(tape);
     }
 
@@ -205,27 +194,25 @@ impl<const B: usize, const F: usize> Smoothing<B, F> {
 
     fn run_again(&self, number: usize, source: &Source<'_>) -> Recording<B> {
         let stretch = &self.stretches[number];
-        let (end, end_interventions, closed) = match self.stretches.get(number + 1) {
+        let (end, end_weighed, closed) = match self.stretches.get(number + 1) {
             Some(next) => (
                 next.first,
-                next.first_intervention,
+                next.first_weighed,
                 source.steps.get(next.first).is_some_and(KeptStep::opens_epoch),
             ),
-            None => (source.next, self.interventions.end_number(), source.closed),
+            None => (source.next, self.weighed.end_number(), source.closed),
         };
         let mut filter = (*stretch.filter).clone();
         filter.eskf.tape.set_recording(true);
         let mut recording = Recording::new();
         let mut told = Vec::new();
-        let mut intervention = stretch.first_intervention;
+        let mut weighed = stretch.first_weighed;
         for next in stretch.first..=end {
-            while let Some((_, what)) = self
-                .interventions
-                .get(intervention)
-                .filter(|(before, _)| *before == next && intervention < end_interventions)
+            while let Some((_, visit)) =
+                self.weighed.get(weighed).filter(|(before, _)| *before == next && weighed < end_weighed)
             {
-                filter.intervene(source, *what);
-                intervention += 1;
+                filter.weigh_again(source, *visit);
+                weighed += 1;
                 recording.gather(&mut filter.eskf.tape);
             }
             let step = source.steps.get(next).filter(|_| next < end);
@@ -245,20 +232,12 @@ impl<const B: usize, const F: usize> Smoothing<B, F> {
 }
 
 impl<const B: usize, const F: usize> Filter<B, F> {
-    fn intervene(&mut self, source: &Source<'_>, what: Intervention) {
-        match what {
-            Intervention::Visit(number) => {
-                self.visits_applied = number + 1;
-                if source.setting.aids.markers
-                    && let Some((visit, _)) = source.visits.get(number)
-                {
-                    self.apply_visit(source.setting, visit, visit.moment_ns());
-                }
-            }
-            Intervention::Separation(sensor) => {
-                self.apply_separation(source.setting, sensor, &mut Vec::new());
-            }
-            Intervention::SwingUsed(sensor) => self.feet[sensor].swing.mark_used(),
+    fn weigh_again(&mut self, source: &Source<'_>, number: usize) {
+        self.visits_applied = number + 1;
+        if source.setting.aids.markers
+            && let Some((visit, _)) = source.visits.get(number)
+        {
+            self.apply_visit(source.setting, visit, visit.moment_ns());
         }
     }
 }

@@ -72,9 +72,9 @@ impl<const B: usize, const F: usize> Filter<B, F> {
     /// the firmer: in all, a stance says as much as if it were held once in every interval.
     fn hold(&mut self, setting: &Setting, step: &Step) {
         let sensor = step.sensor;
-        let interval_s = setting.tuning.covariance_interval_s;
+        let interval_s = setting.tuning.hold_interval_s;
         let stance = &mut self.feet[sensor].stance;
-        if !stance.is_hold_due(step.t_ns, interval_s) {
+        if !stance.is_hold_due(step.t_ns, &setting.tuning) {
             return;
         }
         let since_s =

@@ -15,14 +15,24 @@ pub struct Tuning {
     pub stance: StanceTuning,
     /// How long the standing start is waited for, at most, s.
     pub longest_alignment_s: f64,
-    /// The covariance is propagated, and a standing foot held, once in this time, s.
-    pub covariance_interval_s: f64,
+    /// The covariance of a foot in its swing is propagated once in this time, s.
+    pub swing_interval_s: f64,
+    /// A foot that has just come down is held once in this time, s.
+    pub hold_interval_s: f64,
+    /// One that has stood for some time is held again after this share of it,
+    pub hold_share: f64,
+    /// but after this at the latest: until then its covariance is propagated in one step, s.
+    pub longest_hold_s: f64,
     /// Sigma of the velocity of a foot that stands perfectly, m/s. Larger than the 0.017 m/s of
     /// paper 1, §2.3, because neighbouring samples of a stance err alike.
     pub zupt_sigma_m_s: f64,
     /// Distance from the point that a standing foot rolls about to the sensor, m: its rate times
     /// this is added to that sigma.
     pub roll_radius_m: f64,
+    /// A foot that flies past is at least so fast, m/s (see `filter`).
+    pub slowest_flight_m_s: f64,
+    /// And so far from standing: its velocity squared over the variance that it would have.
+    pub flight_gate: f64,
     /// How long a standing foot goes on at what its specific force is unsteady by, s: the product is
     /// added to that sigma, too.
     pub shake_time_s: f64,
@@ -100,8 +110,8 @@ pub struct SlowErrorsTuning {
 impl Default for SlowErrorsTuning {
     fn default() -> Self {
         SlowErrorsTuning {
-            fixed_deviation_rad: 0.012,
-            hard_iron_deviation_rad: 0.03,
+            fixed_deviation_rad: 0.01,
+            hard_iron_deviation_rad: 0.022,
             deviation_walk_rad_sqrt_s: 1e-4,
             deflection_rad: 0.04,
             deflection_length_m: 2.0,
@@ -120,10 +130,15 @@ impl Default for Tuning {
             imu_noise: ImuNoise::default(),
             stance: StanceTuning::default(),
             longest_alignment_s: 10.0,
-            covariance_interval_s: 0.04,
+            swing_interval_s: 0.1,
+            hold_interval_s: 0.04,
+            hold_share: 0.45,
+            longest_hold_s: 0.18,
             zupt_sigma_m_s: 0.022,
             roll_radius_m: 0.07,
             shake_time_s: 0.014,
+            slowest_flight_m_s: 4.0,
+            flight_gate: 50.0,
             first_magnetic_heading_sigma_rad: 0.12,
             given_heading_sigma_rad: 0.02,
             second_foot_heading_sigma_rad: 0.2,

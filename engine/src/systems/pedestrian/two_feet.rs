@@ -1,11 +1,14 @@
 //! What two feet know of each other: how near they pass, and how evenly a stride lies about the
 //! standing foot.
 
-use super::filter::{Demand, Filter, GATE_1, GATE_2, Setting, seconds};
-use super::slow_errors::{SEPARATION, surroundings, surroundings_row};
+use nalgebra::RowVector3;
+
+use super::filter::{Filter, GATE_1, GATE_2, Setting, seconds};
+use super::slow_errors::{SEPARATION, stride, stride_matrix, surroundings, surroundings_row};
 use crate::detect::swing::Following;
 use crate::event::{AidKind, AidOutcome, Event};
-use crate::measure::foot_separation::{foot_separation, stride_symmetry};
+use crate::ins::layout::ErrorState;
+use crate::measure::foot_separation::{Beside, foot_separation, stride_symmetry};
 
 /// Strides whose symmetry means something, m.
 const SHORTEST_STRIDE_M: f64 = 0.7;
@@ -13,47 +16,77 @@ const LONGEST_STRIDE_M: f64 = 2.5;
 /// At heel strike the other foot may have left the ground this long ago, s.
 const JUST_LEFT_S: f64 = 0.25;
 
+/// The moment at which a foot in its swing was nearest to the other. That it was, is known only when the
+/// foot has passed: until then the error of the distance is set aside in the filter.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Passing {
+    /// The swinging foot's sensor.
+    sensor: usize,
+    /// The distance across the swing at that moment, m.
+    distance_m: f64,
+}
+
 impl<const B: usize, const F: usize> Filter<B, F> {
-    pub(super) fn swing(&mut self, setting: &Setting, sensor: usize) -> Demand {
+    pub(super) fn swing(&mut self, setting: &Setting, sensor: usize, told: &mut Vec<Event>) {
         if F < 2 || !setting.aids.separation {
-            return Demand::None;
+            return;
         }
         let other = &self.feet[1 - sensor];
         let (other_stands, other_p_n) = (other.stance.stands, other.nav.p_n);
         let foot = &mut self.feet[sensor];
         if !other_stands {
-            return Demand::None;
+            return;
         }
         match foot.swing.follow(&foot.nav.p_n, &foot.nav.v_n, &other_p_n) {
-            Following::Nothing => Demand::None,
-            Following::Nearest => Demand::Remember { sensor },
-            Following::Passed => Demand::GoBack { sensor },
+            Following::Nothing => {}
+            Following::Nearest => self.set_distance_aside(sensor),
+            Following::Passed => self.apply_separation(setting, sensor, told),
         }
     }
 
-    /// The separation of the feet, at the moment that `self` is a memory of.
-    pub(crate) fn apply_separation(&mut self, setting: &Setting, sensor: usize, told: &mut Vec<Event>) {
-        self.propagate_all(setting);
+    /// Keeps the distance across the swing of this foot as it is now, with its error.
+    fn set_distance_aside(&mut self, sensor: usize) {
+        let along_n = self.feet[sensor].nav.v_n;
+        let beside = Beside::new(&self.feet[0].nav.p_n, &self.feet[1].nav.p_n, &along_n);
+        self.passing = Some(Passing { sensor, distance_m: beside.distance_m });
+        // The positions of now go on from those of the covariance by what has not been brought into it yet.
+        let mut jacobians = [(0, RowVector3::zeros()); 6];
+        let both = [beside.to_left_n, -beside.to_left_n];
+        for ((places, (sensor, foot)), row) in
+            jacobians.chunks_mut(3).zip(self.feet.iter().enumerate()).zip(both)
+        {
+            places.copy_from_slice(&[
+                (ErrorState::Position.of(sensor), row),
+                (ErrorState::Velocity.of(sensor), row * foot.transition.dt_s()),
+                (stride(sensor, F), row * stride_matrix(&foot.moved_n)),
+            ]);
+        }
+        self.eskf.set_aside(&jacobians);
+    }
+
+    /// This foot has passed the other: at the moment set aside their distance was the separation.
+    pub(super) fn apply_separation(&mut self, setting: &Setting, sensor: usize, told: &mut Vec<Event>) {
+        let passing = self.passing.take().filter(|passing| passing.sensor == sensor);
+        let (Some(passing), Some(corrected_m)) = (passing, self.eskf.corrected_aside()) else { return };
         let tuning = &setting.tuning;
-        let along_n = *self.feet[sensor].swing.velocity_then_n();
         let observation = foot_separation(
-            &self.feet[0].nav.p_n,
-            &self.feet[1].nav.p_n,
-            &along_n,
+            passing.distance_m - corrected_m,
             tuning.separation_m + self.slow.surroundings[SEPARATION],
             tuning.separation_sigma_m,
         )
         .with(surroundings(F), surroundings_row(SEPARATION, 1.0));
-        let (nis, accepted) = self.update(&observation, GATE_1);
-        self.feet[sensor].swing.mark_used();
+        let update = self.eskf.update_aside(&observation, GATE_1);
+        if let Some(correction) = &update.correction {
+            self.correct(correction);
+        }
         told.push(Event::Aid(AidOutcome {
             t_ns: self.feet[sensor].t_ns,
             foot: None,
             aid: AidKind::Separation,
-            nis,
+            nis: update.nis,
             degrees_of_freedom: 1,
             updates: 1,
-            accepted,
+            accepted: update.correction.is_some(),
         }));
     }
 
@@ -73,7 +106,11 @@ impl<const B: usize, const F: usize> Filter<B, F> {
         if !stood_just_now {
             return;
         }
-        self.propagate_all(setting);
+        // What has become of the standing foot in the last tenth of a second is nothing beside the sigmas.
+        if foot.transition.dt_s() > 0.0 {
+            self.propagate(setting, sensor);
+        }
+        self.stretch(sensor);
         let sigma_along_m = setting.tuning.symmetry_share * length_m;
         let observation = stride_symmetry(
             sensor,

@@ -11,6 +11,8 @@ pub(crate) struct Walked {
     distance_m: [f64; 2],
     /// Sums of sine and cosine of (direction of the stride − azimuth of the x axis) of sensor 0.
     mounting: (f64, f64),
+    /// The angle of those sums, rad.
+    mounting_rad: f64,
 }
 
 /// A foot shuffles less than this between two stances without having walked, m.
@@ -34,6 +36,7 @@ impl Walked {
             let offset = azimuth(stride.x, stride.y) - heading_rad;
             self.mounting.0 += libm::sin(offset);
             self.mounting.1 += libm::cos(offset);
+            self.mounting_rad = libm::atan2(self.mounting.0, self.mounting.1);
         }
     }
 
@@ -52,9 +55,6 @@ impl Walked {
     /// The direction in which the inspector faces when the x axis of sensor 0 has the azimuth
     /// `x_axis_rad`: the same until there has been a stride.
     pub(crate) fn heading_rad(&self, x_axis_rad: f64) -> f64 {
-        if self.mounting == (0.0, 0.0) {
-            return x_axis_rad;
-        }
-        wrap(x_axis_rad + libm::atan2(self.mounting.0, self.mounting.1))
+        wrap(x_axis_rad + self.mounting_rad)
     }
 }
