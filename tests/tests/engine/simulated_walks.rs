@@ -164,7 +164,8 @@ fn a_lap_walked_and_a_lap_run() {
     let told = scenario.run();
     assert_follows(&scenario, &told, [2.5, 1.2, 0.8]);
     // A foot that flies past at 7 m/s is not held there: each stride keeps its length.
-    let truth_m = scenario.true_places().windows(2).map(|w| {
+    let places = scenario.true_places();
+    let truth_m = places.windows(2).map(|w| {
         let [a, b] = [w[0].position_m, w[1].position_m];
         (b[0] - a[0]).hypot(b[1] - a[1])
     });
