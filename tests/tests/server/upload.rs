@@ -229,11 +229,18 @@ async fn bad_logs_are_refused_with_what_where_and_what_to_do() {
         (png.clone(), 422, "not_text", (None, None), "PNG picture"),
         (gzip(&png), 422, "not_text", (None, None), "PNG picture"),
         (
-            with_line(1, |_| "t_s,gx,gy,gz,ax,ay,az".into()),
+            with_line(1, |header| header.replace("gyr_x_rad_s", "gyro_x_rad_s")),
             422,
             "missing_column",
             (Some(1), Some("gyr_x_rad_s")),
-            "gyr_x_rad_s",
+            "if \"gyro_x_rad_s\" is meant",
+        ),
+        (
+            with_line(1, |_| "t_s,gx,gy,gz,ax,ay,az".into()),
+            422,
+            "unknown_format",
+            (None, None),
+            "t_s, gx, gy",
         ),
         (with_line(1, |_| String::new())[1..].to_vec(), 422, "missing_header", (Some(1), None), "header"),
         (
