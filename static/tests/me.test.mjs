@@ -78,6 +78,16 @@ test("what the server refuses is shown and does not hold up the rest", async () 
   assert.ok(!outbox.drop("bad"));
 });
 
+test("who is not signed in keeps it; what one may not is refused", async () => {
+  for (const [status, left] of /** @type {const} */ ([[401, undefined], [403, "refused 403"]])) {
+    /** @type {any} */
+    const api = { reportFault: async () => { throw new Refused(status); } };
+    const outbox = new Outbox(api, memory());
+    await outbox.add(fault("f"));
+    assert.deepEqual(outbox.entries().map((entry) => entry.refused), [left]);
+  }
+});
+
 test("two calls at once send nothing twice; taking back what is gone is success", async () => {
   const { api, state } = server();
   const outbox = new Outbox(api, memory());

@@ -86,8 +86,8 @@ export class Outbox {
         answer = await this.send(entry);
       } catch (/** @type {any} */ error) {
         this.underWay = null;
-        // No link, or a server that is not itself: later.
-        if (!(error.status >= 400 && error.status < 500) || [401, 403, 408, 429].includes(error.status)) return;
+        // No link, a server that is not itself, or nobody signed in: later.
+        if (!(error.status >= 400 && error.status < 500) || [401, 408, 429].includes(error.status)) return;
         this.keep(this.entries().map((e) => (e.id === entry.id ? { ...e, refused: String(error.message) } : e)));
         continue;
       }

@@ -20,6 +20,12 @@ const TRY_EVERY_MS = 15_000;
 /** @type {import("../ui/router.js").MakeView} */
 export function meView(app, side) {
   const mine = recallMine(storage);
+  // Whoever has signed in as an inspector is that one, and only that one where the account may not write for others.
+  const own = app.me.inspector_id;
+  const onlyOwn = own !== null && !app.may("walk_for_others");
+  if (own && mine.inspector_id !== own && (onlyOwn || mine.inspector_id === "")) {
+    Object.assign(mine, { inspector_id: own, walk: null, ended: null, keyed: [] });
+  }
   let typed = "";
   /** What was doubted is entered when it is pressed again. */
   let doubted = "";
@@ -91,7 +97,7 @@ export function meView(app, side) {
 
   function showWho() {
     const list = [...app.live.inspectors.values()];
-    const names = list.length > 0 ? list : storedInspectors();
+    const names = (list.length > 0 ? list : storedInspectors()).filter((i) => !onlyOwn || i.id === own);
     if (list.length > 0) storage.remember("inspectors", JSON.stringify(list.map(({ id, name }) => ({ id, name }))));
     render(who, html`<option value="">${t("me.choose")}</option>${names.map((i) => html`<option value="${i.id}">${i.name}</option>`)}`);
     if (names.some((i) => i.id === mine.inspector_id)) who.value = mine.inspector_id;
