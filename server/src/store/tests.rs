@@ -169,8 +169,8 @@ async fn a_commit_that_fails_is_told_to_all_who_wait_and_the_next_one_works() {
         Box::pin(async move {
             sqlx::query("pragma defer_foreign_keys = on").execute(&mut *db).await?;
             sqlx::query(
-                "insert into faults (id, inspector_id, reported_at, kind, severity, created_at)
-                 values ('f', 'nobody', 0, 'x', 'low', 0)",
+                "insert into faults (id, inspector_id, reported_at, kind, severity, created_at, updated_at)
+                 values ('f', 'nobody', 0, 'x', 'low', 0, 0)",
             )
             .execute(db)
             .await?;
