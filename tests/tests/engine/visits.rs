@@ -125,7 +125,8 @@ fn a_marker_a_hundred_metres_off_is_turned_down_and_changes_nothing() {
     assert!(visits[0].reason.contains("wrong marker"), "{}", visits[0].reason);
     let end = told.last().position_n_m;
     let untouched = short_walk().run().last().position_n_m;
-    assert!((0..3).all(|axis| (end[axis] - untouched[axis]).abs() < 1e-3), "{end:?} {untouched:?}");
+    // To be weighed it brings the covariance up to its moment, so what comes next is cut into other pieces.
+    assert!((0..3).all(|axis| (end[axis] - untouched[axis]).abs() < 1e-2), "{end:?} {untouched:?}");
 }
 
 #[test]

@@ -15,7 +15,7 @@ const HEADING: f64 = 36.0;
 const TITLE: f64 = 34.0;
 const FOOT: f64 = 22.0;
 /// What moves by less than this on the picture is not drawn anew.
-const STEP: f64 = 1.5;
+const STEP: f64 = 4.0;
 
 /// One panel.
 #[derive(Clone, Debug)]
