@@ -236,12 +236,16 @@ impl<const B: usize> BlockCovariance<B> {
         }
         let Some(rows) = self.upper[first..].first_chunk_mut::<5>() else { return };
         for column in 3 * first..3 * B {
-            let mapped = map(std::array::from_fn(|i| {
-                std::array::from_fn(|axis| rows[i][axis].as_flattened()[column])
-            }));
-            for (rows, mapped) in rows.iter_mut().zip(mapped) {
-                for (row, x) in rows.iter_mut().zip(mapped) {
-                    row.as_flattened_mut()[column] = x;
+            let mut five = [[0.0; 3]; 5];
+            for (five, rows) in five.iter_mut().zip(&*rows) {
+                for (x, row) in five.iter_mut().zip(rows) {
+                    *x = row.as_flattened()[column];
+                }
+            }
+            let five = map(five);
+            for (five, rows) in five.iter().zip(&mut *rows) {
+                for (x, row) in five.iter().zip(rows) {
+                    row.as_flattened_mut()[column] = *x;
                 }
             }
         }

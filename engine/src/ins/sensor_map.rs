@@ -28,58 +28,75 @@ impl SensorMap {
     /// The errors afterwards.
     #[inline(always)]
     pub(super) fn forward(&self, [phi, gyro, p, v, accelerometer]: Five) -> Five {
-        let (turned, pushed, lifted) =
-            (times(&self.c, gyro), times(&self.c, accelerometer), cross(self.f, phi));
-        let v_1: [f64; 3] = std::array::from_fn(|k| v[k] + pushed[k] + lifted[k]);
+        let v_1 = sum(sum(v, times(&self.c, accelerometer)), cross(self.f, phi));
         [
-            std::array::from_fn(|k| phi[k] - turned[k]),
-            gyro.map(|x| x * self.gyro_bias_kept),
-            std::array::from_fn(|k| p[k] + self.half_s * (v[k] + v_1[k])),
+            difference(phi, times(&self.c, gyro)),
+            scaled(gyro, self.gyro_bias_kept),
+            sum(p, scaled(sum(v, v_1), self.half_s)),
             v_1,
-            accelerometer.map(|x| x * self.accelerometer_bias_kept),
+            scaled(accelerometer, self.accelerometer_bias_kept),
         ]
     }
 
     /// The transposed map.
     #[inline(always)]
     pub(super) fn transposed(&self, [phi, gyro, p, v, accelerometer]: Five) -> Five {
-        let by_velocity: [f64; 3] = std::array::from_fn(|k| v[k] + self.half_s * p[k]);
-        let (turned, pushed, lifted) = (
-            times_transposed(&self.c, phi),
-            times_transposed(&self.c, by_velocity),
-            cross(self.f, by_velocity),
-        );
+        let later = scaled(p, self.half_s);
+        let by_velocity = sum(v, later);
         [
-            std::array::from_fn(|k| phi[k] - lifted[k]),
-            std::array::from_fn(|k| gyro[k] * self.gyro_bias_kept - turned[k]),
+            difference(phi, cross(self.f, by_velocity)),
+            difference(scaled(gyro, self.gyro_bias_kept), times_transposed(&self.c, phi)),
             p,
-            std::array::from_fn(|k| by_velocity[k] + self.half_s * p[k]),
-            std::array::from_fn(|k| accelerometer[k] * self.accelerometer_bias_kept + pushed[k]),
+            sum(by_velocity, later),
+            sum(scaled(accelerometer, self.accelerometer_bias_kept), times_transposed(&self.c, by_velocity)),
         ]
     }
 
     /// The errors before.
     #[inline]
     pub(super) fn inverse(&self, [phi, gyro, p, v, accelerometer]: Five) -> Five {
-        let gyro = gyro.map(|x| x / self.gyro_bias_kept);
-        let accelerometer = accelerometer.map(|x| x / self.accelerometer_bias_kept);
-        let turned = times(&self.c, gyro);
-        let phi: [f64; 3] = std::array::from_fn(|k| phi[k] + turned[k]);
-        let (pushed, lifted) = (times(&self.c, accelerometer), cross(self.f, phi));
-        let v_0: [f64; 3] = std::array::from_fn(|k| v[k] - pushed[k] - lifted[k]);
-        let p = std::array::from_fn(|k| p[k] - self.half_s * (v[k] + v_0[k]));
-        [phi, gyro, p, v_0, accelerometer]
+        let gyro = scaled(gyro, 1.0 / self.gyro_bias_kept);
+        let accelerometer = scaled(accelerometer, 1.0 / self.accelerometer_bias_kept);
+        let phi = sum(phi, times(&self.c, gyro));
+        let v_0 = difference(difference(v, times(&self.c, accelerometer)), cross(self.f, phi));
+        [phi, gyro, difference(p, scaled(sum(v, v_0), self.half_s)), v_0, accelerometer]
     }
 }
 
+// Spelt out: closures over arrays are not always taken apart, and this is most of a propagation.
+
 #[inline(always)]
-fn times(m: &[[f64; 3]; 3], [x, y, z]: [f64; 3]) -> [f64; 3] {
-    [0, 1, 2].map(|k| m[k][0] * x + m[k][1] * y + m[k][2] * z)
+fn sum([a, b, c]: [f64; 3], [x, y, z]: [f64; 3]) -> [f64; 3] {
+    [a + x, b + y, c + z]
 }
 
 #[inline(always)]
-fn times_transposed(m: &[[f64; 3]; 3], [x, y, z]: [f64; 3]) -> [f64; 3] {
-    [0, 1, 2].map(|k| m[0][k] * x + m[1][k] * y + m[2][k] * z)
+fn difference([a, b, c]: [f64; 3], [x, y, z]: [f64; 3]) -> [f64; 3] {
+    [a - x, b - y, c - z]
+}
+
+#[inline(always)]
+fn scaled([x, y, z]: [f64; 3], by: f64) -> [f64; 3] {
+    [x * by, y * by, z * by]
+}
+
+#[inline(always)]
+fn times(m: &[[f64; 3]; 3], v: [f64; 3]) -> [f64; 3] {
+    [dot(m[0], v), dot(m[1], v), dot(m[2], v)]
+}
+
+#[inline(always)]
+fn times_transposed(m: &[[f64; 3]; 3], v: [f64; 3]) -> [f64; 3] {
+    [
+        dot([m[0][0], m[1][0], m[2][0]], v),
+        dot([m[0][1], m[1][1], m[2][1]], v),
+        dot([m[0][2], m[1][2], m[2][2]], v),
+    ]
+}
+
+#[inline(always)]
+fn dot([a, b, c]: [f64; 3], [x, y, z]: [f64; 3]) -> f64 {
+    a * x + b * y + c * z
 }
 
 #[inline(always)]
@@ -105,7 +122,7 @@ mod tests {
         std::array::from_fn(|i| std::array::from_fn(|k| libm::sin(seed + (3 * i + k) as f64)))
     }
 
-    fn dot(a: &Five, b: &Five) -> f64 {
+    fn product(a: &Five, b: &Five) -> f64 {
         a.as_flattened().iter().zip(b.as_flattened()).map(|(a, b)| a * b).sum()
     }
 
@@ -113,7 +130,7 @@ mod tests {
     fn the_transposed_map_is_the_one_of_the_scalar_product() {
         for seed in [0.3, 1.7, 4.0] {
             let (x, y) = (some(seed), some(seed + 0.77));
-            let (there, back) = (dot(&map().forward(x), &y), dot(&x, &map().transposed(y)));
+            let (there, back) = (product(&map().forward(x), &y), product(&x, &map().transposed(y)));
             assert!((there - back).abs() < 1e-12, "{there} {back}");
         }
     }
