@@ -28,6 +28,7 @@ const LOG_READERS: usize = 2;
 
 /// Listens where the configuration says.
 pub async fn bind(config: &Config) -> Result<TcpListener> {
+    loopback_only(config, config.listen, config.database().exists())?;
     TcpListener::bind(config.listen)
         .await
         .with_context(|| format!("could not listen on {}: is another server running there?", config.listen))
@@ -40,10 +41,11 @@ pub async fn serve(
     shutdown: impl Future<Output = ()> + Send + 'static,
 ) -> Result<()> {
     let address = listener.local_addr().context("the listener has no address")?;
+    loopback_only(&config, address, config.database().exists())?;
     // Held until the end: two servers on one folder would be two writers.
     let _held = hold_data_folder(&config.data)?;
     let app = open(config).await?;
-    loopback_only(&app, address)?;
+    loopback_only(&app.config, address, app.auth.has_accounts())?;
     stale_uploads::clear(&app).await.context("could not clear the folder of uploads")?;
     tokio::spawn(figures::fold(app.metrics.clone(), app.stopping.clone()));
     let worker = tokio::spawn(jobs::worker::work(Arc::clone(&app)));
@@ -153,12 +155,13 @@ pub(crate) async fn open(config: Config) -> Result<App> {
     }))
 }
 
-/// As long as nobody has an account, whoever reaches the server may do everything: it is for its own machine then.
-fn loopback_only(app: &App, address: SocketAddr) -> Result<()> {
+/// As long as nobody has an account, whoever reaches the server may do everything: it is for its own machine then. Asked
+/// twice: before anything is begun, where there is no database there is no account.
+fn loopback_only(config: &Config, address: SocketAddr, may_have_accounts: bool) -> Result<()> {
     ensure!(
-        address.ip().is_loopback() || app.auth.has_accounts(),
-        "will not listen on {address}: nobody has an account yet, so whoever reaches the server could read and change everything; make the first one with `lodestep account add NAME --role admin --data {}`, or start it on 127.0.0.1:{} and make it in the page",
-        app.config.data.display(),
+        address.ip().is_loopback() || may_have_accounts,
+        "will not listen on {address}: nobody has an account yet, so whoever reaches the server could read and change everything; make the first one with `lodestep account add NAME --role admin --data {}`, or start it on 127.0.0.1:{} and make it in the page (from elsewhere through an SSH tunnel)",
+        config.data.display(),
         address.port()
     );
     Ok(())

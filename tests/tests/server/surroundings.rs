@@ -11,7 +11,7 @@ async fn an_address_that_others_can_reach_is_refused_with_the_reason() {
     let listener = TcpListener::bind("0.0.0.0:0").await.unwrap();
     let refused = serve::serve(Config::for_testing(folder.path()), listener, async {}).await.unwrap_err();
     let sentence = refused.to_string();
-    assert!(sentence.contains("nobody can sign in yet"), "{sentence}");
+    assert!(sentence.contains("nobody has an account yet"), "{sentence}");
     assert!(!folder.path().join("lodestep.db").exists(), "nothing is begun before the refusal");
 
     let mut config = Config::for_testing(folder.path());
