@@ -79,6 +79,9 @@ async fn who(app: &App, asked: &Parts) -> Result<Caller> {
         let known = credentials::of(app, &asked.headers, &address).await?;
         return Ok(known.unwrap_or_else(|| Caller::unknown(address)));
     }
+    if let Some(part) = credentials::of_ourselves(app, &asked.headers) {
+        return Ok(part);
+    }
     if is_handed_on(&asked.headers) {
         // From elsewhere, by a proxy at this machine: only whoever works here may do what needs no account.
         return Ok(Caller::unknown(address));

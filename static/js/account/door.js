@@ -18,11 +18,28 @@ export async function throughTheDoor() {
   return api.account();
 }
 
+/** While the first account is made, its maker is nobody for a moment: no reason to start afresh, and to lose the answer. */
+let changing = false;
+
+/**
+ * @template T
+ * @param {() => Promise<T>} change
+ * @returns {Promise<T>}
+ */
+export async function whoIsChanging(change) {
+  changing = true;
+  try {
+    return await change();
+  } finally {
+    changing = false;
+  }
+}
+
 /** A new sign-in is asked for by starting afresh: what the page shows may belong to somebody else. */
 export function watchForTheEnd() {
   let told = false;
   addEventListener("signed-out", () => {
-    if (told) return;
+    if (told || changing) return;
     told = true;
     location.reload();
   });

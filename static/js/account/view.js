@@ -5,6 +5,7 @@ import { dateTime } from "../format.js";
 import { html, one, render } from "../html.js";
 import { t, translate } from "../i18n.js";
 import { problemBox } from "../ui/problem.js";
+import { whoIsChanging } from "./door.js";
 import { showTokens } from "./tokens.js";
 
 /** @type {import("../ui/router.js").MakeView} */
@@ -30,7 +31,7 @@ function showSetUp(side) {
     </form><div class="row"><a href="#/admin" data-t="nav.admin"></a> <a href="#/api" data-t="nav.api"></a></div></div>`);
   translate(side);
   onSubmit(one("form", side), async (data) => {
-    await api.setUp({ setup_token: text(data, "setup_token"), name: text(data, "name"), password: String(data.get("password")) });
+    await whoIsChanging(() => api.setUp({ setup_token: text(data, "setup_token"), name: text(data, "name"), password: String(data.get("password")) }));
     location.reload();
   });
 }

@@ -294,6 +294,39 @@ async fn what_is_revoked_is_cut_within_five_seconds_also_on_open_sockets() {
 }
 
 #[tokio::test]
+async fn the_demo_s_devices_walk_on_when_the_first_account_is_made() {
+    let server = TestServer::start_with(|config| {
+        config.demo = true;
+        config.setup_token = Some(SETUP_TOKEN.to_owned());
+    })
+    .await;
+    let live = async |person: &Person| {
+        let sessions = person.get(&server, "/sessions?state=live").await;
+        sessions.body.as_array().map_or(0, Vec::len)
+    };
+    let nobody = Person::nobody();
+    let all = async {
+        while live(&nobody).await < 4 {
+            tokio::time::sleep(Duration::from_millis(100)).await
+        }
+    };
+    timeout(Duration::from_secs(60), all).await.expect("four inspectors set out");
+    let body = json!({"setup_token": SETUP_TOKEN, "name": "admin", "password": PASSWORD});
+    assert_eq!(server.post("/account/set-up", &body).await.0, 201);
+    let admin = sign_in(&server, "admin").await;
+    let samples =
+        async |id: &str| admin.get(&server, &format!("/sessions/{id}")).await.body["samples"].as_u64();
+    let id = admin.get(&server, "/sessions?state=live").await.body[0]["id"].as_str().unwrap().to_owned();
+    let before = samples(&id).await;
+    let goes_on = async {
+        while samples(&id).await <= before {
+            tokio::time::sleep(Duration::from_millis(100)).await
+        }
+    };
+    timeout(Duration::from_secs(60), goes_on).await.expect("they walk on");
+}
+
+#[tokio::test]
 async fn signing_out_and_a_new_password_end_what_was_open() {
     let (server, staff) = server_with_staff().await;
     let viewer = &staff[0];
