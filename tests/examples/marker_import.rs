@@ -1,6 +1,8 @@
 //! How long a file of all 2,226 markers takes, every one of them moved, against a real server with everything
 //! on disk: `cargo run --release -p lodestep-tests --example marker_import`.
 
+#![allow(clippy::print_stdout, reason = "a benchmark prints its figures")]
+
 use std::time::Instant;
 
 use anyhow::{Context, Result, ensure};

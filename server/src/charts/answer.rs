@@ -258,7 +258,7 @@ mod tests {
     #[test]
     fn values_have_six_digits_and_holes_are_null() {
         assert_eq!(
-            [tidy(-130.123_46), tidy(0.001_234_567_9), tidy(0.0)],
+            [tidy(-130.123_46), tidy(0.001_234_567), tidy(0.0)],
             [Some(-130.123), Some(0.001_234_57), Some(0.0)]
         );
         assert_eq!(tidy(f32::NAN), None);

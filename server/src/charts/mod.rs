@@ -2,7 +2,7 @@
 //!
 //! Every line of a chart is the smallest and largest value in each cell of a grid in time ([`cells`]). While
 //! a session is processed a [`recorder`] looks on: at every sample, at what the filter says of its aids and,
-//! twice a second, at what it believes of its sensors. The track itself is cut into cells by [`of_points`].
+//! twice a second, at what it believes of its sensors. The track itself is cut into cells by [`of_points()`].
 //! All that is stored; [`answer`] merges cells to as many as a page has room for, and where it wants to see
 //! more than a cell tells, goes to the samples themselves ([`of_samples`]).
 
