@@ -59,10 +59,8 @@ try {
   await take("screens/server", "#/admin/server", ".figures div");
   await take("screens/changes", "#/admin/audit", "[data-testid=audit] td");
   await take("screens/api", "#/api", "[data-testid=routes] details");
-  // The dark room, in Chinese.
+  // The dark room.
   await page.emulateMedia({ colorScheme: "dark" });
-  await page.goto(`${url}/#/live`);
-  await page.locator("#language").click();
   await take("screens/live-dark", "#/live", "[data-testid=inspector-row][data-east-m]", () => page.locator("#fit").click());
 } finally {
   await tab.close();

@@ -69,7 +69,7 @@ export function difference(before, after) {
   const names = [...new Set([...Object.keys(before ?? {}), ...Object.keys(after ?? {})])].filter((name) => !DULL.has(name));
   const words = (/** @type {unknown} */ value) => (typeof value === "string" ? value : JSON.stringify(value));
   return names
-    .filter((name) => JSON.stringify(before?.[name]) !== JSON.stringify(after?.[name]))
+    .filter((name) => JSON.stringify(before?.[name] ?? null) !== JSON.stringify(after?.[name] ?? null))
     .map((name) => {
       const [was, is] = [before?.[name], after?.[name]];
       if (was === undefined || was === null) return `${name}: ${words(is)}`;

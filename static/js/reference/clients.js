@@ -9,7 +9,7 @@ for FOOT in left right; do
   curl -s -H "$A" -H "$J" $S/logs/$LOG/finish -d "{\\"sha256\\":\\"$(sha256sum $FOOT.csv | cut -d' ' -f1)\\"}"
 done
 JOB=$(curl -s -H "$A" -H "$J" $S/sessions/$ID/process -d '{}' | jq -r .id)
-until curl -s -H "$A" $S/jobs/$JOB | grep -q finished; do sleep 1; done; curl -H "$A" $S/sessions/$ID/track.csv`;
+until curl -s -H "$A" $S/jobs/$JOB | jq -r .state | grep -q finished; do sleep 1; done; curl -s -H "$A" $S/sessions/$ID/track.csv`;
 
 const PYTHON = `import hashlib, os, time, requests
 api, s = "SERVER/api/v1", requests.Session()
