@@ -5,7 +5,7 @@ WHO=$(curl -s -H "$A" $S/inspectors | jq -r '.[0].id')
 ID=$(curl -s -H "$A" -H "$J" $S/sessions -d "{\\"inspector_id\\":\\"$WHO\\"}" | jq -r .id)
 for FOOT in left right; do
   LOG=$(curl -s -H "$A" -H "$J" $S/sessions/$ID/logs -d "{\\"foot\\":\\"$FOOT\\"}" | jq -r .id)
-  curl -s -H "$A" -H "Upload-Offset: 0" -X PATCH --data-binary @$FOOT.csv $S/logs/$LOG
+  curl -s -H "$A" -H "Upload-Offset: 0" -H "Content-Type: application/octet-stream" -X PATCH --data-binary @$FOOT.csv $S/logs/$LOG
   curl -s -H "$A" -H "$J" $S/logs/$LOG/finish -d "{\\"sha256\\":\\"$(sha256sum $FOOT.csv | cut -d' ' -f1)\\"}"
 done
 JOB=$(curl -s -H "$A" -H "$J" $S/sessions/$ID/process -d '{}' | jq -r .id)
