@@ -6,6 +6,7 @@ use crate::event::{Anomaly, AnomalyKind, Event};
 use crate::identify::Identification;
 use crate::identify::stands::Stands;
 use crate::sample::{Foot, ImuSample};
+use crate::systems::pedestrian::Attic;
 use crate::systems::pedestrian::history::History;
 use crate::systems::pedestrian::line::FootLine;
 use crate::systems::pedestrian::slow_errors::blocks;
@@ -146,9 +147,10 @@ pub struct Summary {
 ///
 /// What is known depends on the samples alone, not on how they were cut into batches: a log that is
 /// uploaded, streamed or read by the command line gives the same events to the last bit.
-#[derive(Clone, Debug)]
+#[derive(Debug)]
 pub struct Session {
     config: SessionConfig,
+    attic: Option<Box<dyn Attic>>,
     lines: Vec<FootLine>,
     walk: Walk,
     /// Visits that wait for the alignment.
@@ -161,7 +163,7 @@ pub struct Session {
 }
 
 /// The filter, for as many feet as there are.
-#[derive(Clone, Debug)]
+#[derive(Debug)]
 enum Walk {
     Waiting,
     OneFoot(Box<History<{ blocks(1) }, 1>>),
@@ -202,6 +204,7 @@ impl Session {
                 .flat_map(|told| told.automatic_visits.clone())
                 .collect(),
             config,
+            attic: None,
             lines,
             walk: Walk::Waiting,
             summary: Summary::default(),
@@ -209,6 +212,12 @@ impl Session {
             epoch: EpochGrouping::default(),
             first_point_ns: None,
         }
+    }
+
+    /// Puts the samples of its past, which it needs when a visit makes it look back, there rather than in memory. To be
+    /// said before the first sample; a walk that will be smoothed whole keeps them in memory all the same.
+    pub fn put_past_in(&mut self, attic: Box<dyn Attic>) {
+        self.attic = Some(attic);
     }
 
     /// What it was told at the start.
@@ -339,9 +348,14 @@ impl Session {
         }
         let solution = self.config.solution;
         let starts = start::resolve(&self.config, &mut self.lines, events);
+        let attic = self.attic.take().filter(|_| solution != Solution::Smoothed);
         self.walk = match starts {
-            Starts::One(filter, setting) => Walk::OneFoot(Box::new(History::new(setting, filter, solution))),
-            Starts::Two(filter, setting) => Walk::TwoFeet(Box::new(History::new(setting, filter, solution))),
+            Starts::One(filter, setting) => {
+                Walk::OneFoot(Box::new(History::new(setting, filter, solution, attic)))
+            }
+            Starts::Two(filter, setting) => {
+                Walk::TwoFeet(Box::new(History::new(setting, filter, solution, attic)))
+            }
         };
         for visit in std::mem::take(&mut self.early_visits) {
             match &mut self.walk {

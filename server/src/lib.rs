@@ -29,3 +29,4 @@ mod figures;
 mod headers;
 pub mod origin;
 pub mod utc;
+mod yielding;

@@ -13,8 +13,10 @@ use tokio_util::sync::CancellationToken;
 
 use crate::auth::Auth;
 use crate::config::Config;
+use crate::live::SharedAttic;
 use crate::live::hub::Hub;
 use crate::live::registry::Registry;
+use crate::sessions::identification::SharedMarkers;
 use crate::sessions::stale_uploads;
 use crate::sessions::upload_turns::UploadTurns;
 use crate::site::Plan;
@@ -129,6 +131,8 @@ pub(crate) async fn open(config: Config) -> Result<App> {
     let store = Store::open(&database, config.readers)
         .await
         .with_context(|| format!("could not open the database {}", database.display()))?;
+    let attic = SharedAttic::new_in(&config.data)
+        .with_context(|| format!("could not make a file in the data folder {}", config.data.display()))?;
     let board = live::board_from_store(&store).await.context("could not read what the map shows")?;
     let hub = Hub::new(board);
     let has_accounts = accounts::any(store.read()).await.context("could not read the accounts")?;
@@ -146,6 +150,8 @@ pub(crate) async fn open(config: Config) -> Result<App> {
         routes,
         openapi,
         upload_turns: UploadTurns::default(),
+        shared_markers: SharedMarkers::default(),
+        attic,
         log_readers: Semaphore::new(LOG_READERS),
         jobs: jobs::Queue::default(),
         hub,

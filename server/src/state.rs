@@ -13,8 +13,10 @@ use crate::api;
 use crate::auth::Auth;
 use crate::config::Config;
 use crate::jobs;
+use crate::live::SharedAttic;
 use crate::live::hub::Hub;
 use crate::live::registry::Registry;
+use crate::sessions::identification::SharedMarkers;
 use crate::sessions::upload_turns::UploadTurns;
 use crate::site::{Plan, Site};
 use crate::store::Store;
@@ -42,6 +44,10 @@ pub struct State {
     pub(crate) routes: api::Table,
     /// Who may change which upload now.
     pub upload_turns: UploadTurns,
+    /// The marker database, as every session's engine wants it.
+    pub(crate) shared_markers: SharedMarkers,
+    /// Where live walks put their past.
+    pub(crate) attic: SharedAttic,
     /// Permits to read an uploaded log, which keeps a core busy.
     pub log_readers: Semaphore,
     /// Work that takes a while.

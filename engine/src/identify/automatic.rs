@@ -27,7 +27,7 @@ pub(super) fn nearly_certain(stand: &Stand, identification: &Identification) -> 
         return None;
     }
     let name = first.marker.as_deref()?;
-    let marker = identification.markers.iter().find(|marker| marker.name == name)?;
+    let marker = identification.markers.all().iter().find(|marker| marker.name == name)?;
     Some(Visit {
         marker: marker.name.clone(),
         t_start_ns: stand.t_start_ns,
@@ -43,6 +43,8 @@ pub(super) fn holds(stand: &Stand, t_ns: i64) -> bool {
 
 #[cfg(test)]
 mod tests {
+    use std::sync::Arc;
+
     use super::*;
     use crate::event::{MarkerCandidate, StandVisit};
     use crate::identify::Marker;
@@ -64,7 +66,7 @@ mod tests {
         let mut keyed = stand(3, 0.999);
         keyed.visit = Some(StandVisit { marker: "A2".into(), automatic: false });
         let identification = Identification {
-            markers: vec![Marker { name: "A1".into(), position_n_m: (1.0, 2.0, None) }],
+            markers: Arc::new(vec![Marker { name: "A1".into(), position_n_m: (1.0, 2.0, None) }].into()),
             undone_ns: vec![201_000_000_000],
             ..Identification::default()
         };

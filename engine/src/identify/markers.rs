@@ -17,11 +17,24 @@ pub struct Marker {
 /// Side of a cell of the index, m.
 const CELL_M: f64 = 20.0;
 
-/// Markers that can be asked for by place.
-#[derive(Clone, Debug, Default)]
+/// Markers that can be asked for by place; written as a list.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(from = "Vec<Marker>", into = "Vec<Marker>")]
 pub struct Markers {
     all: Vec<Marker>,
     cells: BTreeMap<(i64, i64), Vec<usize>>,
+}
+
+impl From<Vec<Marker>> for Markers {
+    fn from(all: Vec<Marker>) -> Markers {
+        Markers::new(all)
+    }
+}
+
+impl From<Markers> for Vec<Marker> {
+    fn from(markers: Markers) -> Vec<Marker> {
+        markers.all
+    }
 }
 
 impl Markers {
@@ -32,6 +45,11 @@ impl Markers {
             cells.entry(cell(marker.position_n_m.0, marker.position_n_m.1)).or_default().push(number);
         }
         Markers { all, cells }
+    }
+
+    /// All of them.
+    pub fn all(&self) -> &[Marker] {
+        &self.all
     }
 
     /// The marker of this number.

@@ -4,6 +4,8 @@
 //! seen where the track's newest point is told again, or in the step from one point to the next while
 //! nobody walks, and noted as a known correction: it changes the error, not what is known of it.
 
+use std::sync::Arc;
+
 use nalgebra::Vector3;
 
 use super::automatic::{SLACK_NS, holds, nearly_certain};
@@ -26,7 +28,7 @@ const WORTH_TELLING: f64 = 0.005;
 #[derive(Clone, Debug)]
 pub(crate) struct Stands {
     identification: Identification,
-    markers: Markers,
+    markers: Arc<Markers>,
     detector: StandingDetector,
     hypotheses: Hypotheses,
     told: Vec<Stand>,
@@ -48,7 +50,7 @@ impl Stands {
     pub(crate) fn new(identification: &Identification) -> Stands {
         Stands {
             identification: identification.clone(),
-            markers: Markers::new(identification.markers.clone()),
+            markers: Arc::clone(&identification.markers),
             detector: StandingDetector::default(),
             hypotheses: Hypotheses::new(identification.tuning.clone()),
             told: Vec::new(),

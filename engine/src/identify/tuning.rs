@@ -1,16 +1,19 @@
 //! What identification is told, and its parameters.
 
+use std::sync::Arc;
+
 use serde::{Deserialize, Serialize};
 
-use super::markers::Marker;
+use super::markers::Markers;
 use crate::session::Visit;
 
 /// What a session needs to name the markers at which its inspector stands.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
 pub struct Identification {
-    /// The whole marker database.
-    pub markers: Vec<Marker>,
+    /// The whole marker database, which the sessions of a site share.
+    #[serde(with = "shared")]
+    pub markers: Arc<Markers>,
     /// Whether what is nearly certain is taken for a visit.
     pub automatic: bool,
     /// Stands whose automatic visit was undone, by their `t_start_ns`: they are left to people.
@@ -74,5 +77,22 @@ impl Default for IdentificationTuning {
             slip: 0.01,
             automatic_probability: 0.99,
         }
+    }
+}
+
+/// A shared value is written as the value.
+mod shared {
+    use std::sync::Arc;
+
+    use serde::{Deserialize, Deserializer, Serialize, Serializer};
+
+    pub(super) fn serialize<T: Serialize, S: Serializer>(value: &Arc<T>, to: S) -> Result<S::Ok, S::Error> {
+        value.as_ref().serialize(to)
+    }
+
+    pub(super) fn deserialize<'de, T: Deserialize<'de>, D: Deserializer<'de>>(
+        from: D,
+    ) -> Result<Arc<T>, D::Error> {
+        T::deserialize(from).map(Arc::new)
     }
 }

@@ -37,29 +37,25 @@ pub fn encode(batch: &Batch, out: &mut Vec<u8>) -> Result<(), ParseError> {
     Ok(())
 }
 
+/// How long the frame is that `bytes` begin with, by its header, bytes: where frames stand one after the other.
+///
+/// # Errors
+///
+/// When there is no header of a frame of this version.
+pub fn length(bytes: &[u8]) -> Result<usize, ParseError> {
+    let (header, _) = header(bytes)?;
+    let n = usize::from(u16::from_le_bytes([header[12], header[13]]));
+    batch::check_size(n)?;
+    Ok(HEADER_BYTES + SAMPLE_BYTES * n)
+}
+
 /// Reads one frame, which must be exactly as long as its header says.
 ///
 /// # Errors
 ///
 /// When the header is not that of a frame of this version, or the length does not fit it.
 pub fn decode(bytes: &[u8]) -> Result<Batch, ParseError> {
-    let Some((header, body)) = bytes.split_first_chunk::<HEADER_BYTES>() else {
-        return Err(ParseError::new(
-            ParseErrorKind::FrameLength,
-            format!("a frame of at least {} bytes", HEADER_BYTES + SAMPLE_BYTES),
-            format!("{} bytes", bytes.len()),
-            "send each frame whole, as one binary message",
-        ));
-    };
-    if header[..2] != MAGIC {
-        return Err(wrong_header(
-            "the bytes 4C 53 at the start",
-            format!("{:02X} {:02X}", header[0], header[1]),
-        ));
-    }
-    if header[2] != VERSION {
-        return Err(wrong_header("version 1 in byte 2", format!("{}", header[2])));
-    }
+    let (header, body) = header(bytes)?;
     let foot = match header[3] {
         0 => Foot::Left,
         1 => Foot::Right,
@@ -96,6 +92,28 @@ pub fn decode(bytes: &[u8]) -> Result<Batch, ParseError> {
     let mut sequence = [0; 8];
     sequence.copy_from_slice(&header[4..12]);
     Ok(Batch { foot, sequence: u64::from_le_bytes(sequence), samples })
+}
+
+/// The header of a frame of this version, and what follows it.
+fn header(bytes: &[u8]) -> Result<(&[u8; HEADER_BYTES], &[u8]), ParseError> {
+    let Some((header, body)) = bytes.split_first_chunk::<HEADER_BYTES>() else {
+        return Err(ParseError::new(
+            ParseErrorKind::FrameLength,
+            format!("a frame of at least {} bytes", HEADER_BYTES + SAMPLE_BYTES),
+            format!("{} bytes", bytes.len()),
+            "send each frame whole, as one binary message",
+        ));
+    };
+    if header[..2] != MAGIC {
+        return Err(wrong_header(
+            "the bytes 4C 53 at the start",
+            format!("{:02X} {:02X}", header[0], header[1]),
+        ));
+    }
+    if header[2] != VERSION {
+        return Err(wrong_header("version 1 in byte 2", format!("{}", header[2])));
+    }
+    Ok((header, body))
 }
 
 fn wrong_header(expected: &str, found: String) -> ParseError {

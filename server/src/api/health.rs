@@ -6,6 +6,7 @@ use axum::response::{IntoResponse, Response};
 
 use super::Routes;
 use crate::error::{Error, Result};
+use crate::figures;
 use crate::rights::Right;
 use crate::state::App;
 use crate::store::markers;
@@ -15,7 +16,7 @@ pub(super) fn routes() -> Routes {
         .get("/healthz", Right::Open, health)
         .about("Whether the database answers and the last write reached the disk")
         .gives_bytes("text/plain")
-        .get("/metrics", Right::Read, figures)
+        .get("/metrics", Right::Read, figures_text)
         .about("Figures for Prometheus")
         .gives_bytes("text/plain")
 }
@@ -34,7 +35,7 @@ async fn health(State(app): State<App>) -> Result<&'static str> {
 }
 
 /// Prometheus text.
-async fn figures(State(app): State<App>) -> Response {
-    ([(header::CONTENT_TYPE, "text/plain; version=0.0.4; charset=utf-8")], app.metrics.render())
+async fn figures_text(State(app): State<App>) -> Response {
+    ([(header::CONTENT_TYPE, "text/plain; version=0.0.4; charset=utf-8")], figures::render(&app.metrics))
         .into_response()
 }

@@ -37,6 +37,7 @@ mod markers;
 pub mod openapi;
 mod reports;
 mod routes;
+mod samples;
 mod server;
 pub mod sessions;
 mod site;
@@ -79,6 +80,7 @@ pub fn routes(config: &Config) -> Routes {
         .merge(stands::routes())
         .merge(reports::routes())
         .merge(charts::routes())
+        .merge(samples::routes())
         .merge(anomalies::routes())
         .merge(live::routes())
         .with(|router| router.layer(timeout));

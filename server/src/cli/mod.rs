@@ -1,11 +1,12 @@
 //! The command line: `process` a walk, `simulate` one, `evaluate` many, `predict` how good they can be,
-//! `serve` them all; `account`, who may sign in; `backup` and `restore`.
+//! `serve` them all; `load`, many at once; `account`, who may sign in; `backup` and `restore`.
 
 mod account;
 mod aids;
 mod backup;
 mod evaluate;
 mod failure;
+mod load;
 mod log_file;
 mod output_file;
 mod plot;
@@ -53,6 +54,8 @@ enum Verb {
     Predict(predict::PredictArgs),
     /// Serves uploads, live walks and the map
     Serve(serve::ServeArgs),
+    /// Loads a server with many inspectors at once, and audits what it kept
+    Load(load::LoadArgs),
     /// Makes accounts at the machine itself, while no server runs
     Account(account::AccountArgs),
     /// Copies everything that a server keeps, while it runs
@@ -80,6 +83,7 @@ pub fn run(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
         Verb::Evaluate(args) => evaluate::evaluate(&args),
         Verb::Predict(args) => predict::predict(&args),
         Verb::Serve(args) => serve::serve(args),
+        Verb::Load(args) => load::load(&args),
         Verb::Account(args) => account::account(args),
         Verb::Backup(args) => backup::backup(&args),
         Verb::Restore(args) => backup::restore(&args),

@@ -3,13 +3,16 @@
 //!
 //! Write first, then tell: what comes out of a batch goes to the writer together with the batch, and
 //! only when that is on disk does the device hear its acknowledgement and the hub of the changes. The
-//! actor does not wait for the disk in between: several batches may be underway in one commit.
+//! actor does not wait for the disk in between: what comes meanwhile is gathered, and written together next.
+//! Never are batches sent to the disk while others are on their way: if those failed, there would be a hole.
 
+use std::collections::BTreeMap;
 use std::time::Duration;
 
 use futures_util::StreamExt;
 use futures_util::future::{BoxFuture, FutureExt};
 use futures_util::stream::FuturesOrdered;
+use lodestep_engine::event::TrackPoint;
 use lodestep_engine::parse::batch::Batch;
 use lodestep_engine::parse::live_message::{Answer, FaultMessage, NextSequence, VisitMessage};
 use lodestep_engine::sample::Foot;
@@ -28,19 +31,22 @@ use crate::store::sessions::{Session, SessionState};
 use crate::store::stands::Stand;
 use crate::store::stream_visits::StreamVisit;
 use crate::store::visits::{self, Origin, Visit};
-use crate::store::{Record, StoreError, sessions};
+use crate::store::{Record, StoreError, sessions, track};
 use crate::utc;
 use crate::wire::{Change, Motion, Position};
 use crate::{api, jobs};
 
-/// Batches that may be on their way to the disk; more make the device wait.
-const MOST_UNDERWAY: usize = 32;
+/// Writes that may be on their way to the disk; more make the device wait.
+const MOST_UNDERWAY: usize = 8;
+/// Samples that are gathered while a write is on its way; more make the device wait.
+const MOST_GATHERED: usize = 1_000;
 /// An inspector of whom nothing comes for this long is shown as silent.
 const SILENT_AFTER: Duration = Duration::from_secs(3);
 /// A session that no device asks for is put away after this long; it comes back from the disk.
 const PUT_AWAY_AFTER: Duration = Duration::from_secs(15 * 60);
-/// The session's row learns how far the walk has come this often.
-const SUMMARY_EVERY: Duration = Duration::from_secs(1);
+/// New points, and how far the walk has come, are written this often: what they follow from is on disk with each
+/// acknowledgement, and a thousand walks have as many pages on which their points go on.
+const POINTS_EVERY: Duration = Duration::from_secs(1);
 
 /// What an actor is asked to do.
 #[derive(Debug)]
@@ -65,7 +71,7 @@ pub(crate) enum Command {
 
 /// Runs a live session until it is finished, put away, or the disk fails.
 pub(super) async fn run(app: App, session: Session, mut inbox: mpsc::Receiver<Command>) {
-    match from_disk(&app, &session).await {
+    match from_disk_without_points(&app, &session).await {
         Ok((rebuilt, automatic)) => Actor::new(app, session, rebuilt, automatic).run(inbox).await,
         Err(error) => {
             let told = device::told(Error::from(error).into_problem());
@@ -79,13 +85,27 @@ pub(super) async fn run(app: App, session: Session, mut inbox: mpsc::Receiver<Co
     }
 }
 
+/// The same, with those points alone that had not been written yet.
+async fn from_disk_without_points(
+    app: &App,
+    session: &Session,
+) -> Result<(rebuild::Rebuilt, Vec<Visit>), StoreError> {
+    let (mut rebuilt, automatic) = from_disk(app, session).await?;
+    if let Some((_, last_ns)) = track::span(app.store.read(), session.id).await? {
+        rebuilt.findings.points = rebuilt.findings.points.split_off(&(last_ns + 1));
+    }
+    Ok((rebuilt, automatic))
+}
+
 /// A session's walk, and the visits that automatic mode has made of it.
 pub(super) async fn from_disk(
     app: &App,
     session: &Session,
 ) -> Result<(rebuild::Rebuilt, Vec<Visit>), StoreError> {
     let config = super::opening::session_config(app, session).await?;
-    let rebuilt = rebuild::from_store(&app.store, session.id, config, app.config.track_rate_hz).await?;
+    let attic = Box::new(app.attic.of_session());
+    let rebuilt =
+        rebuild::from_store(&app.store, session.id, config, app.config.track_rate_hz, attic).await?;
     let mut automatic = visits::of_session(app.store.read(), session.id).await?;
     automatic.retain(|visit| visit.origin == Origin::Automatic);
     Ok((rebuilt, automatic))
@@ -103,11 +123,25 @@ pub(super) struct Actor {
     /// Something was decided that changes what came before.
     pub(super) wants_again: bool,
     device: Option<Device>,
+    /// What waits for the write before it to reach the disk.
+    gathered: Gathered,
+    /// Points that wait to be written.
+    points: BTreeMap<i64, TrackPoint>,
+    points_at: Instant,
     underway: FuturesOrdered<BoxFuture<'static, Written>>,
     /// Where the inspector was shown last.
     pub(super) newest: Option<Position>,
     heard_at: Instant,
-    summary_at: Instant,
+}
+
+/// Batches that were taken, and what came out of them.
+#[derive(Default)]
+struct Gathered {
+    raw: Vec<Samples>,
+    findings: Findings,
+    automatic: Vec<Visit>,
+    then: Then,
+    samples: usize,
 }
 
 /// A write that has ended, and what was to follow it.
@@ -120,7 +154,8 @@ struct Written {
 /// What follows when something is on disk.
 #[derive(Default)]
 pub(super) struct Then {
-    pub(super) batch: Option<(Foot, u64)>,
+    /// The last batch of each foot that is in it.
+    pub(super) batches: [Option<u64>; 2],
     pub(super) answers: Vec<Answer>,
     pub(super) changes: Vec<Change>,
     pub(super) finished: bool,
@@ -143,10 +178,12 @@ impl Actor {
             automatic,
             wants_again: false,
             device: None,
+            gathered: Gathered::default(),
+            points: rebuilt.findings.points,
+            points_at: Instant::now(),
             underway: FuturesOrdered::new(),
             newest: None,
             heard_at: Instant::now(),
-            summary_at: Instant::now(),
         }
     }
 
@@ -158,10 +195,10 @@ impl Actor {
         loop {
             let go = tokio::select! {
                 Some(written) = self.underway.next(), if !self.underway.is_empty() => self.on_written(written),
-                command = inbox.recv(), if !finishing && self.underway.len() < MOST_UNDERWAY => match command {
+                command = inbox.recv(), if !finishing && self.takes_more() => match command {
                     Some(Command::Finish) => {
                         finishing = true;
-                        self.on_finish()
+                        self.on_finish().await
                     }
                     Some(command) => self.on_command(command).await,
                     None => Go::Ended,
@@ -172,16 +209,25 @@ impl Actor {
             if let Go::Ended = go {
                 break;
             }
-        }
-        // The server stops: what is underway is still written and acknowledged.
-        while let Some(written) = self.underway.next().await {
-            if let Go::Ended = self.on_written(written) {
-                break;
+            if self.underway.is_empty() {
+                self.write_gathered();
             }
         }
+        // The server stops: what was taken is still written and acknowledged.
+        self.all_on_disk().await;
+    }
+
+    fn takes_more(&self) -> bool {
+        self.underway.len() < MOST_UNDERWAY && self.gathered.samples < MOST_GATHERED
     }
 
     async fn on_command(&mut self, command: Command) -> Go {
+        // A visit has its place among the samples: those before it go to the disk before it.
+        if matches!(command, Command::Visit(_) | Command::StoredVisits(_))
+            && let Go::Ended = self.all_on_disk().await
+        {
+            return Go::Ended;
+        }
         match command {
             Command::Attach(device) => self.on_attach(device),
             Command::Detach(connection) => {
@@ -257,27 +303,42 @@ impl Actor {
                 metrics::counter!("lodestep_live_samples_total").increment(samples.len() as u64);
                 let findings = self.walk.take(foot, &samples);
                 let automatic = self.note_automatic(&findings);
-                let then = Then {
-                    batch: Some((foot, sequence)),
-                    changes: self.changes(&findings, received_at),
-                    ..Then::default()
-                };
-                let raw = vec![Samples { foot, first_sequence: sequence, sequences: 1, samples }];
-                self.record(raw, findings, automatic, then);
+                let changes = self.changes(&findings, received_at);
+                let gathered = &mut self.gathered;
+                gathered.samples += samples.len();
+                gathered.raw.push(Samples { foot, first_sequence: sequence, sequences: 1, samples });
+                gathered.findings.add(findings);
+                gathered.automatic.extend(automatic);
+                gathered.then.changes.extend(changes);
+                gathered.then.batches[foot.index()] = Some(sequence);
             }
         }
     }
 
+    /// Hands what was gathered to the writer, when nothing is on its way.
+    fn write_gathered(&mut self) {
+        if self.gathered.raw.is_empty() {
+            return;
+        }
+        debug_assert!(self.underway.is_empty(), "batches never follow batches that may yet fail");
+        let Gathered { raw, findings, automatic, then, .. } = std::mem::take(&mut self.gathered);
+        self.record(raw, findings, automatic, then);
+    }
+
     /// Hands samples and what came out of them to the writer.
     fn record(&mut self, raw: Vec<Samples>, findings: Findings, automatic: Vec<Visit>, then: Then) {
-        let summary = (then.finished || self.summary_at.elapsed() >= SUMMARY_EVERY).then(|| {
-            self.summary_at = Instant::now();
-            self.walk.summary()
-        });
+        self.points.extend(findings.points);
+        let all = raw.is_empty() || findings.revised || self.points_at.elapsed() >= POINTS_EVERY;
+        let (points, summary) = if all {
+            self.points_at = Instant::now();
+            (std::mem::take(&mut self.points), Some(self.walk.summary()))
+        } else {
+            (BTreeMap::new(), None)
+        };
         let record = Record {
             session_id: self.session.id,
             raw,
-            points: findings.points.into_values().collect(),
+            points: points.into_values().collect(),
             revised: Vec::new(),
             stands: findings.stands.values().map(Stand::from).collect(),
             automatic,
@@ -307,14 +368,19 @@ impl Actor {
         while let Some(Written { result, submitted_at, then }) = next.take() {
             metrics::histogram!("lodestep_live_commit_seconds").record(submitted_at.elapsed().as_secs_f64());
             if let Err(error) = result {
-                // What is on disk and what the walk has taken have parted: start again from the disk.
+                // What is on disk and what the walk has taken have parted: start again from the disk. What was taken
+                // after it has not been acknowledged, and comes again.
+                self.gathered = Gathered::default();
+                self.points.clear();
                 let told = device::told(error.into_problem());
                 self.last_answer(told);
                 return Go::Ended;
             }
-            if let Some((foot, sequence)) = then.batch {
-                self.sequences[foot.index()].on_disk(sequence);
-                acknowledged[foot.index()] = Some(Answer::Ack { foot, sequence });
+            for foot in Foot::BOTH {
+                if let Some(sequence) = then.batches[foot.index()] {
+                    self.sequences[foot.index()].on_disk(sequence);
+                    acknowledged[foot.index()] = Some(Answer::Ack { foot, sequence });
+                }
             }
             self.app.hub.publish_all(then.changes);
             for answer in then.answers {
@@ -336,14 +402,22 @@ impl Actor {
         go
     }
 
-    /// Waits for what is underway.
+    /// Waits until all that was taken, and what came out of it, is on disk.
     pub(super) async fn all_on_disk(&mut self) -> Go {
-        while let Some(written) = self.underway.next().await {
-            if let Go::Ended = self.on_written(written) {
-                return Go::Ended;
+        loop {
+            while let Some(written) = self.underway.next().await {
+                if let Go::Ended = self.on_written(written) {
+                    return Go::Ended;
+                }
+            }
+            if !self.gathered.raw.is_empty() {
+                self.write_gathered();
+            } else if !self.points.is_empty() {
+                self.record(Vec::new(), Findings::default(), Vec::new(), Then::default());
+            } else {
+                return Go::On;
             }
         }
-        Go::On
     }
 
     async fn on_fault(&mut self, message: FaultMessage) {
@@ -358,7 +432,10 @@ impl Actor {
         self.answer(told);
     }
 
-    fn on_finish(&mut self) -> Go {
+    async fn on_finish(&mut self) -> Go {
+        if let Go::Ended = self.all_on_disk().await {
+            return Go::Ended;
+        }
         let findings = self.walk.finish();
         let automatic = self.note_automatic(&findings);
         let changes = self.changes(&findings, utc::now());

@@ -23,6 +23,8 @@ use crate::utc;
 /// The largest message that is read: a frame of 1,000 samples has 88,016 bytes, the same as JSON some
 /// 250,000. What is larger is turned away without being read.
 const LARGEST_MESSAGE_BYTES: usize = 1 << 20;
+/// Read at once: some frames of a device that sends in time. There are as many buffers as devices.
+const READ_BUFFER_BYTES: usize = 8 << 10;
 /// A device has this long to say hello.
 const HELLO_WITHIN: Duration = Duration::from_secs(10);
 /// A ping goes out this often.
@@ -36,14 +38,16 @@ const MOST_WRONG_IN_A_ROW: u32 = 20;
 
 /// Upgrades to the device socket.
 pub(crate) async fn open(State(app): State<App>, caller: Caller, upgrade: WebSocketUpgrade) -> Response {
-    upgrade.max_message_size(LARGEST_MESSAGE_BYTES).max_frame_size(LARGEST_MESSAGE_BYTES).on_upgrade(
-        |socket| async move {
-            let devices = metrics::gauge!("lodestep_live_devices");
-            devices.increment(1);
-            Connection { app, caller, socket }.serve().await;
-            devices.decrement(1);
-        },
-    )
+    let upgrade = upgrade
+        .max_message_size(LARGEST_MESSAGE_BYTES)
+        .max_frame_size(LARGEST_MESSAGE_BYTES)
+        .read_buffer_size(READ_BUFFER_BYTES);
+    upgrade.on_upgrade(|socket| async move {
+        let devices = metrics::gauge!("lodestep_live_devices");
+        devices.increment(1);
+        Connection { app, caller, socket }.serve().await;
+        devices.decrement(1);
+    })
 }
 
 struct Connection {

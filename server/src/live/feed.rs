@@ -40,17 +40,19 @@ enum FromClient {
 
 /// Upgrades to the feed.
 pub(crate) async fn open(State(app): State<App>, caller: Caller, upgrade: WebSocketUpgrade) -> Response {
-    upgrade.max_message_size(LARGEST_MESSAGE_BYTES).max_frame_size(LARGEST_MESSAGE_BYTES).on_upgrade(
-        |socket| async move {
-            let clients = metrics::gauge!("lodestep_feed_clients");
-            clients.increment(1);
-            let mut client = Client { hub: Arc::clone(&app.hub), app, caller, socket, seen: 0 };
-            if let Err(reason) = client.serve().await {
-                tracing::debug!(%reason, "a feed client has gone");
-            }
-            clients.decrement(1);
-        },
-    )
+    let upgrade = upgrade
+        .max_message_size(LARGEST_MESSAGE_BYTES)
+        .max_frame_size(LARGEST_MESSAGE_BYTES)
+        .read_buffer_size(LARGEST_MESSAGE_BYTES);
+    upgrade.on_upgrade(|socket| async move {
+        let clients = metrics::gauge!("lodestep_feed_clients");
+        clients.increment(1);
+        let mut client = Client { hub: Arc::clone(&app.hub), app, caller, socket, seen: 0 };
+        if let Err(reason) = client.serve().await {
+            tracing::debug!(%reason, "a feed client has gone");
+        }
+        clients.decrement(1);
+    })
 }
 
 struct Client {

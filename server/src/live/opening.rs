@@ -92,6 +92,6 @@ async fn begin(
 /// What the engine is told of a session that is streamed.
 pub(super) async fn session_config(app: &App, session: &Session) -> Result<SessionConfig, StoreError> {
     let config = engine_config(&app.site, session, session.feet.clone());
-    let identification = identification(&app.store, session).await?;
+    let identification = identification(app, session).await?;
     Ok(SessionConfig { max_lead_ns: Some(MAX_LEAD_NS), solution: Solution::Trail, identification, ..config })
 }

@@ -6,6 +6,7 @@
 use futures_util::TryStreamExt;
 use lodestep_engine::sample::Foot;
 use lodestep_engine::session::SessionConfig;
+use lodestep_engine::systems::pedestrian::Attic;
 use uuid::Uuid;
 
 use super::sequence::Sequence;
@@ -31,9 +32,11 @@ pub(super) async fn from_store(
     session_id: Uuid,
     config: SessionConfig,
     stored_hz: f64,
+    attic: Box<dyn Attic>,
 ) -> Result<Rebuilt, StoreError> {
     let told = stream_visits::of_session(store.read(), session_id).await?;
     let mut walk = Walk::new(config, stored_hz);
+    walk.put_past_in(attic);
     let mut findings = Findings::default();
     let mut next = [0; 2];
     let mut visits = told.iter().peekable();

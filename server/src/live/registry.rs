@@ -14,7 +14,7 @@ use crate::store::sessions::Session;
 use crate::store::visits::Visit;
 
 /// Messages that may wait for a session's actor; a device that sends more is made to wait.
-const MOST_COMMANDS_WAITING: usize = 64;
+const MOST_COMMANDS_WAITING: usize = 16;
 
 /// Knows the actor of every live session.
 #[derive(Debug, Default)]

@@ -8,6 +8,7 @@ use std::collections::{BTreeMap, VecDeque};
 use lodestep_engine::event::{Anomaly, Event, Stand, TrackPoint, VisitOutcome};
 use lodestep_engine::sample::{Foot, ImuSample};
 use lodestep_engine::session::{Session, SessionConfig, Summary, Visit};
+use lodestep_engine::systems::pedestrian::Attic;
 
 use super::grid::{Choice, Grid};
 use super::trail::TrailPoint;
@@ -43,6 +44,8 @@ pub(crate) struct Findings {
     pub(crate) stands: BTreeMap<u32, Stand>,
     /// What is wrong with the sensors.
     pub(crate) anomalies: Vec<Anomaly>,
+    /// Whether some points take the place of others that were told before.
+    pub(crate) revised: bool,
 }
 
 /// Something for the map.
@@ -64,12 +67,13 @@ pub(crate) struct NewestPoint {
 }
 
 impl Findings {
-    /// Adds what came after, but for what is shown: for a walk that is made again.
+    /// Adds what came after, but for what is shown.
     pub(super) fn add(&mut self, later: Findings) {
         self.points.extend(later.points);
         self.visits.extend(later.visits);
         self.stands.extend(later.stands);
         self.anomalies.extend(later.anomalies);
+        self.revised |= later.revised;
     }
 }
 
@@ -84,6 +88,11 @@ impl Walk {
             samples_taken: 0,
             events: Vec::new(),
         }
+    }
+
+    /// Puts what it seldom needs there; to be said before the first sample.
+    pub(crate) fn put_past_in(&mut self, attic: Box<dyn Attic>) {
+        self.session.put_past_in(attic);
     }
 
     /// Takes the next samples of a foot.
@@ -141,7 +150,10 @@ impl Walk {
                 Event::Aligned(_) | Event::Aid(_) => {}
             }
         }
-        self.events = events;
+        // A corrected trail is thousands of points; the room that they took is not needed again.
+        if events.capacity() <= 256 {
+            self.events = events;
+        }
     }
 
     fn on_point(&mut self, point: TrackPoint, findings: &mut Findings) {
@@ -173,6 +185,7 @@ impl Walk {
     }
 
     fn on_revision(&mut self, points: &[TrackPoint], findings: &mut Findings) {
+        findings.revised = true;
         let mut stretch = Vec::new();
         for point in points {
             let choice = self.grid.chosen(point.t_ns);

@@ -18,6 +18,7 @@ use crate::state::App;
 use crate::store::logs::{self, Codec, Log, LogState};
 use crate::store::raw_chunks;
 use crate::utc;
+use crate::yielding::yielding;
 
 /// Finishes an upload whose bytes have this SHA-256, to be read as this says (or as was said when it
 /// began). Finishing again is answered in the same way.
@@ -235,7 +236,7 @@ async fn settle(app: &App, log: Log) -> Result<Log> {
 }
 
 async fn blocking<T: Send + 'static>(work: impl FnOnce() -> T + Send + 'static) -> Result<T> {
-    tokio::task::spawn_blocking(work).await.map_err(|error| Error::Internal(anyhow::Error::new(error)))
+    yielding(work).await.map_err(|error| Error::Internal(anyhow::Error::new(error)))
 }
 
 /// What the sender is told about a log that is not right.

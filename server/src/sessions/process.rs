@@ -16,6 +16,7 @@ use crate::jobs::progress::Progress;
 use crate::state::App;
 use crate::store::track::Run;
 use crate::store::{Store, StoreError};
+use crate::yielding::yielding;
 
 /// Why a session's track could not be computed. The former track stays.
 #[derive(Debug, thiserror::Error)]
@@ -74,7 +75,7 @@ async fn blocking<T: Send + 'static>(
     work: impl FnOnce(&Store, &Handle, &mut Walk, &mut Progress) -> Result<T, ProcessError> + Send + 'static,
 ) -> Result<(T, Walk, Progress), ProcessError> {
     let (store, runtime) = (app.store.clone(), Handle::current());
-    let working = tokio::task::spawn_blocking(move || {
+    let working = yielding(move || {
         let done = work(&store, &runtime, &mut walk, &mut progress)?;
         Ok((done, walk, progress))
     });
@@ -202,7 +203,7 @@ async fn whole(
     };
     let (store, runtime) = (app.store.clone(), Handle::current());
     let _permit = app.log_readers.acquire().await;
-    let computing = tokio::task::spawn_blocking(move || {
+    let computing = yielding(move || {
         let mut run = begin(&walk);
         run::feed(&mut run, walk.samples_in_order(&store, &runtime), |_| true)?;
         run.smooth(|_| true);

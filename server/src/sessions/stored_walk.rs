@@ -53,7 +53,7 @@ impl Walk {
             store::markers::list(db).await?.into_iter().map(|marker| (marker.name.clone(), marker)).collect();
         let (mut visits, mut automatic) = (Vec::new(), Vec::new());
         let mut outcomes = Vec::new();
-        let mut identification = identification(&app.store, &session).await?.unwrap_or_default();
+        let mut identification = identification(app, &session).await?.unwrap_or_default();
         // What is nearly certain is decided when the whole walk is known, by `make_automatically`.
         identification.automatic = false;
         for visit in store::visits::of_session(db, session_id).await? {
@@ -77,7 +77,7 @@ impl Walk {
         }
         let feet = recordings.iter().map(|recording| recording.foot).collect();
         let mut config = engine_config(&app.site, &session, feet);
-        config.identification = (!identification.markers.is_empty()).then_some(identification);
+        config.identification = (!identification.markers.all().is_empty()).then_some(identification);
         Ok(Walk { session, config, recordings, visits, automatic, outcomes, anomalies })
     }
 

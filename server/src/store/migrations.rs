@@ -20,6 +20,7 @@ const STEPS: &[(i64, &str, &str)] = &[
     (8, "session charts", include_str!("../../../migrations/0008_session_charts.sql")),
     (9, "fault life cycle", include_str!("../../../migrations/0009_fault_life_cycle.sql")),
     (10, "how logs are read", include_str!("../../../migrations/0010_how_logs_are_read.sql")),
+    (14, "streams side by side", include_str!("../../../migrations/0014_streams_side_by_side.sql")),
 ];
 
 /// Brings the database up to this version.
@@ -28,7 +29,7 @@ pub(super) async fn run(connection: &mut SqliteConnection) -> Result<(), StoreEr
         StoreError::Open(match error {
             MigrateError::VersionMissing(version) => format!(
                 "the database was written by a newer Lodestep (it has step {version}, this one knows {}): start that version or a newer one, or restore a backup",
-                STEPS.len()
+                STEPS.iter().map(|(version, _, _)| *version).max().unwrap_or_default()
             ),
             MigrateError::VersionMismatch(version) => format!(
                 "step {version} of the database is not the one this Lodestep knows: it was made by a different build; start that one, or restore a backup"

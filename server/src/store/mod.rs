@@ -20,6 +20,7 @@ pub mod marker_imports;
 pub mod marker_residuals;
 pub mod markers;
 pub mod raw_chunks;
+pub mod record;
 pub mod reports;
 pub mod sessions;
 pub mod sign_ins;
@@ -31,7 +32,9 @@ pub mod visits;
 pub mod writer;
 
 mod columns;
+mod many_rows;
 mod migrations;
+mod sample_columns;
 
 #[cfg(test)]
 mod tests;
@@ -42,7 +45,8 @@ use sqlx::SqlitePool;
 use sqlx::sqlite::{SqliteConnectOptions, SqliteJournalMode, SqlitePoolOptions, SqliteSynchronous};
 
 pub(crate) use self::columns::to_word as columns_word;
-pub use self::writer::{Record, Writer};
+pub use self::record::Record;
+pub use self::writer::Writer;
 
 /// Why the store did not do what it was asked.
 #[derive(Debug, thiserror::Error)]
@@ -104,7 +108,17 @@ impl Store {
             .synchronous(SqliteSynchronous::Full)
             .foreign_keys(true)
             .busy_timeout(std::time::Duration::from_secs(10));
-        let writer = Writer::start(options.clone()).await?;
+        let writing = options
+            .clone()
+            // Pages that are changed again and again, as those at the end of each walk, are written back once for many
+            // commits: the log may grow to 64 MiB first, and is cut to that afterwards.
+            .pragma("wal_autocheckpoint", "16384")
+            .pragma("journal_size_limit", "67108864")
+            // KiB: all the pages of a commit of a thousand walks, so that none goes to the log twice.
+            .pragma("cache_size", "-65536")
+            // What a statement may have to take back is set aside meanwhile: in memory.
+            .pragma("temp_store", "memory");
+        let writer = Writer::start(writing).await?;
         let readers = SqlitePoolOptions::new()
             .max_connections(readers.max(1))
             // Lazily: the writer has just shown that the file opens.

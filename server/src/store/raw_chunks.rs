@@ -1,24 +1,21 @@
 //! The samples as they were measured: written once, never changed.
 
-use std::cell::RefCell;
-
 use futures_util::{Stream, TryStreamExt};
 use lodestep_engine::sample::{Foot, ImuSample};
 use sqlx::sqlite::SqliteRow;
-use sqlx::{Row, SqliteExecutor};
+use sqlx::{Row, SqliteConnection, SqliteExecutor};
 use uuid::Uuid;
 
-use super::{StoreError, columns};
+use super::many_rows::{placeholders, shaped, shapes};
+use super::{StoreError, columns, sample_columns};
 
-/// The layout of the unpacked samples, as the migration tells it.
-const ENCODING: i64 = 1;
+/// 88 bytes a sample, as the first migration tells it, as one zstd frame: how samples were packed until step 14.
+const PLAIN_IN_ZSTD: i64 = 1;
+/// By columns, as `sample_columns` tells it.
+const BY_COLUMNS: i64 = 2;
 
-/// Bytes of one sample in that layout: the time and ten channels, eight bytes each.
+/// Bytes of one sample in the first layout: the time and ten channels, eight bytes each.
 const SAMPLE_BYTES: usize = 88;
-
-/// Of zstd. Readings are mostly noise to it: level 1 gains 5 % of space, packs an eighth more slowly and
-/// unpacks a fifth more slowly.
-const LEVEL: i32 = -1;
 
 /// Samples of one foot, in the order of its log.
 #[derive(Clone, Debug, PartialEq)]
@@ -44,35 +41,11 @@ pub struct Packed {
     body: Vec<u8>,
 }
 
-thread_local! {
-    // A fresh compressor allocates and clears tables far larger than a live batch.
-    static COMPRESSOR: RefCell<Option<zstd::bulk::Compressor<'static>>> = const { RefCell::new(None) };
-}
-
 impl Packed {
     /// Packs samples; done by the caller's thread, so that the one writer only writes.
     pub fn new(batch: &Samples) -> Result<Packed, StoreError> {
-        let mut plain = Vec::with_capacity(batch.samples.len() * SAMPLE_BYTES);
-        for sample in &batch.samples {
-            plain.extend_from_slice(&sample.t_ns.to_le_bytes());
-            let mag_ut = sample.mag_b_ut.unwrap_or([f64::NAN; 3]);
-            let pressure_hpa = sample.pressure_hpa.unwrap_or(f64::NAN);
-            for value in [sample.w_ib_b_rad_s, sample.f_b_m_s2, mag_ut].as_flattened() {
-                plain.extend_from_slice(&value.to_le_bytes());
-            }
-            plain.extend_from_slice(&pressure_hpa.to_le_bytes());
-        }
-        let body = COMPRESSOR
-            .with_borrow_mut(|slot| {
-                let mut compressor = match slot.take() {
-                    Some(compressor) => compressor,
-                    None => zstd::bulk::Compressor::new(LEVEL)?,
-                };
-                let packed = compressor.compress(&plain);
-                *slot = Some(compressor);
-                packed
-            })
-            .map_err(|error| StoreError::NotCommitted(format!("the samples could not be packed: {error}")))?;
+        let mut body = Vec::with_capacity(batch.samples.len() * SAMPLE_BYTES / 2);
+        sample_columns::write(&batch.samples, &mut body);
         Ok(Packed {
             foot: batch.foot,
             first_sequence: batch.first_sequence,
@@ -118,10 +91,41 @@ pub async fn insert(
     .bind(columns::to_column(chunk.sequences))
     .bind(chunk.t_first_ns)
     .bind(columns::to_column(chunk.samples))
-    .bind(ENCODING)
+    .bind(BY_COLUMNS)
     .bind(chunk.body)
     .execute(db)
     .await?;
+    Ok(())
+}
+
+/// Chunks in one statement.
+const CHUNKS_PER_STATEMENT: usize = 256;
+
+/// Adds chunks of live streams, each with its session's id, in this order.
+pub(super) async fn insert_of_streams(
+    db: &mut SqliteConnection,
+    chunks: Vec<(&str, &Packed)>,
+) -> Result<(), StoreError> {
+    for rows in shapes(&chunks, CHUNKS_PER_STATEMENT) {
+        let sql = format!(
+            "insert into raw_chunks (
+                session_id, foot, first_sequence, sequences, t_first_ns, samples, encoding, body
+             ) values {}",
+            placeholders(rows.len(), 8)
+        );
+        let query = rows.iter().fold(shaped(sql), |query, (session_id, chunk)| {
+            query
+                .bind((*session_id).to_owned())
+                .bind(chunk.foot.name())
+                .bind(columns::to_column(chunk.first_sequence))
+                .bind(columns::to_column(chunk.sequences))
+                .bind(chunk.t_first_ns)
+                .bind(columns::to_column(chunk.samples))
+                .bind(BY_COLUMNS)
+                .bind(chunk.body.clone())
+        });
+        query.execute(&mut *db).await?;
+    }
     Ok(())
 }
 
@@ -288,23 +292,31 @@ pub async fn sequences_between(
 fn unpack(row: &SqliteRow) -> Result<Samples, StoreError> {
     let id: i64 = row.try_get("id")?;
     let damaged = |why: String| StoreError::Damaged { what: format!("raw chunk {id}"), why };
-    let encoding: i64 = row.try_get("encoding")?;
-    if encoding != ENCODING {
-        return Err(damaged(format!("expected encoding {ENCODING}, found {encoding}")));
-    }
     let count = columns::count(row, "samples")?;
-    let expected = usize::try_from(count).ok().and_then(|count| count.checked_mul(SAMPLE_BYTES));
-    let expected = expected.ok_or_else(|| damaged(format!("{count} samples do not fit into memory")))?;
+    let too_many = |_| damaged(format!("{count} samples do not fit into memory"));
+    let count = usize::try_from(count).map_err(too_many)?;
     let body: &[u8] = row.try_get("body")?;
-    let plain = zstd::bulk::decompress(body, expected).map_err(|error| damaged(error.to_string()))?;
-    if plain.len() != expected {
-        return Err(damaged(format!("expected {expected} bytes, found {}", plain.len())));
-    }
+    let samples = match row.try_get("encoding")? {
+        PLAIN_IN_ZSTD => {
+            let expected = count
+                .checked_mul(SAMPLE_BYTES)
+                .ok_or_else(|| damaged(format!("{count} samples do not fit into memory")))?;
+            let plain = zstd::bulk::decompress(body, expected).map_err(|error| damaged(error.to_string()))?;
+            if plain.len() != expected {
+                return Err(damaged(format!("expected {expected} bytes, found {}", plain.len())));
+            }
+            plain.chunks_exact(SAMPLE_BYTES).map(sample).collect()
+        }
+        BY_COLUMNS => sample_columns::read(body, count).map_err(|why| damaged(why.to_owned()))?,
+        other => {
+            return Err(damaged(format!("expected encoding {PLAIN_IN_ZSTD} or {BY_COLUMNS}, found {other}")));
+        }
+    };
     Ok(Samples {
         foot: columns::foot(row, "foot")?,
         first_sequence: columns::count(row, "first_sequence")?,
         sequences: columns::count(row, "sequences")?,
-        samples: plain.chunks_exact(SAMPLE_BYTES).map(sample).collect(),
+        samples,
     })
 }
 

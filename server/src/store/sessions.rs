@@ -5,10 +5,11 @@ use lodestep_engine::session::Summary;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use sqlx::sqlite::SqliteRow;
-use sqlx::{FromRow, Row, SqliteExecutor};
+use sqlx::{FromRow, Row, SqliteConnection, SqliteExecutor};
 use time::OffsetDateTime;
 use uuid::Uuid;
 
+use super::many_rows::{placeholders, shaped, shapes};
 use super::{StoreError, columns};
 use crate::utc;
 
@@ -222,21 +223,36 @@ pub async fn set_state(
 }
 
 /// Notes what it amounts to so far.
-pub async fn set_summary(db: impl SqliteExecutor<'_>, id: Uuid, summary: &Summary) -> Result<(), StoreError> {
-    sqlx::query(
-        "update sessions set samples = ?2, epochs = ?3, duration_s = ?4, distance_m = ?5,
-            since_marker_s = ?6, since_marker_m = ?7
-         where id = ?1",
-    )
-    .bind(id.to_string())
-    .bind(columns::to_column(summary.samples))
-    .bind(columns::to_column(summary.epochs))
-    .bind(summary.duration_s)
-    .bind(summary.distance_m)
-    .bind(summary.since_marker_s)
-    .bind(summary.since_marker_m)
-    .execute(db)
-    .await?;
+pub async fn set_summary(db: &mut SqliteConnection, id: Uuid, summary: &Summary) -> Result<(), StoreError> {
+    set_summaries(db, &[(&id.to_string(), summary)]).await
+}
+
+/// The same of several, by their ids.
+pub(super) async fn set_summaries(
+    db: &mut SqliteConnection,
+    summaries: &[(&str, &Summary)],
+) -> Result<(), StoreError> {
+    for rows in shapes(summaries, 64) {
+        let sql = format!(
+            "with told (id, samples, epochs, duration_s, distance_m, since_marker_s, since_marker_m) as (values {})
+             update sessions set samples = told.samples, epochs = told.epochs, duration_s = told.duration_s,
+                distance_m = told.distance_m, since_marker_s = told.since_marker_s,
+                since_marker_m = told.since_marker_m
+             from told where sessions.id = told.id",
+            placeholders(rows.len(), 7)
+        );
+        let query = rows.iter().fold(shaped(sql), |query, (id, summary)| {
+            query
+                .bind((*id).to_owned())
+                .bind(columns::to_column(summary.samples))
+                .bind(columns::to_column(summary.epochs))
+                .bind(summary.duration_s)
+                .bind(summary.distance_m)
+                .bind(summary.since_marker_s)
+                .bind(summary.since_marker_m)
+        });
+        query.execute(&mut *db).await?;
+    }
     Ok(())
 }
 

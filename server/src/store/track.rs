@@ -3,11 +3,11 @@
 use futures_util::{Stream, TryStreamExt};
 use lodestep_engine::event::{FootPoint, TrackPoint};
 use serde::{Deserialize, Serialize};
-use sqlx::query::Query;
-use sqlx::sqlite::{SqliteArguments, SqliteRow};
-use sqlx::{AssertSqlSafe, FromRow, Row, Sqlite, SqliteConnection, SqliteExecutor};
+use sqlx::sqlite::SqliteRow;
+use sqlx::{FromRow, Row, SqliteConnection, SqliteExecutor};
 use uuid::Uuid;
 
+use super::many_rows::{Statement, placeholders, shaped, shapes};
 use super::{StoreError, columns};
 
 /// Which computation of a walk a track comes from.
@@ -200,7 +200,18 @@ pub async fn upsert(
     run: Run,
     points: &[TrackPoint],
 ) -> Result<(), StoreError> {
-    for rows in points.chunks(POINTS_PER_STATEMENT) {
+    let session_id = session_id.to_string();
+    let points: Vec<_> = points.iter().map(|point| (session_id.as_str(), point)).collect();
+    upsert_of(db, run, &points).await
+}
+
+/// The same of several sessions, each point with its session's id.
+pub(super) async fn upsert_of(
+    db: &mut SqliteConnection,
+    run: Run,
+    points: &[(&str, &TrackPoint)],
+) -> Result<(), StoreError> {
+    for rows in shapes(points, POINTS_PER_STATEMENT) {
         let kept =
             POINT_COLUMNS[1..].iter().map(|c| format!("{c} = excluded.{c}")).collect::<Vec<_>>().join(", ");
         let sql = format!(
@@ -208,9 +219,8 @@ pub async fn upsert(
             POINT_COLUMNS.join(", "),
             placeholders(rows.len(), 2 + POINT_COLUMNS.len()),
         );
-        let (session_id, run) = (session_id.to_string(), run.name());
-        let query = rows.iter().fold(statement(sql, rows.len()), |query, point| {
-            bind_point(query.bind(session_id.clone()).bind(run), point)
+        let query = rows.iter().fold(shaped(sql), |query, (session_id, point)| {
+            bind_point(query.bind((*session_id).to_owned()).bind(run.name()), point)
         });
         query.execute(&mut *db).await?;
     }
@@ -224,7 +234,7 @@ pub async fn revise(
     run: Run,
     points: &[TrackPoint],
 ) -> Result<(), StoreError> {
-    for rows in points.chunks(POINTS_PER_STATEMENT) {
+    for rows in shapes(points, POINTS_PER_STATEMENT) {
         let columns = POINT_COLUMNS.join(", ");
         let kept =
             POINT_COLUMNS[1..].iter().map(|c| format!("{c} = revised.{c}")).collect::<Vec<_>>().join(", ");
@@ -234,7 +244,7 @@ pub async fn revise(
              where track_points.session_id = ? and track_points.run = ? and track_points.t_ns = revised.t_ns",
             placeholders(rows.len(), POINT_COLUMNS.len()),
         );
-        let query = rows.iter().fold(statement(sql, rows.len()), bind_point);
+        let query = rows.iter().fold(shaped(sql), bind_point);
         query.bind(session_id.to_string()).bind(run.name()).execute(&mut *db).await?;
     }
     Ok(())
@@ -248,22 +258,6 @@ pub async fn clear(db: impl SqliteExecutor<'_>, session_id: Uuid, run: Run) -> R
         .execute(db)
         .await?;
     Ok(())
-}
-
-/// `(?, ?, …), (?, ?, …), …`: one group a point. Without numbers, for what a number names is looked up
-/// in a list at each binding, which for thousands of them takes longer than all else.
-fn placeholders(rows: usize, columns: usize) -> String {
-    let group = format!("({})", vec!["?"; columns].join(", "));
-    vec![group; rows].join(", ")
-}
-
-type Statement = Query<'static, Sqlite, SqliteArguments>;
-
-fn statement(sql: String, rows: usize) -> Statement {
-    // Only full statements come again in the same shape; the others would fill the statement cache.
-    let persistent = rows == POINTS_PER_STATEMENT || rows <= 8;
-    // Safe: made of this file's column names and of question marks.
-    sqlx::query(AssertSqlSafe(sql)).persistent(persistent)
 }
 
 fn bind_point(query: Statement, point: &TrackPoint) -> Statement {

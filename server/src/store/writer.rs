@@ -4,58 +4,32 @@
 use std::panic::AssertUnwindSafe;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 use futures_util::FutureExt;
 use futures_util::future::BoxFuture;
-use lodestep_engine::event::{Anomaly, TrackPoint, VisitOutcome};
-use lodestep_engine::session::Summary;
 use sqlx::sqlite::SqliteConnectOptions;
 use sqlx::{ConnectOptions, Connection, SqliteConnection};
 use tokio::sync::{mpsc, oneshot};
-use uuid::Uuid;
 
-use super::raw_chunks::{self, Packed, Samples};
-use super::stands::{self, Stand};
-use super::track::{self, Run};
-use super::visits::Visit;
-use super::{StoreError, anomalies, migrations, sessions, visits};
+use super::record::{self, PackedRecord, Record};
+use super::{StoreError, migrations};
 
 /// Writes that may wait; more make their senders wait.
-const QUEUE: usize = 1_024;
+const QUEUE: usize = 4_096;
 /// Writes in one commit: bounds what a failed commit takes with it, and how long the first waits.
-const GROUP_WRITES: usize = 256;
+const GROUP_WRITES: usize = 2_048;
 /// Bytes of samples in one commit.
-const GROUP_BYTES: usize = 256 << 10;
+const GROUP_BYTES: usize = 8 << 20;
+/// After a commit the writer rests as long as it took, at most so long: of many small commits each would write the same
+/// pages again. A commit that takes a few milliseconds makes nobody wait noticeably.
+const LONGEST_REST: Duration = Duration::from_millis(50);
 
 /// Writes to the store. Cheap to clone.
 #[derive(Clone, Debug)]
 pub struct Writer {
     queue: mpsc::Sender<Message>,
     healthy: Arc<AtomicBool>,
-}
-
-/// What a live session found out and wants on disk, all or nothing.
-#[derive(Clone, Debug, Default)]
-pub struct Record {
-    /// The walk.
-    pub session_id: Uuid,
-    /// Its samples, as they came.
-    pub raw: Vec<Samples>,
-    /// New points of its main run.
-    pub points: Vec<TrackPoint>,
-    /// Points that were corrected in hindsight; those that are not stored are passed over.
-    pub revised: Vec<TrackPoint>,
-    /// Where its inspector stood.
-    pub stands: Vec<Stand>,
-    /// Visits that automatic mode has made.
-    pub automatic: Vec<Visit>,
-    /// What became of its visits.
-    pub visits: Vec<VisitOutcome>,
-    /// What was found wrong.
-    pub anomalies: Vec<Anomaly>,
-    /// What it amounts to so far.
-    pub summary: Option<Summary>,
 }
 
 enum Message {
@@ -72,8 +46,39 @@ struct Write {
 trait Work: Send {
     /// Does it inside the group's transaction; `false` when its own part is to be taken back.
     fn run<'c>(&'c mut self, connection: &'c mut SqliteConnection) -> BoxFuture<'c, bool>;
+    /// The record that it is, when it is one: those are written together.
+    fn record(&self) -> Option<&PackedRecord> {
+        None
+    }
+    /// Its record was written with others.
+    fn was_written(&mut self) {}
     /// The group is on disk, or it is not: tells whoever waits.
     fn resolve(self: Box<Self>, committed: Result<(), String>);
+}
+
+/// A live session's record.
+struct Recording {
+    record: PackedRecord,
+    answer: Option<Result<(), StoreError>>,
+    caller: oneshot::Sender<Result<(), StoreError>>,
+}
+
+impl Work for Recording {
+    fn run<'c>(&'c mut self, connection: &'c mut SqliteConnection) -> BoxFuture<'c, bool> {
+        Box::pin(async move { self.answer.insert(record::write(connection, &[&self.record]).await).is_ok() })
+    }
+
+    fn record(&self) -> Option<&PackedRecord> {
+        Some(&self.record)
+    }
+
+    fn was_written(&mut self) {
+        self.answer = Some(Ok(()));
+    }
+
+    fn resolve(self: Box<Self>, committed: Result<(), String>) {
+        resolve(self.answer, self.caller, committed);
+    }
 }
 
 /// Work of a certain answer.
@@ -102,17 +107,26 @@ where
     }
 
     fn resolve(self: Box<Self>, committed: Result<(), String>) {
-        let answer = match (self.answer, committed) {
-            (Some(Ok(answer)), Ok(())) => Ok(answer),
-            // What it was turned down for is its own, whatever became of the group.
-            (Some(Err(error)), _) => Err(error),
-            (Some(Ok(_)), Err(why)) => Err(StoreError::NotCommitted(why).into()),
-            (None, Err(why)) => Err(StoreError::NotCommitted(why).into()),
-            (None, Ok(())) => Err(StoreError::NotCommitted("it was passed over".into()).into()),
-        };
-        // Who no longer waits need not be told.
-        let _ = self.caller.send(answer);
+        resolve(self.answer, self.caller, committed);
     }
+}
+
+/// Tells whoever waits what became of the work, by its own answer and that of its group.
+fn resolve<T, E: From<StoreError>>(
+    own: Option<Result<T, E>>,
+    caller: oneshot::Sender<Result<T, E>>,
+    committed: Result<(), String>,
+) {
+    let answer = match (own, committed) {
+        (Some(Ok(answer)), Ok(())) => Ok(answer),
+        // What it was turned down for is its own, whatever became of the group.
+        (Some(Err(error)), _) => Err(error),
+        (Some(Ok(_)), Err(why)) => Err(StoreError::NotCommitted(why).into()),
+        (None, Err(why)) => Err(StoreError::NotCommitted(why).into()),
+        (None, Ok(())) => Err(StoreError::NotCommitted("it was passed over".into()).into()),
+    };
+    // Who no longer waits need not be told.
+    let _ = caller.send(answer);
 }
 
 impl Writer {
@@ -128,33 +142,12 @@ impl Writer {
 
     /// Puts a live session's findings on disk.
     pub async fn record(&self, record: Record) -> Result<(), StoreError> {
-        let raw = record.raw.iter().map(Packed::new).collect::<Result<Vec<_>, _>>()?;
-        let bytes = raw.iter().map(Packed::bytes).sum();
-        self.submit(bytes, move |db| {
-            Box::pin(async move {
-                let id = record.session_id;
-                for chunk in raw {
-                    raw_chunks::insert(&mut *db, id, None, chunk).await?;
-                }
-                track::upsert(db, id, Run::Main, &record.points).await?;
-                track::revise(db, id, Run::Main, &record.revised).await?;
-                stands::upsert(&mut *db, id, &record.stands).await?;
-                for visit in &record.automatic {
-                    visits::insert(&mut *db, visit).await?;
-                }
-                for told in &record.visits {
-                    visits::set_outcome(&mut *db, id, told).await?;
-                }
-                for found in &record.anomalies {
-                    anomalies::insert(&mut *db, id, found).await?;
-                }
-                if let Some(summary) = &record.summary {
-                    sessions::set_summary(&mut *db, id, summary).await?;
-                }
-                Ok(())
-            })
-        })
-        .await
+        let record = PackedRecord::new(record)?;
+        let bytes = record.bytes();
+        let (caller, answer) = oneshot::channel();
+        let work = Box::new(Recording { record, answer: None, caller });
+        self.queue.send(Message::Write(Write { bytes, work })).await.map_err(|_| StoreError::Stopped)?;
+        answer.await.unwrap_or(Err(StoreError::Stopped))
     }
 
     /// Does any other write: `work` runs inside a transaction of its own (a savepoint of the group's).
@@ -205,12 +198,16 @@ async fn write_groups(
     let mut connection = Some(connection);
     let mut stop = None;
     // A stop closes the queue: what waits in it is still written, then `recv` says that it is empty.
+    let mut rest_until = None;
     while let Some(first) = messages.recv().await {
+        if let Some(until) = rest_until.take() {
+            tokio::time::sleep_until(until).await;
+        }
         let mut group = Vec::new();
         let mut bytes = 0;
         let mut next = Some(first);
-        // No waiting for more: the commit before this one took as long as the disk needs, and what
-        // came meanwhile is here. So an idle server answers at once and a busy one in large groups.
+        // What came while the commit before this one was on its way, and in the rest after it, is here. So an idle
+        // server answers at once and a busy one in large groups.
         while let Some(message) = next.take() {
             match message {
                 Message::Write(write) => {
@@ -226,7 +223,9 @@ async fn write_groups(
                 next = messages.try_recv().ok();
             }
         }
+        let begun = tokio::time::Instant::now();
         commit_group(&options, &mut connection, group, &healthy).await;
+        rest_until = Some(begun + begun.elapsed() + begun.elapsed().min(LONGEST_REST));
     }
     // Closing writes the log back into the database file.
     if let Some(connection) = connection
@@ -276,13 +275,38 @@ async fn try_commit(
         None => slot.insert(options.connect().await?),
     };
     let mut transaction = connection.begin_with("begin immediate").await?;
-    for write in group {
-        let mut savepoint = transaction.begin().await?;
-        if write.work.run(&mut savepoint).await {
-            savepoint.commit().await?;
-        } else {
-            savepoint.rollback().await?;
+    let mut rest = group;
+    while let Some(first) = rest.first() {
+        let together = rest.iter().take_while(|write| write.work.record().is_some()).count();
+        let is_record = first.work.record().is_some();
+        let (now, later) = rest.split_at_mut(if is_record { together } else { 1 });
+        rest = later;
+        if now.len() > 1 && write_together(&mut transaction, now).await? {
+            continue;
+        }
+        for write in now {
+            let mut savepoint = transaction.begin().await?;
+            if write.work.run(&mut savepoint).await {
+                savepoint.commit().await?;
+            } else {
+                savepoint.rollback().await?;
+            }
         }
     }
     transaction.commit().await
+}
+
+/// Writes records in statements that they share; `false` when one of them was turned down, and none is written.
+async fn write_together(transaction: &mut SqliteConnection, records: &mut [Write]) -> sqlx::Result<bool> {
+    let mut savepoint = transaction.begin().await?;
+    let packed: Vec<&PackedRecord> = records.iter().filter_map(|write| write.work.record()).collect();
+    if record::write(&mut savepoint, &packed).await.is_err() {
+        savepoint.rollback().await?;
+        return Ok(false);
+    }
+    savepoint.commit().await?;
+    for write in records {
+        write.work.was_written();
+    }
+    Ok(true)
 }

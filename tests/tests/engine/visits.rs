@@ -1,8 +1,11 @@
 //! Visits at markers: told early or late, right or wrong.
 
-use lodestep_engine::event::VisitOutcome;
-use lodestep_engine::session::Visit;
+use std::collections::BTreeMap;
+
+use lodestep_engine::event::{Event, VisitOutcome};
+use lodestep_engine::session::{Session, Solution, Visit};
 use lodestep_engine::sim::{SensorModel, WalkKind};
+use lodestep_engine::systems::pedestrian::Attic;
 
 use crate::scenario::{SECOND_NS, Scenario, short_walk};
 use crate::told::Told;
@@ -17,7 +20,11 @@ fn two_stops() -> Scenario {
 /// The scenario with every visit told `after_ns` after its end; before its start where negative.
 fn told_at(scenario: &Scenario, after_ns: i64) -> Told {
     let early = Scenario { visits: Vec::new(), ..scenario.clone() };
-    let (mut session, mut events) = early.session();
+    let (session, events) = early.session();
+    told_to(session, events, scenario, after_ns)
+}
+
+fn told_to(mut session: Session, mut events: Vec<Event>, scenario: &Scenario, after_ns: i64) -> Told {
     let mut untold = scenario.visits.iter().peekable();
     for (foot, sample) in scenario.in_time_order() {
         while let Some(visit) = untold.next_if(|visit| {
@@ -48,6 +55,38 @@ fn a_visit_told_late_gives_the_track_of_one_told_early() {
     assert_eq!(accepted, [true, true], "{:?}", expected.track.visits);
     for after_ns in [-3 * SECOND_NS, 0, 4 * SECOND_NS, 17 * SECOND_NS] {
         assert_same_track(&told_at(&scenario, after_ns), &expected);
+    }
+}
+
+/// Room for the past of a walk outside of its session.
+#[derive(Default)]
+struct Aside(BTreeMap<u64, Vec<u8>>);
+
+impl Attic for Aside {
+    fn put(&mut self, number: u64, bytes: &[u8]) -> bool {
+        self.0.insert(number, bytes.to_vec()).is_none()
+    }
+
+    fn get(&mut self, number: u64) -> Option<Vec<u8>> {
+        self.0.get(&number).cloned()
+    }
+
+    fn forget_before(&mut self, number: u64) {
+        self.0.retain(|kept, _| *kept >= number);
+    }
+}
+
+#[test]
+fn a_live_walk_whose_past_lies_elsewhere_is_the_same_to_the_last_bit() {
+    let mut live = two_stops();
+    live.config.solution = Solution::Trail;
+    let early = Scenario { visits: Vec::new(), ..live.clone() };
+    for after_ns in [0, 17 * SECOND_NS] {
+        let (mut session, events) = early.session();
+        session.put_past_in(Box::new(Aside::default()));
+        let aside = told_to(session, events, &live, after_ns);
+        assert!(aside.track.revised_points > 25_000, "the trail was bent: {}", aside.track.revised_points);
+        assert_same_track(&aside, &told_at(&live, after_ns));
     }
 }
 

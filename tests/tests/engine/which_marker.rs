@@ -1,6 +1,8 @@
 //! Which marker is it? Given: a spiral, all of FAST's anchors, and inspectors who key in everything or
 //! nothing. `lodestep evaluate markers` has the figures over many walks.
 
+use std::sync::Arc;
+
 use lodestep_engine::evaluate::MarkerScore;
 use lodestep_engine::event::{Event, Stand};
 use lodestep_engine::geo::{Site, terrain};
@@ -16,7 +18,7 @@ fn identification() -> Identification {
         let [e, n, u] = anchor.position_n_m;
         Marker { name: anchor.name, position_n_m: (e, n, Some(u)) }
     });
-    Identification { markers: markers.collect(), ..Identification::default() }
+    Identification { markers: Arc::new(markers.collect::<Vec<_>>().into()), ..Identification::default() }
 }
 
 /// What a run told.

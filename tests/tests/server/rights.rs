@@ -63,6 +63,7 @@ const MATRIX: &[(&str, &str, &str)] = &[
     ("DELETE", "/api/v1/sessions/{id}/stands/{number}/choice", "idea"),
     ("GET", "/api/v1/sessions/{id}/report", "videsa"),
     ("GET", "/api/v1/sessions/{id}/charts", "videsa"),
+    ("GET", "/api/v1/sessions/{id}/samples", "videsa"),
     ("POST", "/api/v1/sessions/{id}/process", "idea"),
     ("GET", "/api/v1/sessions/{id}/track", "videsa"),
     ("GET", "/api/v1/sessions/{id}/track.csv", "videsa"),

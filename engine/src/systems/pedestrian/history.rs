@@ -9,21 +9,25 @@ use std::collections::VecDeque;
 use super::filter::{Filter, Setting};
 use super::foot::Step;
 use super::kept_step::KeptStep;
-use super::numbered::Numbered;
 use super::recording::WayBack;
 use super::smoothing::{Mark, Smoothing, Source};
+use super::steps::{Attic, Steps};
 use crate::event::{Anomaly, AnomalyKind, Event, TrackPoint, VisitOutcome};
 use crate::session::{SensorState, Solution, Visit};
 
-/// A checkpoint is kept this often, ns.
+/// A checkpoint is taken this often, ns.
 const CHECKPOINT_NS: i64 = 2_000_000_000;
+/// The newest so many are kept, of older ones one in so long, ns: a visit of some time ago makes little more be run
+/// again, and a checkpoint is the largest thing that a session holds.
+const NEWEST_KEPT: usize = 2;
+const OLDER_KEPT_NS: i64 = 8_000_000_000;
 
 /// The filter with its recent past.
-#[derive(Clone, Debug)]
+#[derive(Debug)]
 pub(crate) struct History<const B: usize, const F: usize> {
     setting: Setting,
     filter: Filter<B, F>,
-    steps: Numbered<KeptStep>,
+    steps: Steps,
     /// Number of the step that the filter takes next.
     next: u64,
     /// Oldest first.
@@ -33,11 +37,11 @@ pub(crate) struct History<const B: usize, const F: usize> {
     way_back: Option<(usize, Box<WayBack<B>>)>,
     /// A visit was used: the trail is to be told anew.
     trail_bends: bool,
-    points: Numbered<TrackPoint>,
     /// How many points have been told.
     told_points: u64,
-    /// The oldest told point that has been computed anew and not been told again.
-    revised_from: Option<u64>,
+    /// Points that have been computed since anything was last told: told ones anew, and new ones.
+    revised: Vec<TrackPoint>,
+    fresh: Vec<TrackPoint>,
     /// Steps below this number have been taken before: their outcomes have been told.
     seen: u64,
     visits: Vec<(Visit, bool)>,
@@ -49,19 +53,31 @@ pub(crate) struct History<const B: usize, const F: usize> {
 struct Snapshot<const B: usize, const F: usize> {
     /// Number of the step that it takes next.
     next: u64,
+    /// Time of the step before it, ns.
+    before_ns: i64,
     /// What had been recorded for the smoother.
     mark: Mark,
     filter: Box<Filter<B, F>>,
 }
 
 impl<const B: usize, const F: usize> History<B, F> {
-    pub(crate) fn new(setting: Setting, mut filter: Filter<B, F>, solution: Solution) -> Self {
+    pub(crate) fn new(
+        setting: Setting,
+        mut filter: Filter<B, F>,
+        solution: Solution,
+        attic: Option<Box<dyn Attic>>,
+    ) -> Self {
         let smoothing = match solution {
             Solution::Filtered => None,
             Solution::Trail => Some(Smoothing::new(&mut filter, true)),
             Solution::Smoothed => Some(Smoothing::new(&mut filter, false)),
         };
-        let start = Snapshot { next: 0, mark: Mark::default(), filter: Box::new(filter.clone()) };
+        let start = Snapshot {
+            next: 0,
+            before_ns: i64::MIN,
+            mark: Mark::default(),
+            filter: Box::new(filter.clone()),
+        };
         History {
             setting,
             checkpoints: VecDeque::from([start]),
@@ -69,11 +85,11 @@ impl<const B: usize, const F: usize> History<B, F> {
             way_back: None,
             trail_bends: false,
             filter,
-            steps: Numbered::new(),
+            steps: Steps::new(attic),
             next: 0,
-            points: Numbered::new(),
             told_points: 0,
-            revised_from: None,
+            revised: Vec::new(),
+            fresh: Vec::new(),
             seen: 0,
             visits: Vec::new(),
             t_ns: i64::MIN,
@@ -93,8 +109,7 @@ impl<const B: usize, const F: usize> History<B, F> {
     #[cfg(test)]
     pub(crate) fn held(&self) -> Held {
         Held {
-            steps: self.steps.end_number() - self.steps.first_number(),
-            points: self.points.end_number() - self.points.first_number(),
+            steps: self.steps.in_memory(),
             checkpoints: self.checkpoints.len(),
             stretches: self.smoothing.as_ref().map_or(0, Smoothing::stretches),
         }
@@ -109,14 +124,17 @@ impl<const B: usize, const F: usize> History<B, F> {
         self.steps.push(KeptStep::new(&step, epoch));
         self.run(told);
         self.tell(told);
+        self.steps.tidy(self.next);
     }
 
     /// Takes a visit, for now or for a moment that is past.
     pub(crate) fn visit(&mut self, visit: Visit, told: &mut Vec<Event>) {
         let at_ns = visit.moment_ns();
         if at_ns < self.t_ns {
-            let checkpoint = self.checkpoints.iter().rposition(|kept| {
-                kept.next == 0 || self.steps.get(kept.next - 1).is_some_and(|before| before.t_ns <= at_ns)
+            let checkpoint = self.checkpoints.iter().rposition(|kept| kept.before_ns <= at_ns);
+            let checkpoint = checkpoint.filter(|number| {
+                let needed = self.checkpoints[*number].next.saturating_sub(1);
+                self.steps.bring_back(needed) <= needed
             });
             let Some(checkpoint) = checkpoint else {
                 told.push(Event::Visit(turned_down(
@@ -140,6 +158,7 @@ impl<const B: usize, const F: usize> History<B, F> {
         self.visits.insert(place, (visit, false));
         self.run(told);
         self.tell(told);
+        self.steps.tidy(self.next);
     }
 
     /// No more samples come: closes the last epoch and uses what visits are left.
@@ -197,6 +216,7 @@ impl<const B: usize, const F: usize> History<B, F> {
     /// Smooths what a live session holds of its trail.
     fn bend_trail(&mut self, told: &mut Vec<Event>) {
         let Some(smoothing) = self.smoothing.as_mut().filter(|smoothing| smoothing.is_live()) else { return };
+        let in_memory = self.steps.bring_back(smoothing.oldest().saturating_sub(1));
         let source = Source {
             setting: &self.setting,
             steps: &self.steps,
@@ -206,7 +226,9 @@ impl<const B: usize, const F: usize> History<B, F> {
         };
         let mut way = WayBack::new();
         let mut pieces = Vec::new();
-        for number in (0..smoothing.stretches()).rev() {
+        let reached = |number: &usize| smoothing.first_step(*number).saturating_sub(1) >= in_memory;
+        let numbers: Vec<usize> = (0..smoothing.stretches()).rev().take_while(reached).collect();
+        for number in numbers {
             pieces.push(smoothing.go_back(number, &mut way, &source));
         }
         let points: Vec<TrackPoint> = pieces.into_iter().rev().flatten().collect();
@@ -283,24 +305,22 @@ impl<const B: usize, const F: usize> History<B, F> {
 
     fn record(&mut self, epoch: u64, t_ns: i64) {
         let point = self.filter.point(&self.setting, t_ns);
-        if epoch < self.told_points {
-            self.revised_from = Some(self.revised_from.map_or(epoch, |from| from.min(epoch)));
-        }
         if let Some(smoothing) = &mut self.smoothing {
             smoothing.point(&mut self.filter, epoch, &point);
         }
-        self.points.set(epoch, point);
+        if epoch < self.told_points {
+            self.revised.push(point);
+        } else {
+            self.fresh.push(point);
+            self.told_points = epoch + 1;
+        }
     }
 
     fn tell(&mut self, told: &mut Vec<Event>) {
-        if let Some(from) = self.revised_from.take() {
-            let points = (from..self.told_points).filter_map(|n| self.points.get(n).copied()).collect();
-            told.push(Event::Revision { points });
+        if !self.revised.is_empty() {
+            told.push(Event::Revision { points: std::mem::take(&mut self.revised) });
         }
-        while let Some(point) = self.points.get(self.told_points) {
-            told.push(Event::Point(*point));
-            self.told_points += 1;
-        }
+        told.extend(self.fresh.drain(..).map(Event::Point));
         if std::mem::take(&mut self.trail_bends) {
             self.bend_trail(told);
         }
@@ -313,15 +333,19 @@ impl<const B: usize, const F: usize> History<B, F> {
             return;
         }
         let afresh = !self.filter.is_sound() && self.start_again(t_ns, told);
-        self.checkpoints.push_back(Snapshot { next: self.next, mark, filter: Box::new(self.filter.clone()) });
+        let before = self.next.checked_sub(1).and_then(|before| self.steps.get(before));
+        self.checkpoints.push_back(Snapshot {
+            next: self.next,
+            before_ns: before.map_or(i64::MIN, |before| before.t_ns),
+            mark,
+            filter: Box::new(self.filter.clone()),
+        });
+        self.thin_checkpoints();
         let oldest_ns = t_ns - (self.setting.tuning.history_s * 1e9) as i64;
         while self.checkpoints.len() > 2 && time_of(&self.checkpoints[1].filter) < oldest_ns {
             self.checkpoints.pop_front();
         }
         let oldest = self.checkpoints.front().map_or(self.next, |kept| kept.next);
-        if let Some(step) = self.steps.get(oldest.saturating_sub(1)) {
-            self.points.forget_before(step.epoch().saturating_sub(1).min(self.told_points));
-        }
         let mut oldest_needed = oldest;
         if let Some(smoothing) = &mut self.smoothing {
             smoothing.consider(self.next, t_ns, &self.filter, afresh);
@@ -329,6 +353,17 @@ impl<const B: usize, const F: usize> History<B, F> {
         }
         // One before it, for the time at which an epoch was closed.
         self.steps.forget_before(oldest_needed.saturating_sub(1));
+    }
+
+    /// Lets the checkpoint go that has just become an older one, where those around it are near enough.
+    fn thin_checkpoints(&mut self) {
+        let Some(number) = self.checkpoints.len().checked_sub(NEWEST_KEPT + 1) else { return };
+        let time = |number: usize| self.checkpoints.get(number).map(|kept| time_of(&kept.filter));
+        if let Some((before_ns, after_ns)) = number.checked_sub(1).and_then(time).zip(time(number + 1))
+            && after_ns.saturating_sub(before_ns) <= OLDER_KEPT_NS
+        {
+            self.checkpoints.remove(number);
+        }
     }
 
     /// A number that is none has come into the filter: goes on from the last sound checkpoint, with
@@ -363,7 +398,6 @@ impl<const B: usize, const F: usize> History<B, F> {
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Held {
     pub(crate) steps: u64,
-    pub(crate) points: u64,
     pub(crate) checkpoints: usize,
     pub(crate) stretches: usize,
 }

@@ -19,6 +19,9 @@ pub(crate) struct KeptStep {
 }
 
 impl KeptStep {
+    /// How long it is where it is put away.
+    pub(crate) const BYTES: usize = 56;
+
     pub(crate) fn new(step: &Step, epoch: u64) -> Self {
         let single = |v: &Vector3<f64>| [v.x as f32, v.y as f32, v.z as f32];
         KeptStep {
@@ -47,6 +50,37 @@ impl KeptStep {
             stance: self.epoch_and_flags & 2 != 0,
             zupt_sigma_m_s: self.zupt_sigma_m_s.into(),
             opens_epoch: self.opens_epoch(),
+        }
+    }
+
+    /// Appends it as [`BYTES`](Self::BYTES) bytes.
+    pub(crate) fn write(&self, out: &mut Vec<u8>) {
+        out.extend_from_slice(&self.t_ns.to_le_bytes());
+        for vector in [&self.w_ib_b, &self.f_b, &self.mag_b_ut] {
+            for value in vector {
+                out.extend_from_slice(&value.to_le_bytes());
+            }
+        }
+        out.extend_from_slice(&self.pressure_hpa.to_le_bytes());
+        out.extend_from_slice(&self.zupt_sigma_m_s.to_le_bytes());
+        out.extend_from_slice(&self.epoch_and_flags.to_le_bytes());
+    }
+
+    /// Reads what [`write`](Self::write) has written.
+    pub(crate) fn read(bytes: &[u8; KeptStep::BYTES]) -> Self {
+        let (t_ns, rest) = bytes.split_at(8);
+        let mut words = rest.as_chunks::<4>().0.iter().copied();
+        let mut word = || words.next().unwrap_or_default();
+        let mut vector = || std::array::from_fn(|_| f32::from_le_bytes(word()));
+        let (w_ib_b, f_b, mag_b_ut) = (vector(), vector(), vector());
+        KeptStep {
+            t_ns: i64::from_le_bytes(t_ns.try_into().unwrap_or_default()),
+            w_ib_b,
+            f_b,
+            mag_b_ut,
+            pressure_hpa: f32::from_le_bytes(word()),
+            zupt_sigma_m_s: f32::from_le_bytes(word()),
+            epoch_and_flags: u32::from_le_bytes(word()),
         }
     }
 
@@ -81,6 +115,10 @@ mod tests {
             let kept = KeptStep::new(&step, 2_880_000);
             assert_eq!(format!("{:?}", kept.step()), format!("{step:?}"));
             assert_eq!(kept.epoch(), 2_880_000);
+            let mut bytes = Vec::new();
+            kept.write(&mut bytes);
+            let read = KeptStep::read(bytes.as_slice().try_into().unwrap());
+            assert_eq!(format!("{read:?}"), format!("{kept:?}"));
         }
         assert_eq!(size_of::<KeptStep>(), 56);
     }

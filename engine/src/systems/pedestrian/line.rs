@@ -168,7 +168,12 @@ impl FootLine {
 
     /// The next step.
     pub(crate) fn take(&mut self) -> Option<Step> {
-        self.decided.pop_front()
+        let step = self.decided.pop_front();
+        // The standing start is decided all at once; the room that it took is not needed again.
+        if self.decided.is_empty() && self.decided.capacity() > 64 {
+            self.decided.shrink_to(16);
+        }
+        step
     }
 
     fn detect(&mut self, sample: &ImuSample) {

@@ -14,7 +14,6 @@ impl<T> Numbered<T> {
         Numbered { first: 0, members: VecDeque::new() }
     }
 
-    #[cfg(test)]
     pub(super) fn first_number(&self) -> u64 {
         self.first
     }
@@ -32,18 +31,19 @@ impl<T> Numbered<T> {
         self.members.push_back(member);
     }
 
-    /// Puts a member in the place of that number, or behind the last.
-    pub(super) fn set(&mut self, number: u64, member: T) {
-        match number.checked_sub(self.first).and_then(|k| self.members.get_mut(k as usize)) {
-            Some(place) => *place = member,
-            None if number >= self.first => self.members.push_back(member),
-            None => {}
-        }
+    /// Puts a member before the oldest.
+    pub(super) fn push_front(&mut self, member: T) {
+        self.first -= 1;
+        self.members.push_front(member);
     }
 
     pub(super) fn forget_before(&mut self, number: u64) {
         while self.first < number && self.members.pop_front().is_some() {
             self.first += 1;
+        }
+        // What once took much room does not keep it.
+        if self.members.capacity() > 8 * self.members.len().max(256) {
+            self.members.shrink_to(2 * self.members.len());
         }
     }
 

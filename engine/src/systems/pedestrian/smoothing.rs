@@ -9,6 +9,7 @@ use super::filter::{Filter, Setting};
 use super::kept_step::KeptStep;
 use super::numbered::Numbered;
 use super::recording::{Recording, RecordingLength, WayBack};
+use super::steps::Steps;
 use crate::event::TrackPoint;
 use crate::ins::tape::Tape;
 use crate::session::Visit;
@@ -51,7 +52,7 @@ struct Stretch<const B: usize, const F: usize> {
 /// What a stretch is run again on.
 pub(super) struct Source<'a> {
     pub(super) setting: &'a Setting,
-    pub(super) steps: &'a Numbered<KeptStep>,
+    pub(super) steps: &'a Steps,
     pub(super) visits: &'a [(Visit, bool)],
     /// Number of the step after the last.
     pub(super) next: u64,
@@ -167,6 +168,11 @@ impl<const B: usize, const F: usize> Smoothing<B, F> {
         for stretch in &mut self.stretches {
             stretch.recording = None;
         }
+    }
+
+    /// The first step of the stretch of that number.
+    pub(super) fn first_step(&self, number: usize) -> u64 {
+        self.stretches.get(number).map_or(0, |stretch| stretch.first)
     }
 
     /// How many stretches there are.

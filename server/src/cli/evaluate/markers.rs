@@ -1,5 +1,7 @@
 //! Which marker is it? The candidates on simulated walks, as Markdown tables.
 
+use std::sync::Arc;
+
 use anyhow::Result;
 use clap::Args;
 use lodestep_engine::evaluate::MarkerScore;
@@ -48,7 +50,7 @@ pub(super) fn markers(args: &MarkersArgs) -> Result<()> {
             Marker { name: anchor.name, position_n_m: (e, n, Some(u)) }
         })
         .collect();
-    let identification = Identification { markers, ..Identification::default() };
+    let identification = Identification { markers: Arc::new(markers.into()), ..Identification::default() };
     let kinds =
         [("stops at actuators only", WalkKind::Spiral), ("and pauses elsewhere", WalkKind::SpiralWithPauses)];
     let bar = progress::of_count(args.walks * kinds.len() as u64, "walks");
@@ -75,7 +77,7 @@ pub(super) fn markers(args: &MarkersArgs) -> Result<()> {
          hindsight, every other one was not keyed in at all, and is asked for when the walk is over. *Automatic mode*: nobody keys \
          anything in. Made by `lodestep evaluate markers --walks {} --first-seed {}`.\n\n",
         site.name,
-        identification.markers.len(),
+        identification.markers.all().len(),
         args.walks,
         args.first_seed,
         args.walks,

@@ -1,0 +1,107 @@
+//! Logs of a whole walk, handed in while others stream.
+
+use std::sync::Arc;
+use std::time::Duration;
+
+use anyhow::{Context, Result, bail};
+use bytes::Bytes;
+use lodestep_engine::geo::Site;
+use lodestep_engine::parse::imu_csv;
+use lodestep_engine::sim::{SensorModel, Simulator, WalkKind};
+use serde_json::json;
+use sha2::{Digest, Sha256};
+use tokio::time::{Instant, sleep, sleep_until};
+
+use super::api::Api;
+use crate::cli::progress;
+
+/// A walk's track is looked for this often.
+const LOOK_EVERY: Duration = Duration::from_millis(100);
+/// It is there within this time.
+const FINISHED_WITHIN: Duration = Duration::from_secs(600);
+
+/// The two logs of a walk of 45 minutes, 50 MB together.
+pub(super) struct Walk {
+    logs: [(Bytes, String); 2],
+}
+
+/// How one walk was taken in.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct HandedIn {
+    /// From the first byte sent to both logs accepted.
+    pub(super) accepted_after: Duration,
+    /// From the first byte sent to the track stored.
+    pub(super) stored_after: Duration,
+    pub(super) bytes: usize,
+}
+
+impl Walk {
+    pub(super) fn make(seed: u64) -> Result<Walk> {
+        let mut simulator = Simulator::new(&WalkKind::Spiral, seed, &Site::fast(), &SensorModel::cmp10a());
+        let bar = progress::of_count(simulator.epochs() as u64, "epochs of a log made");
+        let (mut left, mut right, mut first) = (String::new(), String::new(), true);
+        while let Some(epoch) = simulator.next_epoch() {
+            for (text, sample) in [&mut left, &mut right].into_iter().zip(&epoch.samples) {
+                imu_csv::write(&[sample.as_logged()], first, text);
+            }
+            first = false;
+            bar.inc(1);
+        }
+        bar.finish_and_clear();
+        Ok(Walk { logs: [packaged(left), packaged(right)] })
+    }
+}
+
+fn packaged(text: String) -> (Bytes, String) {
+    let sha256 = Sha256::digest(text.as_bytes()).iter().map(|byte| format!("{byte:02x}")).collect();
+    (text.into(), sha256)
+}
+
+/// Hands the walk in so many times at once.
+pub(super) async fn hand_in(api: Api, walk: Arc<Walk>, times: u32, from: Instant) -> Result<Vec<HandedIn>> {
+    let sessions = api.begin_sessions(times).await?;
+    sleep_until(from).await;
+    let tasks: Vec<_> = sessions
+        .into_iter()
+        .map(|session_id| tokio::spawn(one(api.clone(), Arc::clone(&walk), session_id.to_string())))
+        .collect();
+    let mut handed_in = Vec::new();
+    for task in tasks {
+        handed_in.push(task.await.context("an upload stopped")??);
+    }
+    Ok(handed_in)
+}
+
+async fn one(api: Api, walk: Arc<Walk>, session_id: String) -> Result<HandedIn> {
+    let begun = Instant::now();
+    let mut bytes = 0;
+    for (foot, (text, sha256)) in ["left", "right"].into_iter().zip(&walk.logs) {
+        bytes += text.len();
+        let announced = json!({"foot": foot, "sha256": sha256, "size_bytes": text.len(), "file_name": format!("{foot}.csv")});
+        let log = api
+            .answer(api.client().post(api.url(&format!("/sessions/{session_id}/logs"))).json(&announced))
+            .await?;
+        let id = log["id"].as_str().context("the server began an upload without an id")?.to_owned();
+        let sent = api
+            .client()
+            .patch(api.url(&format!("/logs/{id}")))
+            .header("upload-offset", "0")
+            .body(text.clone());
+        api.answer(sent).await?;
+        api.answer(api.client().post(api.url(&format!("/logs/{id}/finish")))).await?;
+    }
+    let accepted_after = begun.elapsed();
+    api.answer(api.client().post(api.url(&format!("/sessions/{session_id}/process")))).await?;
+    loop {
+        let session = api.answer(api.client().get(api.url(&format!("/sessions/{session_id}")))).await?;
+        match session["state"].as_str() {
+            Some("finished") => break,
+            Some("failed") => bail!("a walk that was handed in failed: {}", session["error"]),
+            _ if begun.elapsed() > FINISHED_WITHIN => {
+                bail!("a walk that was handed in has no track after ten minutes")
+            }
+            _ => sleep(LOOK_EVERY).await,
+        }
+    }
+    Ok(HandedIn { accepted_after, stored_after: begun.elapsed(), bytes })
+}

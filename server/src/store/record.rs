@@ -1,0 +1,84 @@
+//! What live sessions found out, many of them in a few statements: each statement costs as much as several rows.
+
+use lodestep_engine::event::{Anomaly, TrackPoint, VisitOutcome};
+use lodestep_engine::session::Summary;
+use sqlx::SqliteConnection;
+use uuid::Uuid;
+
+use super::raw_chunks::{self, Packed, Samples};
+use super::stands::{self, Stand};
+use super::track::{self, Run};
+use super::visits::Visit;
+use super::{StoreError, anomalies, sessions, visits};
+
+/// What a live session found out and wants on disk, all or nothing.
+#[derive(Clone, Debug, Default)]
+pub struct Record {
+    /// The walk.
+    pub session_id: Uuid,
+    /// Its samples, as they came.
+    pub raw: Vec<Samples>,
+    /// New points of its main run.
+    pub points: Vec<TrackPoint>,
+    /// Points that were corrected in hindsight; those that are not stored are passed over.
+    pub revised: Vec<TrackPoint>,
+    /// Where its inspector stood.
+    pub stands: Vec<Stand>,
+    /// Visits that automatic mode has made.
+    pub automatic: Vec<Visit>,
+    /// What became of its visits.
+    pub visits: Vec<VisitOutcome>,
+    /// What was found wrong.
+    pub anomalies: Vec<Anomaly>,
+    /// What it amounts to so far.
+    pub summary: Option<Summary>,
+}
+
+/// A record with its samples packed.
+#[derive(Debug)]
+pub(super) struct PackedRecord {
+    record: Record,
+    raw: Vec<Packed>,
+}
+
+impl PackedRecord {
+    /// Packs the samples; done by the caller's thread, so that the one writer only writes.
+    pub(super) fn new(mut record: Record) -> Result<PackedRecord, StoreError> {
+        let raw = record.raw.iter().map(Packed::new).collect::<Result<Vec<_>, _>>()?;
+        record.raw = Vec::new();
+        Ok(PackedRecord { record, raw })
+    }
+
+    /// How many bytes its samples take in the table.
+    pub(super) fn bytes(&self) -> usize {
+        self.raw.iter().map(Packed::bytes).sum()
+    }
+}
+
+/// Writes records, in their order. An error leaves it open which part of them was written: the caller takes all back.
+pub(super) async fn write(db: &mut SqliteConnection, records: &[&PackedRecord]) -> Result<(), StoreError> {
+    let ids: Vec<String> = records.iter().map(|packed| packed.record.session_id.to_string()).collect();
+    let with_ids = || records.iter().zip(ids.iter().map(String::as_str));
+    let raw = with_ids().flat_map(|(packed, id)| packed.raw.iter().map(move |chunk| (id, chunk))).collect();
+    raw_chunks::insert_of_streams(db, raw).await?;
+    let points =
+        with_ids().flat_map(|(packed, id)| packed.record.points.iter().map(move |point| (id, point)));
+    track::upsert_of(db, Run::Main, &points.collect::<Vec<_>>()).await?;
+    for PackedRecord { record, .. } in records {
+        let id = record.session_id;
+        track::revise(db, id, Run::Main, &record.revised).await?;
+        stands::upsert(&mut *db, id, &record.stands).await?;
+        for visit in &record.automatic {
+            visits::insert(&mut *db, visit).await?;
+        }
+        for told in &record.visits {
+            visits::set_outcome(&mut *db, id, told).await?;
+        }
+        for found in &record.anomalies {
+            anomalies::insert(&mut *db, id, found).await?;
+        }
+    }
+    let summaries =
+        with_ids().filter_map(|(packed, id)| packed.record.summary.as_ref().map(|told| (id, told)));
+    sessions::set_summaries(db, &summaries.collect::<Vec<_>>()).await
+}
