@@ -6,7 +6,6 @@ import { one } from "./html.js";
 import { colourIndex } from "./map/ink.js";
 import { LiveLayers } from "./live/layers.js";
 import { makeStage } from "./map/stage.js";
-import { emptyState } from "./state/live.js";
 import { people } from "./state/attention.js";
 import * as store from "./ui/remembered.js";
 
@@ -29,8 +28,9 @@ const MOVES = new Set(["position", "trail"]);
  * @param {Site} site
  * @param {import("./map/plan.js").Plan} plan
  * @param {import("./api.js").Me} me
+ * @param {import("./state/live.js").LiveState} live what the feed tells
  */
-export function makeApp(site, plan, me) {
+export function makeApp(site, plan, me, live) {
   /** @type {((changed: Set<AnyTopic>) => void)[]} */
   const watchers = [];
   /** @type {Set<AnyTopic>} */
@@ -38,6 +38,8 @@ export function makeApp(site, plan, me) {
   let frame = 0;
   let timer = 0;
   let shownAt = 0;
+  /** @type {import("./state/attention.js").Person[] | null} */
+  let everybody = null;
 
   const stage = makeStage(one("#map"), plan.ring_radius_m);
   const app = {
@@ -61,10 +63,10 @@ export function makeApp(site, plan, me) {
       const others = plan.nodes.filter((node) => !surveyed.has(node.name));
       app.places = [...surveyed.values(), ...others];
       app.grid = new Grid(app.places);
-      app.layers.repaint();
+      app.layers.placesMoved();
       app.changed("choice");
     },
-    live: emptyState(),
+    live,
     /** What the person has chosen to see. */
     ui: {
       /** @type {string | null} */
@@ -85,10 +87,12 @@ export function makeApp(site, plan, me) {
     survey: null,
     /** Those that the faults' screen lets pass. @type {import("./state/live.js").Fault[] | null} */
     shownFaults: null,
-    people: () => people(app.live, Date.now()),
+    /** Everybody, those who need attention first; the same list until something has changed. */
+    people: () => (everybody ??= people(app.live, Date.now())),
     colour: (/** @type {string} */ inspectorId) => colours.get(inspectorId) ?? giveColour(inspectorId),
     /** @param {AnyTopic[]} topics */
     changed(...topics) {
+      everybody = null;
       for (const topic of topics) pending.add(topic);
       if (topics.length === 0 || frame !== 0) return;
       const wait_ms = shownAt + MOVES_EVERY_MS - performance.now();

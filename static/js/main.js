@@ -6,7 +6,7 @@ import { makeApp } from "./app.js";
 import { Feed } from "./feed.js";
 import { one, setAttribute, setText } from "./html.js";
 import { currentLanguage, loadLanguage, pickLanguage, t, translate } from "./i18n.js";
-import { apply } from "./state/live.js";
+import { apply, emptyState } from "./state/live.js";
 import { forgetInk } from "./map/ink.js";
 import { makeAlarms } from "./ui/alarms.js";
 import { makeHelp } from "./ui/help.js";
@@ -19,17 +19,40 @@ import { chosenTheme, showTheme, toggleTheme } from "./ui/theme.js";
 import * as store from "./ui/remembered.js";
 
 showTheme(chosenTheme());
-await loadLanguage(pickLanguage(navigator.languages, store.recall("language")));
+/** Asked for side by side with who is there: each question that waits for the one before makes the page late by a round trip. */
+const words = loadLanguage(pickLanguage(navigator.languages, store.recall("language")));
+/** The feed's first snapshot says which markers there are; without one, in so many ms, those that can be had are asked for. */
+const WAIT_FOR_SNAPSHOT_MS = 2000;
 
 const app = await start();
 
 async function start() {
-  const me = await fetchUntilThere(throughTheDoor);
+  const [me] = await Promise.all([fetchUntilThere(() => throughTheDoor(words)), words]);
   watchForTheEnd();
+  // The feed is opened while the site is asked for: what it tells first is the longest answer of all.
+  const live = emptyState();
+  let linkUp = false;
+  /** @type {import("./app.js").App | null} */
+  let shownBy = null;
+  const feed = new Feed({
+    makeSocket: () => new WebSocket(api.feedUrl()),
+    resume: () => (live.boot === null ? null : { since: live.seq, boot: live.boot }),
+    onMessage(message) {
+      if (message.type === "error" && message.code === "not_signed_in") dispatchEvent(new Event("signed-out"));
+      const { gap, changed } = apply(live, message, Date.now());
+      shownBy?.changed(...changed);
+      return { gap };
+    },
+    onLink(up) {
+      linkUp = up;
+      shownBy?.changed("link");
+    },
+  });
+  feed.open();
   const [site, plan] = await fetchUntilThere(() => Promise.all([api.site(), api.sitePlan()]));
-  const app = makeApp(site, plan, me);
+  const app = (shownBy = makeApp(site, plan, me, live));
   one("#account").hidden = false;
-  const link = makeLinkState(app);
+  const link = makeLinkState(app, () => linkUp);
   const router = makeRouter(app);
   const alarms = makeAlarms(app);
   const tools = makeMapTools(app);
@@ -37,12 +60,14 @@ async function start() {
   app.onFrame((changed) => {
     link.update();
     tools.update();
-    if (changed.has("markers") || app.live.markers_revision !== markersRevision) fetchMarkers();
+    const told = app.live.boot !== null || performance.now() > openedAt + WAIT_FOR_SNAPSHOT_MS;
+    if (told && (changed.has("markers") || app.live.markers_revision !== markersRevision)) fetchMarkers();
     app.layers.update(changed, router.name());
     router.view()?.update?.(changed);
     alarms.update();
   });
 
+  const openedAt = performance.now();
   /** The markers that the map shows are of this revision. */
   let markersRevision = -1;
   function fetchMarkers() {
@@ -53,18 +78,6 @@ async function start() {
     });
   }
 
-  const feed = new Feed({
-    makeSocket: () => new WebSocket(api.feedUrl()),
-    resume: () => (app.live.boot === null ? null : { since: app.live.seq, boot: app.live.boot }),
-    onMessage(message) {
-      if (message.type === "error" && message.code === "not_signed_in") dispatchEvent(new Event("signed-out"));
-      const { gap, changed } = apply(app.live, message, Date.now());
-      app.changed(...changed);
-      return { gap };
-    },
-    onLink: (up) => link.set(up),
-  });
-  feed.open();
   // Try at once when there is reason to hope; a page in the background has its timers slowed.
   addEventListener("online", () => feed.open());
   document.addEventListener("visibilitychange", () => {
@@ -94,16 +107,16 @@ async function start() {
     const next = currentLanguage() === "en" ? "zh-CN" : "en";
     store.remember("language", next);
     await loadLanguage(next);
-    words();
+    showWords();
     router.again();
     app.changed("all");
   });
-  words();
+  showWords();
   await router.go();
   document.documentElement.dataset.ready = "yes";
   return app;
 
-  function words() {
+  function showWords() {
     document.documentElement.lang = currentLanguage();
     translate(document);
     setText(one("#language"), currentLanguage() === "en" ? "中文" : "English");
@@ -126,6 +139,7 @@ async function fetchUntilThere(fetchThem) {
       banner.hidden = true;
       return found;
     } catch (error) {
+      await words.catch(() => undefined);
       banner.hidden = false;
       setText(banner, t("link.no_server", { reason: error instanceof Error ? error.message : String(error) }));
       await new Promise((resolve) => setTimeout(resolve, wait_ms));

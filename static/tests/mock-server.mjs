@@ -19,9 +19,10 @@ const ROOT = fileURLToPath(new URL("..", import.meta.url));
 const TYPES = { ".html": "text/html; charset=utf-8", ".js": "text/javascript", ".css": "text/css", ".json": "application/json", ".svg": "image/svg+xml" };
 const CSP = "default-src 'self'; frame-ancestors 'none'; base-uri 'none'; form-action 'self'";
 
-/** @param {{port?: number, stepMs?: number}} [options] */
-export async function startMock({ port = 0, stepMs = 500 } = {}) {
-  const site = new MockSite();
+/** @param {{port?: number, stepMs?: number, crowd?: number}} [options] `crowd`: see `MockSite` */
+export async function startMock({ port = 0, stepMs = 500, crowd = 0 } = {}) {
+  // A crowd walks in real time; the four whom the tests know walk half a second a step, however often they step.
+  const site = new MockSite(crowd > 0 ? { crowd, stepS: stepMs / 1000 } : {});
   const staff = new MockStaff();
   const finished = site.finishedWalk();
   const faults = new MockFaults(site);

@@ -54,6 +54,12 @@ test("the page weighs at most 150 kB packed before data, libraries and one langu
   assert.ok(heaviest <= 50_000, `${heaviest} bytes`);
 });
 
+test("the page asks at once for every module that it begins with, and for no other", async () => {
+  const { files } = await graph("js/main.js");
+  const asked = [...String(await read("index.html")).matchAll(/<link rel="modulepreload" href="\/([^"]+)">/g)].map((m) => m[1]);
+  assert.deepEqual(asked.sort(), [...files].filter((name) => name !== "js/main.js").sort());
+});
+
 test("nothing inline and nothing from elsewhere: the page keeps to a policy of default-src 'self'", async () => {
   const index = String(await read("index.html"));
   assert.doesNotMatch(index, /<style|\sstyle=|\son\w+=|<script(?![^>]*\ssrc=)/);

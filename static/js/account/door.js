@@ -7,11 +7,13 @@ import { problemBox } from "../ui/problem.js";
 
 /**
  * Who is in front of the page, asked until it is somebody.
+ * @param {Promise<void>} words what the door needs to say anything
  * @returns {Promise<api.Me>}
  */
-export async function throughTheDoor() {
+export async function throughTheDoor(words) {
   const me = await api.account();
   if (me.known) return me;
+  await words;
   document.documentElement.dataset.ready = "door";
   await signInHere();
   document.documentElement.dataset.ready = "";

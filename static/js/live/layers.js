@@ -18,16 +18,25 @@ export class LiveLayers {
   constructor(app) {
     this.app = app;
     const { stage, plan } = app;
-    this.plan = stage.canvas("plan", drawPlan(plan));
-    this.actuators = stage.canvas("actuators", drawActuators(() => app.places, () => ({ named: this.near, goal: app.ui.goal })));
+    const ground = drawPlan(plan);
+    const actuators = drawActuators(() => app.places, () => ({ named: this.near, goal: app.ui.goal }));
+    this.site = stage.canvas("site", (g, paper) => {
+      ground(g, paper);
+      actuators(g, paper);
+    });
+    this.site.setShown(true);
     this.walks = new Trails(() => ({ walked: this.walked(), seconds: app.ui.trail_s }));
     this.past = stage.canvas("trails", this.walks.drawPast);
     this.trails = stage.canvas("trails", this.walks.drawRecent);
     this.runs = stage.canvas("trails", drawRuns(() => app.runs));
     /** The markers' own, made by their screen. @type {import("../map/canvas.js").EastNorthCanvas | null} */
     this.survey = null;
-    this.faults = stage.canvas("faults", drawFaults(() => ({ faults: this.faultsShown(), selected: app.ui.fault })));
-    this.ellipses = stage.canvas("ellipses", drawEllipses(() => this.ellipsesShown()));
+    const faults = drawFaults(() => ({ faults: this.faultsShown(), selected: app.ui.fault }));
+    const ellipses = drawEllipses(() => (app.ui.ellipses ? this.ellipsesShown() : []));
+    this.signs = stage.canvas("signs", (g, paper) => {
+      faults(g, paper);
+      ellipses(g, paper);
+    });
     this.people = new PeopleLayer(stage.map, (id) => app.select(id));
     /** @type {Set<string>} */
     this.near = new Set();
@@ -84,7 +93,13 @@ export class LiveLayers {
 
   /** After a change of theme or of words: everything. */
   repaint() {
-    for (const canvas of [this.plan, this.actuators, this.past, this.trails, this.runs, this.survey, this.faults, this.ellipses]) canvas?.invalidate();
+    for (const canvas of [this.site, this.past, this.trails, this.runs, this.survey, this.signs]) canvas?.invalidate();
+  }
+
+  /** Markers have come, or stand elsewhere now. */
+  placesMoved() {
+    this.site.invalidate();
+    this.survey?.invalidate();
   }
 
   /**
@@ -100,16 +115,17 @@ export class LiveLayers {
       this.people.setShown(live);
       this.runs.setShown(screen === "session");
       this.survey?.setShown(screen === "markers");
-      this.faults.setShown(live);
     }
-    this.past.setShown(live && app.ui.trails);
-    this.trails.setShown(live && app.ui.trails);
-    this.ellipses.setShown(live && app.ui.ellipses);
+    // Before the first snapshot there is nothing to draw.
+    const known = live && app.live.boot !== null;
+    this.past.setShown(known && app.ui.trails);
+    this.trails.setShown(known && app.ui.trails);
+    this.signs.setShown(known);
     if (screen === "session") this.runs.invalidate();
     if (!live) {
       if (this.near.size > 0) {
         this.near = new Set();
-        this.actuators.invalidate();
+        this.site.invalidate();
       }
       return;
     }
@@ -118,11 +134,11 @@ export class LiveLayers {
       if (has("all", "choice", "session") || this.walks.pastIsStale()) this.past.invalidate();
     }
     if (has("all", "position", "choice", "session", "tick")) {
-      this.ellipses.invalidate();
+      this.signs.invalidate();
       this.people.update(app.people(), app.colour, app.ui.selected);
       this.markNear();
     }
-    if (has("all", "fault", "choice")) this.faults.invalidate();
+    if (has("fault")) this.signs.invalidate();
     if (app.ui.follow && app.ui.selected && has("all", "position", "choice")) {
       const position = app.people().find((p) => p.inspector.id === app.ui.selected)?.session?.position;
       if (position) app.stage.keepInView([position.position_m[0], position.position_m[1]]);
@@ -136,6 +152,6 @@ export class LiveLayers {
     const near = position ? app.grid.nearest(position.position_m[0], position.position_m[1], NEAR).map((n) => n.place.name) : [];
     if (near.length === this.near.size && near.every((name) => this.near.has(name))) return;
     this.near = new Set(near);
-    this.actuators.invalidate();
+    this.site.invalidate();
   }
 }

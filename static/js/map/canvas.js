@@ -35,8 +35,11 @@ export class EastNorthCanvas {
     this.topLeft = map.getCenter();
     this.frame = 0;
     this.zooming = false;
-    this.hidden = false;
-    map.on("moveend resize", () => this.repaint());
+    /** Until it is shown: a canvas takes nine megabytes, and as long to be handed over empty as full. */
+    this.hidden = this.canvas.hidden = true;
+    /** What of the map the canvas shows, in a word; "" when its content has changed since. */
+    this.drawn = "";
+    map.on("moveend resize", () => this.settle());
     map.on("zoomanim", (event) => {
       this.zooming = true;
       this.scaleTo(event.center, event.zoom);
@@ -44,14 +47,25 @@ export class EastNorthCanvas {
     map.on("zoom", () => this.scaleTo(map.getCenter(), map.getZoom()));
     map.on("zoomend", () => {
       this.zooming = false;
-      this.repaint();
+      this.settle();
     });
-    this.invalidate();
+  }
+
+  /** Where the map has come to rest the canvas shows all of it. One move of the map tells several ends: it is drawn once. */
+  settle() {
+    if (this.drawn !== this.view()) this.repaint();
+  }
+
+  view() {
+    const { map } = this;
+    const [size, corner, origin] = [map.getSize(), map.containerPointToLayerPoint([0, 0]), map.getPixelOrigin()];
+    return [map.getZoom(), corner.x, corner.y, origin.x, origin.y, size.x, size.y, window.devicePixelRatio].join(" ");
   }
 
   /** Draws anew with the next frame. */
   invalidate() {
-    if (this.frame === 0) this.frame = requestAnimationFrame(() => this.repaint());
+    this.drawn = "";
+    if (this.frame === 0 && !this.hidden) this.frame = requestAnimationFrame(() => this.repaint());
   }
 
   /** @param {boolean} shown */
@@ -67,6 +81,7 @@ export class EastNorthCanvas {
     this.frame = 0;
     // In the middle of a zoom the canvas is scaled by the browser; its end draws it.
     if (this.zooming || this.hidden) return;
+    this.drawn = this.view();
     const { map, canvas, context } = this;
     const size = map.getSize();
     const pad = size.multiplyBy(PADDING).round();

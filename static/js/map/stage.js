@@ -4,9 +4,10 @@
 import { EastNorthCanvas } from "./canvas.js";
 
 /**
- * The panes, bottom to top. Each canvas has its own, so that a moving trail redraws no actuator.
+ * The panes, bottom to top. What changes together shares a canvas and nothing else does: a moving trail redraws no
+ * actuator, and each canvas more is a picture of the whole map to be handed over.
  */
-const PANES = ["plan", "actuators", "trails", "faults", "ellipses", "people"];
+const PANES = ["site", "trails", "signs", "people"];
 
 /** @typedef {ReturnType<typeof makeStage>} Stage */
 

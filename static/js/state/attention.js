@@ -14,6 +14,9 @@ import { worstSigma } from "../geometry.js";
  * }} Person
  */
 
+/** Made once: comparing by locale makes one for every pair of names. */
+const byName = new Intl.Collator();
+
 /** No word for this long: silent. Two to three feed intervals and some network. */
 export const SILENT_AFTER_S = 5;
 /** No word for this long: lost. */
@@ -84,7 +87,7 @@ export function people(state, now_ms) {
     person.rank = rank(person);
     return person;
   });
-  return list.sort((a, b) => a.rank - b.rank || a.inspector.name.localeCompare(b.inspector.name));
+  return list.sort((a, b) => a.rank - b.rank || byName.compare(a.inspector.name, b.inspector.name));
 }
 
 /** @param {Omit<Person, "rank">} person */

@@ -7,22 +7,20 @@ import { t } from "../i18n.js";
 /** Data older than this are called old even while the link seems up. */
 const OLD_AFTER_MS = 12_000;
 
-/** @param {import("../app.js").App} app */
-export function makeLinkState(app) {
+/**
+ * @param {import("../app.js").App} app
+ * @param {() => boolean} isUp whether the feed is open
+ */
+export function makeLinkState(app, isUp) {
   const badge = one("#link");
   const banner = one("#banner");
   const time = one("#clock");
-  let up = false;
   const openedAt = Date.now();
 
   return {
-    /** @param {boolean} isUp */
-    set(isUp) {
-      up = isUp;
-      app.changed("link");
-    },
     update() {
       const now = Date.now();
+      const up = isUp();
       const heard = app.live.heard_at_ms;
       const lost = heard > 0 ? !up || now - heard > OLD_AFTER_MS : now - openedAt > 5000;
       const state = lost ? "lost" : up ? "up" : "connecting";

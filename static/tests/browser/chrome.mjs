@@ -20,20 +20,24 @@ export async function findChrome() {
 
 export const HOW_TO_GET_CHROME = "no Chromium or Chrome found: install the package `chromium`, or name the program in CHROME";
 
-/**
- * @param {string} url where the page is served
- * @param {import("playwright-core").BrowserContextOptions} [options]
- */
-export async function openPage(url, options = {}) {
+export async function launchChrome() {
   const executablePath = await findChrome();
   if (!executablePath) throw new Error(HOW_TO_GET_CHROME);
-  const browser = await chromium.launch({
+  return chromium.launch({
     executablePath,
     args: [
       "--headless", "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run", "--disable-background-networking",
       "--disable-component-update", "--disable-sync",
     ],
   });
+}
+
+/**
+ * @param {string} url where the page is served
+ * @param {import("playwright-core").BrowserContextOptions} [options]
+ */
+export async function openPage(url, options = {}) {
+  const browser = await launchChrome();
   const context = await browser.newContext({ viewport: { width: 1440, height: 900 }, locale: "en-GB", ...options });
   const page = await context.newPage();
   /** @type {string[]} */

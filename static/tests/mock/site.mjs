@@ -1,13 +1,19 @@
 // What happens on the mock's site: people who walk the spiral road, visits, revisions, faults. Plays the
 // feed's contract; knows nothing of HTTP.
 
+import { crowdFaults, makeCrowd } from "./crowd.mjs";
 import { makePlan } from "./plan.mjs";
 
 const NAMES = ["Chen Wei", "李娜", "Okafor, Ada", "Zhang Min", "Novak, Petr"];
 const STEP_S = 0.5;
 
 export class MockSite {
-  constructor() {
+  /**
+   * @param {{crowd?: number, stepS?: number}} [options] `crowd`: so many people all over the site, each with the trail
+   *   of half an hour, instead of the four whom the tests know; `stepS`: how much time goes by from step to step, s
+   */
+  constructor({ crowd = 0, stepS = STEP_S } = {}) {
+    this.stepS = stepS;
     this.plan = makePlan();
     this.boot = "boot-1";
     this.seq = 100;
@@ -16,12 +22,17 @@ export class MockSite {
     this.history = [];
     this.inspectors = NAMES.map((name, i) => ({ id: `i${i + 1}`, name, created_at: iso(-86_400_000) }));
     this.walks = this.inspectors.slice(0, 4).map((inspector, i) => this.beginWalk(inspector, i));
+    if (crowd > 0) {
+      this.walks = makeCrowd(this, crowd);
+      this.inspectors = this.walks.map((walk) => walk.inspector);
+    }
     this.sessions = new Map(this.walks.map((walk) => [walk.session.id, walk.session]));
     this.faults = [
       fault("f1", "i1", "hydraulic_leak", "high", [62, 104, 30], [["A57", 0.61, 4.2], ["A58", 0.24, 8.8], ["A46", 0.1, 10.9]]),
       fault("f2", "i2", "communication_loss", "medium", [-118, -64, 40], [["D91", 0.48, 5.1], ["D78", 0.31, 7.7], [null, 0.21, null]]),
       fault("f3", "i3", "panel_damage", "low", [35, -150, 45], [["C120", 0.72, 2.9]]),
     ];
+    if (crowd > 0) this.faults = crowdFaults(this, crowd);
     /** Whose positions are held back. */
     this.muted = new Set();
   }
@@ -74,18 +85,19 @@ export class MockSite {
     };
   }
 
-  /** Half a second goes by. */
+  /** One step of time goes by. */
   step() {
+    const { stepS } = this;
     const changes = [];
     for (const walk of this.walks) {
-      walk.t_s += STEP_S;
-      walk.since_s += STEP_S;
-      if (walk.standing > 0) walk.standing -= STEP_S;
+      walk.t_s += stepS;
+      walk.since_s += stepS;
+      if (walk.standing > 0) walk.standing -= stepS;
       else {
-        walk.s += walk.speed * STEP_S;
-        walk.since_m += walk.speed * STEP_S;
+        walk.s += walk.speed * stepS;
+        walk.since_m += walk.speed * stepS;
         walk.sigma = Math.min(7, walk.sigma + 0.004);
-        if (walk.t_s % 40 < STEP_S) walk.standing = 6;
+        if (walk.t_s % 40 < stepS) walk.standing = 6;
       }
       this.place(walk);
       if (this.muted.has(walk.inspector.id)) continue;
@@ -169,11 +181,11 @@ export class MockSite {
   }
 }
 
-function nearest(nodes, e, n) {
+export function nearest(nodes, e, n) {
   return nodes.reduce((best, node) => (Math.hypot(node.e_m - e, node.n_m - n) < Math.hypot(best.e_m - e, best.n_m - n) ? node : best));
 }
 
-function fault(id, inspector_id, kind, severity, position_m, candidates) {
+export function fault(id, inspector_id, kind, severity, position_m, candidates) {
   return {
     id, inspector_id, session_id: null, kind, severity, text: "", marker: null, state: "open", assignee_id: null, photos: 0, version: 1, reported_at: iso(-300_000),
     closed_at: null, position_m, sigma_m: [1.8, 1.6, 0.7], candidates: candidates.map(([marker, probability, distance_m]) => ({ marker, probability, distance_m })),
