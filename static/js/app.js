@@ -47,6 +47,11 @@ export function makeApp(site, plan, me, live) {
     me,
     /** @param {string} right whether they may: what they may not is not offered */
     may: (right) => me.rights.includes(right),
+    /**
+     * Whether they may write the walks of an inspector: their own, or anybody's where they belong to none.
+     * @param {string} inspectorId
+     */
+    writesFor: (inspectorId) => me.rights.includes("walk") && (me.inspector_id === inspectorId || (me.inspector_id === null && me.rights.includes("walk_for_others"))),
     site,
     plan,
     stage,

@@ -52,6 +52,8 @@ async function start() {
   const [site, plan] = await fetchUntilThere(() => Promise.all([api.site(), api.sitePlan()]));
   const app = (shownBy = makeApp(site, plan, me, live));
   one("#account").hidden = false;
+  // Who hands in no walks is not led there.
+  for (const route of ["upload", "me"]) one(`nav [data-route=${route}]`).hidden = !app.may("walk");
   const link = makeLinkState(app, () => linkUp);
   const router = makeRouter(app);
   const alarms = makeAlarms(app);

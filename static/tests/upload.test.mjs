@@ -3,7 +3,7 @@ import { createHash } from "node:crypto";
 import { test } from "node:test";
 import { runUpload } from "../js/upload/run.js";
 import { Sha256, sha256OfFile } from "../js/upload/sha256.js";
-import { footOf, handIn, PIECE_BYTES } from "../js/upload/transfer.js";
+import { PIECE_BYTES, footOf, handIn, sameFile } from "../js/upload/transfer.js";
 import { setLanguage } from "../js/i18n.js";
 import { readStart } from "../js/upload/start.js";
 
@@ -49,6 +49,7 @@ function server() {
   return {
     logs, calls, faults,
     async createSession(body) { calls.push(["createSession", body]); return { id: "s1" }; },
+    async deleteSession() { calls.push(["deleteSession"]); return new Response(null, { status: 204 }); },
     async beginLog(session, body) {
       calls.push(["beginLog", body.foot]);
       const known = [...logs.values()].find((l) => l.sha256 === body.sha256 && l.done && l.foot === body.foot);
@@ -173,12 +174,42 @@ test("the whole of it: session, both feet, visits, processing; the note of the c
   assert.equal(notes.at(-1), null);
 });
 
-test("a log that was refused is not remembered as one to go on with, its session is", async () => {
+test("a log that was refused leaves no walk that was begun for it; one that waited for its logs stays", async () => {
+  const refuse = async (/** @type {any} */ unfinished, goes = true) => {
+    const api = server();
+    api.finishLog = async () => { throw new Refused(422); };
+    if (!goes) api.deleteSession = async () => { throw new Refused(403); };
+    let note;
+    await assert.rejects(runUpload(api, { files: { left: file(pattern(9)) }, visits: null, session: {}, unfinished, onFoot() {}, onJob() {}, remember: (n) => { note = structuredClone(n); }, wait: noWait }), { status: 422 });
+    return { note, deleted: api.calls.filter(([name]) => name === "deleteSession").length };
+  };
+  const waits = { session_id: "s1", title: "", logs: {} };
+  assert.deepEqual(await refuse(null), { note: null, deleted: 1 });
+  assert.deepEqual(await refuse(waits), { note: waits, deleted: 0 });
+  // What cannot be removed is remembered, to be gone on with or given up.
+  assert.deepEqual(await refuse(null, false), { note: waits, deleted: 0 });
+});
+
+test("a walk that holds one foot already stays when the other is refused", async () => {
   const api = server();
-  api.finishLog = async () => { throw new Refused(422); };
+  const { finishLog } = api;
+  api.finishLog = async (...asked) => {
+    if (api.logs.size > 1) throw new Refused(422);
+    return finishLog.call(api, ...asked);
+  };
   let note;
-  await assert.rejects(runUpload(api, { files: { left: file(pattern(9)) }, visits: null, session: {}, unfinished: null, onFoot() {}, onJob() {}, remember: (n) => { note = structuredClone(n); }, wait: noWait }));
-  assert.deepEqual(note, { session_id: "s1", title: "", logs: {} });
+  await assert.rejects(runUpload(api, { files: { left: file(pattern(9)), right: file(pattern(8)) }, visits: null, session: {}, unfinished: null, onFoot() {}, onJob() {}, remember: (n) => { note = structuredClone(n); }, wait: noWait }));
+  assert.deepEqual(Object.keys(note.logs), ["left"]);
+  assert.ok(!api.calls.some(([name]) => name === "deleteSession"));
+});
+
+test("one file given twice is found by its bytes, whatever it is called", async () => {
+  const bytes = pattern(200_000);
+  const last = Uint8Array.from(bytes);
+  last[199_999] ^= 1;
+  assert.equal(await sameFile(file(bytes, "left.csv"), file(bytes, "right.csv")), true);
+  assert.equal(await sameFile(file(bytes), file(last)), false);
+  assert.equal(await sameFile(file(bytes), file(bytes.subarray(1))), false);
 });
 
 test("one foot alone is a session of one foot", async () => {

@@ -2,6 +2,7 @@
 
 import { html, one, render } from "../html.js";
 import { t } from "../i18n.js";
+import { mayNot } from "../ui/may_not.js";
 import { showTokens } from "../account/tokens.js";
 import { showAccounts } from "./accounts.js";
 import { showAudit } from "./audit.js";
@@ -17,6 +18,11 @@ const PARTS = {
 
 /** @type {import("../ui/router.js").MakeView} */
 export function adminView(app, side, argument) {
+  const refused = mayNot(app, "administer");
+  if (refused) {
+    render(side, html`<div class="page"><h1>${t("nav.admin")}</h1>${refused}</div>`);
+    return {};
+  }
   const part = Object.hasOwn(PARTS, argument) ? argument : "accounts";
   render(side, html`<div class="page">
     <h1>${t("nav.admin")}</h1>

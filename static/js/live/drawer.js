@@ -80,6 +80,8 @@ export function makeDrawer(app, el) {
     setText(one("h2", el), person.inspector.name);
     render(one(".state", el), presenceGlyph(person.presence));
     setAttribute(one("[data-follow]", el), "aria-pressed", String(app.ui.follow));
+    const writes = app.writesFor(person.inspector.id);
+    one("[data-report]", el).hidden = !writes;
     setAttribute(one("[data-report]", el), "disabled", position ? null : "");
     render(one(".enu", el), html`${["east", "north", "up"].map((axis, i) => html`
       <div><small>${t(`axis.${axis}`)}</small><b>${number(position?.position_m[i], 1)}</b><small>± ${number(position?.sigma_m[i], 1)} m</small></div>`)}`);
@@ -109,13 +111,13 @@ export function makeDrawer(app, el) {
 
     // The newest first; a button stays the same element as long as nothing of the stands changes.
     const stands = (session?.stands ?? []).slice(-STANDS).reverse();
-    render(one(".stands", el), html`${stands.length === 0 && html`<p class="muted">${t("drawer.none")}</p>`}${standCards(stands, session?.visits ?? [])}`);
+    render(one(".stands", el), html`${stands.length === 0 && html`<p class="muted">${t("drawer.none")}</p>`}${standCards(stands, session?.visits ?? [], writes)}`);
 
     const visits = (session?.visits ?? []).slice(-3).reverse();
     render(one(".visits", el), html`${visits.length === 0 && html`<p class="muted">${t("drawer.none")}</p>`}${visits.map(visitLine)}`);
     const anomalies = (session?.anomalies ?? []).slice(-4).reverse();
     render(one(".anomalies", el), html`${anomalies.length === 0 && html`<p class="muted">${t("drawer.none")}</p>`}${anomalies.map(
-      (a) => html`<p class="alert-line"><b>${tOr(`anomaly.${a.anomaly}`, a.anomaly)}</b>${a.foot && html` · ${t(`foot.${a.foot}`)}`} <span class="muted">${elapsed(a.t_start_ns / 1e9)} · ${a.detail}</span></p>`,
+      (a) => html`<p class="alert-line"><b>${tOr(`anomaly.${a.anomaly}`, a.anomaly)}</b>${a.foot && html` · ${t(`foot.${a.foot}`)}`} <span class="muted">${elapsed(a.t_start_ns / 1e9)} · ${tOr(`anomaly.about.${a.anomaly}`, "")} <span lang="en">${a.detail}</span></span></p>`,
     )}`);
   }
 

@@ -112,7 +112,7 @@ export function makeFiles(app, el, on) {
         <span class="tag ${finding.level === "error" ? "bad" : "warn"}">${t(`markers.level.${finding.level}`)}</span>
         <b>${tOr(`markers.finding.${finding.code}`, finding.code)}</b>
         <span class="muted">${finding.line !== null && t("markers.line", { line: finding.line })} ${finding.marker}</span>
-        <p class="muted" lang="en">${finding.detail}</p>
+        <p>${tOr(`markers.todo.${finding.code}`, "")} <span class="muted" lang="en">${finding.detail}</span></p>
         ${finding.suggested && html`<button type="button" data-suggested="${JSON.stringify(finding.suggested)}">${t("markers.use_suggestion")}</button>`}</li>`)}</ul>
       ${Object.entries(view.finding_counts).filter(([code, n]) => n > view.findings.filter((f) => f.code === code).length).map(([code, n]) => html`<p class="muted">${t("markers.more_findings", { n, what: tOr(`markers.finding.${code}`, code) })}</p>`)}`;
   }

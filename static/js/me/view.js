@@ -6,6 +6,7 @@ import { FAULT_KINDS } from "../faults/form.js";
 import { duration, length, percent } from "../format.js";
 import { html, one, render, setAttribute, setText } from "../html.js";
 import { t, translate } from "../i18n.js";
+import { mayNot } from "../ui/may_not.js";
 import { people, serverNow } from "../state/attention.js";
 import * as storage from "../ui/remembered.js";
 import { rememberUpload, unfinishedUpload } from "../upload/remembered_upload.js";
@@ -20,10 +21,9 @@ const TRY_EVERY_MS = 15_000;
 /** @type {import("../ui/router.js").MakeView} */
 export function meView(app, side) {
   const mine = recallMine(storage);
-  // Whoever has signed in as an inspector is that one, and only that one where the account may not write for others.
+  // Whoever has signed in as an inspector is that one, and only that one.
   const own = app.me.inspector_id;
-  const onlyOwn = own !== null && !app.may("walk_for_others");
-  if (own && mine.inspector_id !== own && (onlyOwn || mine.inspector_id === "")) {
+  if (own !== null && mine.inspector_id !== own) {
     Object.assign(mine, { inspector_id: own, walk: null, ended: null, keyed: [] });
   }
   let typed = "";
@@ -47,6 +47,7 @@ export function meView(app, side) {
   const key = (/** @type {string} */ name, /** @type {string} */ label, /** @type {string} */ words) => html`<button type="button" class="key" data-key="${name}" ${words && html`aria-label="${t(words)}"`}>${label}</button>`;
   render(side, html`<div class="me" data-testid="me">
     <h1 class="unseen" data-t="me.title"></h1>
+    ${mayNot(app, "walk")}
     <section class="who"><label class="field"><span data-t="me.who"></span><select name="who" data-testid="me-who"></select></label>
       <div class="walk-state"><p class="state" role="status" data-testid="me-state"></p><button type="button" class="walk" data-testid="me-walk"></button></div></section>
     <section class="at"><h2 data-t="me.at"></h2>
@@ -97,7 +98,7 @@ export function meView(app, side) {
 
   function showWho() {
     const list = [...app.live.inspectors.values()];
-    const names = (list.length > 0 ? list : storedInspectors()).filter((i) => !onlyOwn || i.id === own);
+    const names = (list.length > 0 ? list : storedInspectors()).filter((i) => app.writesFor(i.id));
     if (list.length > 0) storage.remember("inspectors", JSON.stringify(list.map(({ id, name }) => ({ id, name }))));
     render(who, html`<option value="">${t("me.choose")}</option>${names.map((i) => html`<option value="${i.id}">${i.name}</option>`)}`);
     if (names.some((i) => i.id === mine.inspector_id)) who.value = mine.inspector_id;

@@ -274,11 +274,12 @@ export function sessionView(app, side, id, asked, askAgain) {
 
   /** @param {unknown} [error] */
   function showStands(error) {
+    const writes = known !== null && app.writesFor(known.inspector_id);
     render(one(".stands", side), html`<h2>${t("stand.title")}</h2>
-      <label><input type="checkbox" name="automatic" ${known?.automatic_visits && "checked"}>${t("stand.automatic")}</label>
+      <label><input type="checkbox" name="automatic" ${known?.automatic_visits && "checked"} ${!writes && "disabled"}>${t("stand.automatic")}</label>
       <p class="muted">${t("stand.automatic_hint")}</p>
       ${error !== undefined && problemBox(error)}
-      ${stands.length === 0 ? html`<p class="muted">${t("stand.none")}</p>` : html`<div data-testid="stands">${standCards(stands, visits)}</div>`}`);
+      ${stands.length === 0 ? html`<p class="muted">${t("stand.none")}</p>` : html`<div data-testid="stands">${standCards(stands, visits, writes)}</div>`}`);
   }
 
   /**
@@ -301,7 +302,7 @@ export function sessionView(app, side, id, asked, askAgain) {
     render(one(".anomalies", side), html`<h2>${t("session.anomalies")}</h2>${anomalies.length === 0
       ? html`<p class="muted">${t("session.no_anomalies")}</p>`
       : html`<div class="scroll" tabindex="0" role="region" aria-label="${t("session.anomalies")}"><table data-testid="anomalies"><thead><tr><th>${t("session.time")}</th><th>${t("session.what")}</th><th>${t("session.foot")}</th><th>${t("session.found")}</th></tr></thead>
-        <tbody>${anomalies.map((a) => html`<tr><td><button type="button" data-at="${String(a.t_start_ns / 1e9)}">${elapsed(a.t_start_ns / 1e9)}</button></td><td>${tOr(`anomaly.${a.anomaly}`, a.anomaly)}</td><td>${a.foot ? t(`foot.${a.foot}`) : "–"}</td><td>${a.detail}</td></tr>`)}</tbody></table></div>`}`);
+        <tbody>${anomalies.map((a) => html`<tr><td><button type="button" data-at="${String(a.t_start_ns / 1e9)}">${elapsed(a.t_start_ns / 1e9)}</button></td><td>${tOr(`anomaly.${a.anomaly}`, a.anomaly)}</td><td>${a.foot ? t(`foot.${a.foot}`) : "–"}</td><td>${tOr(`anomaly.about.${a.anomaly}`, "")} <small class="muted" lang="en">${a.detail}</small></td></tr>`)}</tbody></table></div>`}`);
   }
 
   function showFiles() {

@@ -13,8 +13,9 @@ import { standChoices, visitOfStand } from "../state/findings.js";
 /**
  * @param {Stand[]} stands
  * @param {Visit[]} visits of the same walk
+ * @param {boolean} writes whether they may be accepted and taken back
  */
-export function standCards(stands, visits) {
+export function standCards(stands, visits, writes) {
   return html`${stands.map((stand) => {
     const visit = visitOfStand(stand, visits);
     const keyed = visit !== null && (visit.origin ?? "keyed") === "keyed";
@@ -23,8 +24,8 @@ export function standCards(stands, visits) {
       <p class="line"><b class="grow">${elapsed(stand.t_start_ns / 1e9)}${visit && html` · ${visit.marker}`}</b>
         ${visit && html`<span class="tag good">${t(`stand.origin.${visit.origin ?? "keyed"}`)}</span>`}
         ${stand.lasts && html`<span class="tag">${t("stand.lasts")}</span>`}
-        ${visit && !keyed && html`<button type="button" data-take-back="${stand.number}">${t("stand.take_back")}</button>`}</p>
-      ${named.map((candidate) => html`<div class="candidate"><button type="button" data-choose="${candidate.marker}" data-of="${stand.number}" aria-label="${t("stand.accept", { marker: candidate.marker ?? "" })}" ${(keyed || visit?.marker === candidate.marker) && "disabled"}>${candidate.marker}</button>${bar(candidate.probability)}<span class="num d">${length(candidate.distance_m)}</span></div>`)}
+        ${visit && !keyed && writes && html`<button type="button" data-take-back="${stand.number}">${t("stand.take_back")}</button>`}</p>
+      ${named.map((candidate) => html`<div class="candidate"><button type="button" data-choose="${candidate.marker}" data-of="${stand.number}" aria-label="${t("stand.accept", { marker: candidate.marker ?? "" })}" ${(!writes || keyed || visit?.marker === candidate.marker) && "disabled"}>${candidate.marker}</button>${bar(candidate.probability)}<span class="num d">${length(candidate.distance_m)}</span></div>`)}
       <div class="candidate"><span class="muted">${t("fault.none_of_these")}</span>${bar(none)}<span></span></div>
     </div>`;
   })}`;

@@ -36,8 +36,17 @@ const SCREENS = {
 export function readRoute(hash) {
   const [path] = hash.replace(/^#\/?/, "").split("?");
   const [first, second] = path.split("/");
-  if (first === "sessions" && second) return { screen: "session", argument: decodeURIComponent(second) };
-  return { screen: Object.hasOwn(SCREENS, first) ? first : "live", argument: second ? decodeURIComponent(second) : "" };
+  if (first === "sessions" && second) return { screen: "session", argument: decoded(second) };
+  return { screen: Object.hasOwn(SCREENS, first) ? first : "live", argument: second ? decoded(second) : "" };
+}
+
+/** An address may have been cut off in the middle of a letter. @param {string} text */
+function decoded(text) {
+  try {
+    return decodeURIComponent(text);
+  } catch {
+    return text;
+  }
 }
 
 /** @param {import("../app.js").App} app */

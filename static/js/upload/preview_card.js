@@ -35,9 +35,13 @@ export function previewCard(preview, foot) {
       <div class="scrolls" tabindex="0" role="region" aria-label="${t("preview.rows")} · ${t(`foot.${foot}`)}">${some ? samples(preview) : text(preview)}</div></details>`}`;
 }
 
-/** @param {Preview} preview */
+/**
+ * What is no table at all is read as the canonical log, whose reader says what it misses; it is none.
+ * @param {Preview} preview
+ */
 function formatName(preview) {
-  return preview.format === null ? t("format.unknown") : tOr(`format.${preview.format}`, preview.format);
+  const none = preview.format === null || (preview.format === "canonical" && preview.columns.length === 0 && preview.survey.samples === 0);
+  return none ? t("format.unknown") : tOr(`format.${preview.format}`, String(preview.format));
 }
 
 /** @param {Preview} preview */

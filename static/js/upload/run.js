@@ -6,7 +6,7 @@ import { handIn } from "./transfer.js";
  * @typedef {"left" | "right"} Foot
  * @typedef {Partial<Record<Foot, File>>} Files
  * @typedef {import("./remembered_upload.js").Unfinished} Unfinished
- * @typedef {Pick<typeof import("../api.js"), "createSession" | "beginLog" | "logOffset" | "appendLog" | "finishLog" | "previewUpload" | "addVisits" | "processSession" | "job">} UploadApi
+ * @typedef {Pick<typeof import("../api.js"), "createSession" | "deleteSession" | "beginLog" | "logOffset" | "appendLog" | "finishLog" | "previewUpload" | "addVisits" | "processSession" | "job">} UploadApi
  */
 
 /** How often a job is asked for when the feed says nothing, ms. */
@@ -61,7 +61,10 @@ export async function runUpload(api, task) {
       // What the server has refused it does not keep: there is nothing of this log to go on with.
       if (error.status >= 400 && error.status < 500) {
         delete record.logs[foot];
-        task.remember(record);
+        const empty = task.unfinished === null && outcomes.length === 0;
+        // A walk that was begun for it and holds nothing goes, too; one that waited for its logs stays.
+        const gone = empty && (await api.deleteSession(record.session_id).then(() => true, () => false));
+        task.remember(gone ? null : record);
       }
       throw error;
     }

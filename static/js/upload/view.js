@@ -5,13 +5,14 @@ import * as api from "../api.js";
 import { bytes, duration, percent } from "../format.js";
 import { html, one, render, setAttribute, setText } from "../html.js";
 import { t, tOr, translate } from "../i18n.js";
+import { mayNot } from "../ui/may_not.js";
 import { problemBox } from "../ui/problem.js";
 import { makeLooking } from "./looking.js";
 import { TimeLeft } from "./preview.js";
 import { rememberUpload, unfinishedUpload } from "./remembered_upload.js";
 import { runUpload } from "./run.js";
 import { readStart } from "./start.js";
-import { footOf } from "./transfer.js";
+import { footOf, sameFile } from "./transfer.js";
 
 /** @typedef {import("./run.js").Foot} Foot */
 const FEET = /** @type {const} */ (["left", "right"]);
@@ -23,6 +24,7 @@ export function uploadView(app, side) {
   /** @type {File | null} */
   let visits = null;
   let busy = false;
+  const refused = mayNot(app, "walk");
   const left = new TimeLeft();
   const foot = (/** @type {Foot} */ name) => html`
     <div class="foot" data-foot="${name}" data-testid="foot-${name}"><h3 data-t="foot.${name}"></h3>
@@ -30,6 +32,7 @@ export function uploadView(app, side) {
 
   render(side, html`<div class="page">
     <h1 data-t="upload.title"></h1><p class="lead" data-t="upload.lead"></p>
+    ${refused}
     <div class="unfinished"></div>
     <form novalidate>
       <div class="block">
@@ -38,6 +41,7 @@ export function uploadView(app, side) {
           <button type="button" class="choose" data-t="upload.choose"></button>
           <input type="file" multiple hidden data-testid="files" accept=".csv,.txt,.log,.bin,.dat,.gz,.zst"></div>
         <div class="feet">${foot("left")}<button type="button" class="swap" data-t="upload.swap"></button>${foot("right")}</div>
+        <div class="same" role="status"></div>
         <p class="in-time" role="status" data-testid="in-time"></p>
         <div class="ask-mapping"></div>
         <p class="visits-file muted"></p>
@@ -100,20 +104,32 @@ export function uploadView(app, side) {
     }
     setText(one(".visits-file", side), visits ? t("upload.visits_file", { file: visits.name }) : t("upload.visits_none"));
     /** @type {HTMLButtonElement} */ (one(".swap", side)).disabled = busy || (!files.left && !files.right);
-    go.disabled = busy || (!files.left && !files.right);
+    go.disabled = !ready();
     dry.disabled = go.disabled;
+    showSame();
   }
+
+  /** One file for both feet is a slip: each sensor writes its own. */
+  async function showSame() {
+    const { left: one_foot, right: other } = files;
+    const same = one_foot && other ? await sameFile(one_foot, other) : false;
+    if (files.left !== one_foot || files.right !== other) return;
+    render(one(".same", side), same ? html`<p class="warning" data-testid="same-file">${t("upload.same_file", { left: one_foot?.name ?? "", right: other?.name ?? "" })}</p>` : html``);
+  }
+
+  const ready = () => !busy && refused === null && Boolean(files.left || files.right);
 
   async function showInspectors() {
     const chosen = field("inspector").value;
-    const list = await api.inspectors().catch(() => [...app.live.inspectors.values()]);
-    render(one("select", side), html`<option value="">${t("upload.somebody_new")}</option>${list.map((i) => html`<option value="${i.id}">${i.name}</option>`)}`);
+    const everybody = await api.inspectors().catch(() => [...app.live.inspectors.values()]);
+    const list = everybody.filter((/** @type {{id: string}} */ one) => app.writesFor(one.id));
+    render(one("select", side), html`${app.may("dispatch") && html`<option value="">${t("upload.somebody_new")}</option>`}${list.map((i) => html`<option value="${i.id}">${i.name}</option>`)}`);
     field("inspector").value = list.some((i) => i.id === chosen) ? chosen : (list[0]?.id ?? "");
     showNewName();
   }
 
   function showNewName() {
-    one(".new-name", side).hidden = field("inspector").value !== "";
+    one(".new-name", side).hidden = field("inspector").value !== "" || !app.may("dispatch");
   }
 
   function showStart() {
@@ -159,13 +175,14 @@ export function uploadView(app, side) {
         one(".working", side).hidden = true;
         busy = false;
         showUnfinished();
-        go.disabled = false;
-        dry.disabled = false;
+        go.disabled = !ready();
+        dry.disabled = go.disabled;
         return;
       }
       render(one(".answer", side), html`<div class="done" role="status" data-testid="upload-done"><b>${t(unchanged ? "upload.done_unchanged" : "upload.done")}</b>
         <p><a href="#/sessions/${encodeURIComponent(session_id)}">${t("upload.open")}</a></p></div>`);
       files = {};
+      showSame();
       looking.clear();
       visits = null;
     } catch (error) {
@@ -179,7 +196,7 @@ export function uploadView(app, side) {
     one(".working", side).hidden = true;
     busy = false;
     showUnfinished();
-    go.disabled = !files.left && !files.right;
+    go.disabled = !ready();
     dry.disabled = go.disabled;
   }
 
