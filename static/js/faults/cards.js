@@ -33,7 +33,7 @@ export function faultCards(app, faults) {
     const who = fault.inspector_id ? app.live.inspectors.get(fault.inspector_id)?.name : undefined;
     return html`<button type="button" class="card" data-fault="${fault.id}" data-testid="fault-card" aria-pressed="${String(fault.id === app.ui.fault)}">
       <span class="line">${severitySign(fault.severity)}<b class="grow">${faultKind(fault.kind)}</b>${fault.state !== "open" && html`<span class="tag state" data-state="${fault.state}">${t(`fault.state.${fault.state}`)}</span>`}<span class="tag">${t(`severity.${fault.severity}`)}</span></span>
-      <span class="sub">${placeOf(fault)}${who && html` · ${who}`} · ${clock(fault.reported_at)}${goes && html` · → <b>${goes}</b>`}${(fault.photos ?? 0) > 0 && html` · ${t("fault.photos_n", { n: fault.photos ?? 0 })}`}</span>
+      <span class="sub"><bdi>${placeOf(fault)}</bdi>${who && html` · <bdi>${who}</bdi>`} · ${clock(fault.reported_at)}${goes && html` · → <b>${goes}</b>`}${(fault.photos ?? 0) > 0 && html` · ${t("fault.photos_n", { n: fault.photos ?? 0 })}`}</span>
     </button>`;
   })}`;
 }

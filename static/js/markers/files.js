@@ -67,7 +67,7 @@ export function makeFiles(app, el, on) {
       ${list.map((one) => html`<div class="card" data-testid="import-row" data-state="${one.state}">
         <span class="line"><b class="grow">${file_name(one)}</b><span class="tag${one.state === "applied" && " good"}">${t(`markers.state.${one.state}`)}</span></span>
         <span class="sub">${counts(one)}</span>
-        <span class="sub">${dateTime(one.reverted_at ?? one.applied_at ?? one.created_at)}${one.applied_by && ` · ${one.applied_by}`}${one.reason && ` · ${one.reason}`}</span>
+        <span class="sub">${dateTime(one.reverted_at ?? one.applied_at ?? one.created_at)}${one.applied_by && html` · <bdi>${one.applied_by}</bdi>`}${one.reason && html` · <bdi>${one.reason}</bdi>`}</span>
         <span class="row end">${one.state === "applied" && one.id !== reverting && html`<button type="button" data-revert="${one.id}">${t("markers.revert")}</button>`}${one.state === "compared" && html`<button type="button" data-open="${one.id}">${t("markers.go_on")}</button>`}</span>
         ${one.state === "applied" && one.id === reverting && html`<form class="revert"><label class="field"><span>${t("markers.reason")}</span><input name="reason" required maxlength="500" autocomplete="off"></label>
           <div class="row end"><button type="button" data-step="keep">${t("cancel")}</button><button class="main-action" data-testid="revert-import">${t("markers.revert")}</button></div></form>`}</div>`)}`;

@@ -283,7 +283,8 @@ export function meView(app, side) {
   showWho();
   show();
   outbox.flush();
-  keepShell().then((kept) => setText(one(".offline", side), t(kept ? "me.works_offline" : "me.stay_open")));
+  const offline = one(".offline", side);
+  keepShell().then((kept) => setText(offline, t(kept ? "me.works_offline" : "me.stay_open")));
   return {
     update(changed) {
       if (changed.has("all") || changed.has("session")) showWho();

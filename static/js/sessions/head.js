@@ -18,7 +18,7 @@ export function showHead(el, row, name, visits) {
   const offs = used.map((v) => offBefore(v) ?? 0);
   render(el, html`
     <h1>${row.title || name}</h1>
-    <p class="muted">${row.title && html`${name} · `}${dateTime(row.started_at)} ${t("zone")} ${stateTag(row.state)}</p>
+    <p class="muted">${row.title && html`<bdi>${name}</bdi> · `}${dateTime(row.started_at)} ${t("zone")} ${stateTag(row.state)}</p>
     ${row.error && html`<div class="problem"><b>${t("problem.failed")}</b><p>${typeof row.error === "string" ? row.error : (row.error.detail ?? row.error.title)}</p></div>`}
     <div class="figures" data-testid="figures">
       ${figure(length(row.distance_m), "session.distance")}

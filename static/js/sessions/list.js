@@ -47,7 +47,7 @@ export function sessionsView(app, side) {
       ? html`<p class="empty">${t("sessions.none")} <a href="#/upload">${t("nav.upload")}</a></p>`
       : html`${rows.map((s) => html`<a class="card" href="#/sessions/${encodeURIComponent(s.id)}" data-testid="session-card" data-state="${s.state}">
           <span class="line"><b class="grow">${s.title || s.name}</b>${stateTag(s.state)}</span>
-          <span class="sub">${s.title && html`${s.name} · `}${dateTime(s.started_at)} · ${length(s.distance_m)} · ${duration(s.duration_s)}</span></a>`)}`);
+          <span class="sub">${s.title && html`<bdi>${s.name}</bdi> · `}${dateTime(s.started_at)} · ${length(s.distance_m)} · ${duration(s.duration_s)}</span></a>`)}`);
   }
 
   fetchList();

@@ -16,6 +16,8 @@ export function makeDialog(name) {
     // A click on the backdrop has the dialog itself as its target.
     if (target === el || target.closest("[data-close]")) el.close();
   });
+  // Who goes back in the browser leaves what the dialog stood over.
+  addEventListener("hashchange", () => el.close());
   return {
     el,
     open(markup) {
