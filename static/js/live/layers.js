@@ -41,6 +41,8 @@ export class LiveLayers {
     /** @type {Set<string>} */
     this.near = new Set();
     this.screen = "";
+    /** Whether the past is drawn yet: it is the longest to draw and the least looked for, so the people stand there before it. */
+    this.pastDue = /** @type {"no" | "soon" | "yes"} */ ("no");
     stage.map.on("click", (event) => this.click(eastNorth(event.latlng)));
   }
 
@@ -118,7 +120,8 @@ export class LiveLayers {
     }
     // Before the first snapshot there is nothing to draw.
     const known = live && app.live.boot !== null;
-    this.past.setShown(known && app.ui.trails);
+    if (known && this.pastDue === "no") this.drawPastSoon();
+    this.past.setShown(known && app.ui.trails && this.pastDue === "yes");
     this.trails.setShown(known && app.ui.trails);
     this.signs.setShown(known);
     if (screen === "session") this.runs.invalidate();
@@ -143,6 +146,16 @@ export class LiveLayers {
       const position = app.people().find((p) => p.inspector.id === app.ui.selected)?.session?.position;
       if (position) app.stage.keepInView([position.position_m[0], position.position_m[1]]);
     }
+  }
+
+  /** Once what this frame shows has been painted. */
+  drawPastSoon() {
+    this.pastDue = "soon";
+    const due = () => {
+      this.pastDue = "yes";
+      this.app.changed("choice");
+    };
+    requestAnimationFrame(() => requestAnimationFrame(() => setTimeout(due)));
   }
 
   /** Rings around the actuators near the selected person; the canvas is redrawn only when they are others. */
