@@ -118,6 +118,7 @@ pub mod geo;
 pub mod identify;
 pub mod ins;
 pub mod measure;
+pub mod parameters;
 pub mod parse;
 pub mod rotation;
 pub mod sample;

@@ -13,11 +13,13 @@ use crate::systems::pedestrian::slow_errors::blocks;
 use crate::systems::pedestrian::start::{self, Starts};
 use crate::systems::pedestrian::tuning::Tuning;
 
+mod aids;
 mod ending;
 #[cfg(test)]
 mod long_walk_tests;
 mod sensor_state;
 
+pub use aids::Aids;
 pub use sensor_state::SensorState;
 
 /// What a session is told before its first sample.
@@ -77,30 +79,6 @@ impl Default for SessionConfig {
             tuning: Tuning::default(),
             identification: None,
         }
-    }
-}
-
-/// Which aids to use.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(default)]
-pub struct Aids {
-    /// Zero velocity in stance.
-    pub zupt: bool,
-    /// Magnetic heading.
-    pub heading: bool,
-    /// Magnetic angular rate.
-    pub maru: bool,
-    /// Smallest separation of the feet.
-    pub separation: bool,
-    /// Marker positions.
-    pub markers: bool,
-    /// Height by the barometer.
-    pub altimeter: bool,
-}
-
-impl Default for Aids {
-    fn default() -> Self {
-        Aids { zupt: true, heading: true, maru: true, separation: true, markers: true, altimeter: true }
     }
 }
 

@@ -25,6 +25,7 @@ pub mod store;
 mod assets;
 mod auth;
 mod backup;
+mod csv_cell;
 mod figures;
 mod headers;
 pub mod origin;

@@ -238,7 +238,7 @@ fn other_units_are_found_out() {
 fn a_command_line_that_cannot_be_has_its_sentence_and_exit_code() {
     let folder = Folder::new();
     let log = folder.with("l.csv", standing(12));
-    let cases: [(&[&str], &str); 10] = [
+    let cases: [(&[&str], &str); 14] = [
         (&["--solution", "sharpened"], "possible values: filtered, smoothed"),
         (&["--aid", "zupt,gps"], "there is no aid \"gps\""),
         (&["--aid", "zupt,separation"], "needs both feet"),
@@ -249,6 +249,10 @@ fn a_command_line_that_cannot_be_has_its_sentence_and_exit_code() {
         (&["--rate-hz", "0"], "expected a positive number"),
         (&["--started-at", "yesterday"], "2026-05-01T08:00:00Z"),
         (&["--markers", "m.csv"], "--visits"),
+        (&["--set", "marker_sigma_m"], "such as marker_sigma_m=0.5"),
+        (&["--set", "marker_sigma_m=99"], "from 0.01 to 20 m, found 99"),
+        (&["--set", "magic=1"], "no parameter \"magic\""),
+        (&["--set", "identification.slip=0.1"], "which process does not do"),
     ];
     for (extra, expected) in cases {
         let arguments = [&["process", "--left", text(&log), "--out", "-"], extra].concat();

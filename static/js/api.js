@@ -182,12 +182,12 @@ export const track = (id, run, rate_hz) => get(`/sessions/${seg(id)}/track?run=$
  */
 export const trackBetween = (id, run, from_s, to_s) => get(`/sessions/${seg(id)}/track?run=${run}&from_s=${from_s}&to_s=${to_s}`);
 /**
- * The walk computed for this answer by these aids alone.
+ * A lab run's track.
  * @param {string} id
- * @param {string[]} aids
+ * @param {string} runId
  * @param {number} rate_hz
  */
-export const trackByAids = (id, aids, rate_hz) => get(`/sessions/${seg(id)}/track?aids=${aids.join(",")}&rate_hz=${rate_hz}`);
+export const labTrack = (id, runId, rate_hz) => get(`/sessions/${seg(id)}/track?run=${seg(runId)}&rate_hz=${rate_hz}`);
 /**
  * @param {string} id
  * @param {import("./replay/clock.js").Stretch | null} stretch null: the whole walk
@@ -288,6 +288,34 @@ export const takeVisitBack = (sessionId, visitId) => request(`/sessions/${seg(se
 export const processSession = (sessionId) => post(`/sessions/${seg(sessionId)}/process`);
 /** @param {string} id */
 export const job = (id) => get(`/jobs/${seg(id)}`);
+
+/** @returns {Promise<{engine_version: string, engine_sha256: string, parameters: import("./lab/parameters.js").Parameter[]}>} */
+export const labParameters = () => get("/lab/parameters");
+/** @returns {Promise<import("./lab/parameters.js").ParameterSet[]>} */
+export const parameterSets = () => get("/lab/parameter-sets").then(rows);
+/** @param {Record<string, unknown>} body */
+export const addParameterSet = (body) => post("/lab/parameter-sets", body);
+/**
+ * @param {string} id
+ * @param {Record<string, unknown>} body with the version that was seen
+ */
+export const changeParameterSet = (id, body) => send("PUT", `/lab/parameter-sets/${seg(id)}`, body);
+/** @param {string} id */
+export const removeParameterSet = (id) => request(`/lab/parameter-sets/${seg(id)}`, { method: "DELETE" });
+/** @param {string} [sessionId] all, when it is left out @returns {Promise<import("./lab/view.js").LabRun[]>} */
+export const labRuns = (sessionId) => get(`/lab/runs${sessionId ? `?session_id=${seg(sessionId)}` : ""}`).then(rows);
+/** @param {string} id @returns {Promise<import("./lab/view.js").LabRun>} */
+export const labRun = (id) => get(`/lab/runs/${seg(id)}`);
+/** @param {Record<string, unknown>} body @returns {Promise<import("./lab/view.js").LabRun[]>} */
+export const startLabRuns = (body) => post("/lab/runs", body);
+/** @param {string} id */
+export const cancelLabRun = (id) => post(`/lab/runs/${seg(id)}/cancel`);
+/** @param {string} id */
+export const removeLabRun = (id) => request(`/lab/runs/${seg(id)}`, { method: "DELETE" });
+/** @param {string[]} ids of walks @returns {Promise<import("./lab/comparison.js").Comparison>} */
+export const labComparison = (ids) => get(`/lab/comparison?session_ids=${ids.map(seg).join(",")}`);
+/** @param {string[]} ids of walks */
+export const labComparisonFile = (ids) => `${BASE}/lab/comparison.csv?session_ids=${ids.map(seg).join(",")}`;
 
 export const markers = () => get("/markers").then(rows);
 export const markersFile = `${BASE}/markers.csv`;

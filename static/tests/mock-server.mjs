@@ -11,6 +11,7 @@ import { acceptWebSocket } from "./mock/websocket.mjs";
 import { previewOf } from "./mock/preview.mjs";
 import { charts } from "./mock/charts.mjs";
 import { MockFaults } from "./mock/faults.mjs";
+import { MockLab } from "./mock/lab.mjs";
 import { MockMarkers } from "./mock/markers.mjs";
 import { MockSite, iso } from "./mock/site.mjs";
 import { MockStaff } from "./mock/staff.mjs";
@@ -27,6 +28,7 @@ export async function startMock({ port = 0, stepMs = 500, crowd = 0 } = {}) {
   const finished = site.finishedWalk();
   const faults = new MockFaults(site);
   const markers = new MockMarkers(site.plan.nodes);
+  const lab = new MockLab((changes) => site.publish(changes));
   const logs = new Map();
   const jobs = new Map();
   const mappings = [];
@@ -72,6 +74,11 @@ export async function startMock({ port = 0, stepMs = 500, crowd = 0 } = {}) {
       if (told.status !== 204) return json(told.value, told.status);
       response.writeHead(204).end();
       return;
+    }
+    if (noun === "lab") {
+      const told = lab.answer(String(request.method), [id, part, number], url.searchParams, given());
+      if (told?.status === 204) return response.writeHead(204).end();
+      if (told) return json(told.value, told.status);
     }
     if (noun === "faults") {
       const told = faults.answer(String(request.method), [id, part, number], body);
@@ -154,7 +161,8 @@ export async function startMock({ port = 0, stepMs = 500, crowd = 0 } = {}) {
       }
       case "GET sessions/:id/charts": return json(charts(url.searchParams));
       case "GET sessions/:id/track": {
-        const found = finished[url.searchParams.has("aids") ? "without_markers" : (url.searchParams.get("run") ?? "main")] ?? { ...finished.main, rows: [] };
+        const run = url.searchParams.get("run") ?? "main";
+        const found = lab.runs.some((r) => r.id === run) ? finished.without_markers : (finished[run] ?? { ...finished.main, rows: [] });
         const [from_s, to_s] = [Number(url.searchParams.get("from_s") ?? 0), Number(url.searchParams.get("to_s") ?? Infinity)];
         return json({ ...found, rows: found.rows.filter(([t_s]) => t_s >= from_s && t_s <= to_s) });
       }
@@ -251,6 +259,7 @@ export async function startMock({ port = 0, stepMs = 500, crowd = 0 } = {}) {
     staff,
     markers,
     faults,
+    lab,
     orders,
     cut: () => sockets.forEach((s) => s.cut()),
     stop() {

@@ -61,7 +61,7 @@ fn none(complaints: &[String], rule: &str) {
 }
 
 /// What each part of the engine may use of the others; a part may always use itself.
-const ENGINE_ARROWS: [(&str, &[&str]); 13] = [
+const ENGINE_ARROWS: [(&str, &[&str]); 14] = [
     ("rotation", &[]),
     ("sample", &[]),
     ("event", &["sample"]),
@@ -74,6 +74,7 @@ const ENGINE_ARROWS: [(&str, &[&str]); 13] = [
     ("parse", &["geo", "sample", "track"]),
     ("evaluate", &["event", "parse", "track", "rotation", "sample"]),
     ("sim", &["geo", "sample"]),
+    ("parameters", &["detect", "identify", "session"]),
     ("systems", &["measure", "detect", "ins", "geo", "rotation", "event", "sample", "session"]),
 ];
 

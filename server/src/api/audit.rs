@@ -8,6 +8,7 @@ use serde::Deserialize;
 
 use super::Routes;
 use super::extract::Query;
+use crate::csv_cell::harmless;
 use crate::error::{Error, Result};
 use crate::rights::Right;
 use crate::state::App;
@@ -85,22 +86,4 @@ async fn export(State(app): State<App>, Query(query): Query<ListQuery>) -> Resul
         (header::CONTENT_DISPOSITION, "attachment; filename=\"audit.csv\""),
     ];
     Ok((headers, text).into_response())
-}
-
-/// A cell of a CSV: quoted, and with an apostrophe where a spreadsheet would take it for a formula.
-fn harmless(cell: &str) -> String {
-    let guard = if cell.starts_with(['=', '+', '-', '@', '\t', '\r']) { "'" } else { "" };
-    format!("\"{guard}{}\"", cell.replace('"', "\"\""))
-}
-
-#[cfg(test)]
-mod tests {
-    use super::harmless;
-
-    #[test]
-    fn a_cell_is_no_formula_and_no_two_cells() {
-        assert_eq!(harmless("=1+1"), "\"'=1+1\"");
-        assert_eq!(harmless("@a"), "\"'@a\"");
-        assert_eq!(harmless("say \"a,b\"\n"), "\"say \"\"a,b\"\"\n\"");
-    }
 }

@@ -31,10 +31,12 @@ pub(crate) mod faults;
 mod health;
 mod inspectors;
 mod jobs;
+mod lab;
 mod mappings;
 mod marker_imports;
 mod markers;
 pub mod openapi;
+mod parameter_sets;
 mod reports;
 mod routes;
 mod samples;
@@ -75,6 +77,8 @@ pub fn routes(config: &Config) -> Routes {
         .merge(uploads::routes())
         .merge(mappings::routes())
         .merge(jobs::routes())
+        .merge(lab::routes())
+        .merge(parameter_sets::routes())
         .merge(tracks::routes())
         .merge(visits::routes())
         .merge(stands::routes())

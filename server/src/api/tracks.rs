@@ -4,7 +4,6 @@ use axum::extract::State;
 use axum::http::{HeaderValue, header};
 use axum::response::{IntoResponse, Response};
 use lodestep_engine::event::{TrackPoint, VisitOutcome};
-use lodestep_engine::session::Aids;
 use serde::Deserialize;
 use serde_json::Value;
 use tokio::runtime::Handle;
@@ -19,9 +18,10 @@ use crate::sessions::process;
 use crate::sessions::stored_grid::{Grid, SLACK_NS, cell_ns};
 use crate::sessions::track_file::{self, Format};
 use crate::state::App;
+use crate::store::jobs::JobState;
 use crate::store::sessions::{self, Session};
 use crate::store::track::{self, Run};
-use crate::store::{inspectors, visits};
+use crate::store::{inspectors, lab_runs, lab_tracks, visits};
 
 pub(super) fn routes() -> Routes {
     Routes::new()
@@ -45,48 +45,47 @@ pub(super) fn routes() -> Routes {
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Asked {
-    #[serde(default)]
-    run: Run,
+    /// `main`, `filtered`, `without_markers` or the id of a lab run.
+    run: Option<String>,
     rate_hz: Option<String>,
-    /// Aids to compute another run with, in the place of the stored ones.
-    aids: Option<String>,
     /// From when until when, s.
     from_s: Option<f64>,
     to_s: Option<f64>,
 }
 
-impl Asked {
-    /// The aids that are named, and no others.
-    fn aids(&self) -> Result<Option<Aids>> {
-        let Some(text) = &self.aids else { return Ok(None) };
-        let mut aids = Aids {
-            zupt: false,
-            heading: false,
-            maru: false,
-            separation: false,
-            markers: false,
-            altimeter: false,
-        };
-        for name in text.split([',', '+', ' ']) {
-            let aid = match name {
-                "zupt" => &mut aids.zupt,
-                "heading" => &mut aids.heading,
-                "maru" => &mut aids.maru,
-                "separation" => &mut aids.separation,
-                "markers" => &mut aids.markers,
-                "altimeter" => &mut aids.altimeter,
-                other => {
-                    return Err(Error::invalid(
-                        "wrong_aids",
-                        format!(
-                            "expected aids from zupt, heading, maru, separation, altimeter and markers with commas in between, found {other:?}"
-                        ),
-                    ));
-                }
-            };
-            *aid = true;
+/// Which track is wanted.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum WantedRun {
+    /// One that belongs to the walk.
+    Own(Run),
+    /// A lab run.
+    Lab(Uuid),
+}
+
+impl WantedRun {
+    fn name(self) -> String {
+        match self {
+            WantedRun::Own(run) => run.name().to_owned(),
+            WantedRun::Lab(id) => id.to_string(),
         }
-        Ok(Some(aids))
+    }
+}
+
+impl Asked {
+    /// The main run, unless another is named.
+    fn run(&self) -> Result<WantedRun> {
+        let Some(text) = self.run.as_deref() else { return Ok(WantedRun::Own(Run::Main)) };
+        let own = [Run::Main, Run::Filtered, Run::WithoutMarkers].into_iter().find(|run| run.name() == text);
+        match (own, Uuid::parse_str(text)) {
+            (Some(run), _) => Ok(WantedRun::Own(run)),
+            (None, Ok(id)) => Ok(WantedRun::Lab(id)),
+            (None, Err(_)) => Err(Error::invalid(
+                "wrong_run",
+                format!(
+                    "expected main, filtered, without_markers or the id of a lab run in run, found {text:?}: leave it out for main"
+                ),
+            )),
+        }
     }
 
     /// From when until when, ns.
@@ -140,12 +139,15 @@ enum Rate {
 }
 
 impl Rate {
-    /// The cells of a computed track; `None` keeps every epoch.
-    fn cell_ns(self, stored_hz: f64) -> Option<i64> {
+    /// The cells of a lab run's track, which is stored in one piece; `None` keeps all of its points.
+    fn cell_ns(self) -> Result<Option<i64>> {
         match self {
-            Rate::Full => None,
-            Rate::Stored => Some(cell_ns(stored_hz)),
-            Rate::AtMostHz(rate_hz) => Some(cell_ns(rate_hz)),
+            Rate::Stored => Ok(None),
+            Rate::AtMostHz(rate_hz) => Ok(Some(cell_ns(rate_hz))),
+            Rate::Full => Err(Error::invalid(
+                "wrong_rate",
+                "expected a number or nothing in rate_hz, found full: of a lab run the points are kept that are stored of a track; for every epoch run lodestep process with the same --parameters",
+            )),
         }
     }
 
@@ -172,19 +174,22 @@ async fn send(app: App, session_id: Uuid, asked: Asked, format: Format) -> Resul
     let inspector = inspectors::get(app.store.read(), session.inspector_id).await?;
     let inspector = inspector.map(|inspector| inspector.name).unwrap_or_default();
     let place = track_file::place(&app.site, &session, &inspector);
-    let run = asked.run;
+    let run = asked.run()?;
     let stretch = asked.stretch_ns()?;
-    let (points, visits) = match (asked.aids()?, Rate::parse(asked.rate_hz.as_deref())?) {
-        (None, Rate::Full) => cut(process::full_track(&app, session_id, run).await?, stretch, None),
-        (Some(aids), rate) => {
-            let computed = process::track_by_aids(&app, session_id, aids).await?;
-            cut(computed, stretch, rate.cell_ns(app.config.track_rate_hz))
+    let (points, visits) = match (run, Rate::parse(asked.rate_hz.as_deref())?) {
+        (WantedRun::Own(run), Rate::Full) => {
+            cut(process::full_track(&app, session_id, run).await?, stretch, None)
         }
-        (None, rate) => stored(&app, session_id, run, stretch, rate).await?,
+        (WantedRun::Own(run), rate) => stored(&app, session_id, run, stretch, rate).await?,
+        (WantedRun::Lab(id), rate) => {
+            let computed = (lab_points(&app, session_id, id).await?, Vec::new());
+            cut(computed, stretch, rate.cell_ns()?)
+        }
     };
+    let name = run.name();
     let (mut writer, body) = body_writer(Handle::current());
     tokio::task::spawn_blocking(move || {
-        let written = track_file::write(format, run, &points, &visits, &place, &mut writer);
+        let written = track_file::write(format, &name, &points, &visits, &place, &mut writer);
         writer.end(written);
     });
     let mut response = body.into_response();
@@ -194,6 +199,19 @@ async fn send(app: App, session_id: Uuid, asked: Asked, format: Format) -> Resul
         headers.insert(header::CONTENT_DISPOSITION, disposition(&session, run, format));
     }
     Ok(response)
+}
+
+/// The points of a lab run of this walk.
+async fn lab_points(app: &App, session_id: Uuid, id: Uuid) -> Result<Vec<TrackPoint>> {
+    let run = lab_runs::get(app.store.read(), id).await?.filter(|run| run.session_id == session_id);
+    let run = run.ok_or_else(|| Error::not_found("lab run", id))?;
+    if run.state != JobState::Finished {
+        return Err(Error::conflict(
+            "run_not_finished",
+            "expected a lab run that has been computed, found one that is waiting, under way, failed or given up: see its job",
+        ));
+    }
+    Ok(lab_tracks::get(app.store.read(), id).await?)
 }
 
 /// What is stored of a run in a stretch of time.
@@ -234,13 +252,14 @@ fn cut(
 }
 
 /// A name made of nothing but the session's own start and id: safe in every shell and header.
-fn disposition(session: &Session, run: Run, format: Format) -> HeaderValue {
+fn disposition(session: &Session, run: WantedRun, format: Format) -> HeaderValue {
     let started = session.started_at;
     let day = format!("{:04}-{:02}-{:02}", started.year(), u8::from(started.month()), started.day());
     let run = match run {
-        Run::Main => "",
-        Run::Filtered => "-filtered",
-        Run::WithoutMarkers => "-without-markers",
+        WantedRun::Own(Run::Main) => String::new(),
+        WantedRun::Own(Run::Filtered) => "-filtered".to_owned(),
+        WantedRun::Own(Run::WithoutMarkers) => "-without-markers".to_owned(),
+        WantedRun::Lab(id) => format!("-lab-{id}"),
     };
     let name = format!("track-{day}-{}{run}.{}", session.id, format.extension());
     HeaderValue::try_from(format!("attachment; filename=\"{name}\""))

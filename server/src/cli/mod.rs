@@ -6,6 +6,7 @@ mod aids;
 mod backup;
 mod evaluate;
 mod failure;
+mod inputs;
 mod load;
 mod log_file;
 mod output_file;

@@ -6,6 +6,7 @@ use std::path::PathBuf;
 use anyhow::Result;
 use clap::Args;
 use lodestep_engine::geo::Site;
+use lodestep_engine::parameters::Parameters;
 use lodestep_engine::parse::Reading;
 use lodestep_engine::parse::mapping::Mapping;
 use lodestep_engine::sample::Foot;
@@ -14,6 +15,7 @@ use time::OffsetDateTime;
 use time::format_description::well_known::Rfc3339;
 
 use crate::cli::failure::Failure;
+use crate::cli::inputs::Inputs;
 use crate::cli::log_file::{self, LogFile};
 use crate::cli::report::Report;
 use crate::cli::run::{Walked, run};
@@ -102,6 +104,14 @@ pub(super) struct ProcessArgs {
     #[arg(long, value_name = "LIST", value_parser = aids::parse)]
     aid: Option<Aids>,
 
+    /// Values of parameters, JSON by key as the laboratory of the page gives them: {"marker_sigma_m": 0.5}
+    #[arg(long, value_name = "PARAMETERS.json")]
+    parameters: Option<PathBuf>,
+
+    /// One parameter, on top of those of --parameters; may be given often: --set marker_sigma_m=0.5
+    #[arg(long, value_name = "KEY=VALUE", value_parser = parse_setting)]
+    set: Vec<(String, f64)>,
+
     /// Points per second in the track, Hz [default: one for every epoch]
     #[arg(long, value_name = "HZ", value_parser = parse_rate)]
     rate_hz: Option<f64>,
@@ -124,7 +134,9 @@ pub(super) fn process(args: &ProcessArgs) -> Result<()> {
         (Some(markers), Some(visits)) => visits::read(markers, visits, frame)?,
         _ => Vec::new(),
     };
-    let config = args.session_config(site.as_ref());
+    let parameters = args.parameters()?;
+    let mut config = args.session_config(site.as_ref());
+    parameters.apply(&mut config);
 
     let mut reading = args.reading()?;
     if let (Some(left), Some(right)) = (&args.left, &args.right) {
@@ -147,7 +159,8 @@ pub(super) fn process(args: &ProcessArgs) -> Result<()> {
     let start_unix_ns = args.started_at.and_then(|start| i64::try_from(start.unix_timestamp_nanos()).ok());
     args.out.write(&walked.track, args.rate_hz, frame, start_unix_ns)?;
     if let Some(path) = &args.report {
-        let report = serde_json::to_string_pretty(&Report::new(&config, &walked))?;
+        let inputs = Inputs::read([&args.left, &args.right].map(Option::as_deref), &visits)?;
+        let report = serde_json::to_string_pretty(&Report::new(&config, &parameters, inputs, &walked))?;
         write_text(path, &(report + "\n"))?;
     }
     // For people only: nothing depends on whether it can be shown.
@@ -176,6 +189,25 @@ impl ProcessArgs {
             }
         }
         Ok(())
+    }
+
+    /// The parameters that are not as they are by default.
+    fn parameters(&self) -> Result<Parameters> {
+        let mut parameters = match &self.parameters {
+            None => Parameters::default(),
+            Some(path) => serde_json::from_slice(&log_file::read_small(path)?).map_err(|error| {
+                Failure::bad_input(path, format!("expected parameters as JSON, such as {{\"marker_sigma_m\": 0.5}}, found something else ({error})"))
+            })?,
+        };
+        for (key, value) in &self.set {
+            parameters.set(key, *value).map_err(|error| Failure::usage(format!("--set {key}: {error}")))?;
+        }
+        if let Some((key, _)) = parameters.iter().find(|(key, _)| key.starts_with("identification.")) {
+            return Err(Failure::usage(format!(
+                "{key} belongs to the naming of stands, which process does not do: leave it out, or work the walk out on the server"
+            )));
+        }
+        Ok(parameters)
     }
 
     /// What the command line says of the logs.
@@ -273,6 +305,13 @@ fn parse_gravity(text: &str) -> Result<f64, String> {
         .ok()
         .filter(|value: &f64| (9.7..=9.9).contains(value))
         .ok_or_else(|| format!("expected gravity in m/s², from 9.7 to 9.9, found {text:?}"))
+}
+
+fn parse_setting(text: &str) -> Result<(String, f64), String> {
+    let found = text.split_once('=').and_then(|(key, value)| Some((key.trim(), value.trim().parse().ok()?)));
+    let (key, value) = found
+        .ok_or_else(|| format!("expected a key and a number such as marker_sigma_m=0.5, found {text:?}"))?;
+    Ok((key.to_owned(), value))
 }
 
 fn parse_rate(text: &str) -> Result<f64, String> {

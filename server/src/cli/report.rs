@@ -2,15 +2,22 @@
 
 use lodestep_engine::evaluate::SessionReport;
 use lodestep_engine::event::{Alignment, Anomaly, TrackPoint};
+use lodestep_engine::parameters::Parameters;
 use lodestep_engine::session::{SessionConfig, Solution};
 use serde::Serialize;
 
+use crate::cli::inputs::Inputs;
 use crate::cli::run::Walked;
+use crate::sessions::provenance::{ENGINE_SHA256, ENGINE_VERSION};
 
 /// The report of `process`.
 #[derive(Debug, Serialize)]
 pub(super) struct Report<'a> {
     engine_version: &'static str,
+    engine_sha256: &'static str,
+    /// Those that are not as they are by default.
+    parameters: &'a Parameters,
+    inputs: Inputs,
     solution: Solution,
     config: &'a SessionConfig,
     epochs: u64,
@@ -56,7 +63,12 @@ struct ReportedVisit<'a> {
 }
 
 impl<'a> Report<'a> {
-    pub(super) fn new(config: &'a SessionConfig, walked: &'a Walked) -> Report<'a> {
+    pub(super) fn new(
+        config: &'a SessionConfig,
+        parameters: &'a Parameters,
+        inputs: Inputs,
+        walked: &'a Walked,
+    ) -> Report<'a> {
         let Walked { track, summary, process_seconds } = walked;
         let visits = track.visits.iter().map(|visit| {
             let [east_m, north_m, up_m] = visit.before_minus_marker_n_m;
@@ -79,7 +91,10 @@ impl<'a> Report<'a> {
             sigma_heading_rad: point.sigma_heading_rad,
         };
         Report {
-            engine_version: env!("CARGO_PKG_VERSION"),
+            engine_version: ENGINE_VERSION,
+            engine_sha256: ENGINE_SHA256,
+            parameters,
+            inputs,
             solution: config.solution,
             config,
             epochs: summary.epochs,

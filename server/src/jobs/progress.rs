@@ -23,7 +23,8 @@ impl Progress {
     /// The job is in this stage and this far, from 0 to 1, over all stages.
     pub(crate) fn tell(&mut self, stage: &'static str, progress: f64) {
         let step = (progress * STEPS).floor();
-        if step == self.step && stage == self.stage {
+        // What was given up is told as that, and nothing after it.
+        if (step == self.step && stage == self.stage) || self.app.jobs.is_given_up(self.job.id) {
             return;
         }
         (self.stage, self.step) = (stage, step);
@@ -32,8 +33,14 @@ impl Progress {
         self.app.hub.publish(Change::Job { job });
     }
 
-    /// Whether the server is stopping: the job will be begun again at the next start.
+    /// Whether to end early: the server is stopping, and the job will be begun again at the next start; or somebody
+    /// has given it up.
     pub(crate) fn is_stopping(&self) -> bool {
-        self.app.stopping.is_cancelled()
+        self.app.stopping.is_cancelled() || self.app.jobs.is_given_up(self.job.id)
+    }
+
+    /// Whether somebody walks right now: what nobody waits for makes room.
+    pub(crate) fn makes_room(&self) -> bool {
+        self.app.live.is_busy()
     }
 }

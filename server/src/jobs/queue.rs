@@ -1,6 +1,6 @@
 //! Asking for work, and looking at how far it is.
 
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 use std::sync::{Mutex, MutexGuard};
 
 use futures_util::FutureExt;
@@ -12,16 +12,17 @@ use crate::sessions::uploads::publish_session;
 use crate::state::App;
 use crate::store::jobs::{self, Job, JobState};
 use crate::store::sessions::{self, SessionState};
-use crate::utc;
 use crate::wire::Change;
 
 /// What the requests and the worker share.
 #[derive(Debug, Default)]
 pub struct Queue {
     /// Wakes the worker.
-    pub(super) asked: Notify,
+    pub(crate) asked: Notify,
     /// Stage and progress of the jobs that run now.
     running: Mutex<HashMap<Uuid, (&'static str, f64)>>,
+    /// Those that were given up while they ran, until the worker has let go of them.
+    given_up: Mutex<HashSet<Uuid>>,
 }
 
 impl Queue {
@@ -41,6 +42,28 @@ impl Queue {
 
     pub(super) fn forget(&self, job_id: Uuid) {
         self.running().remove(&job_id);
+        self.given_up().remove(&job_id);
+    }
+
+    /// The worker takes a job up.
+    pub(super) fn begin(&self, job_id: Uuid) {
+        self.note(job_id, "reading", 0.0);
+    }
+
+    /// The worker is to let go of this job, if it has it.
+    pub(crate) fn give_up(&self, job_id: Uuid) {
+        if self.running().contains_key(&job_id) {
+            self.given_up().insert(job_id);
+        }
+    }
+
+    /// Whether it was given up.
+    pub(super) fn is_given_up(&self, job_id: Uuid) -> bool {
+        self.given_up().contains(&job_id)
+    }
+
+    fn given_up(&self) -> MutexGuard<'_, HashSet<Uuid>> {
+        self.given_up.lock().expect("nothing panics while it holds the list")
     }
 
     fn running(&self) -> MutexGuard<'_, HashMap<Uuid, (&'static str, f64)>> {
@@ -69,17 +92,7 @@ pub(crate) async fn enqueue_ended_stream(app: &App, session_id: Uuid) -> Result<
 }
 
 async fn put(app: &App, session_id: Uuid) -> Result<Job> {
-    let job = Job {
-        id: Uuid::now_v7(),
-        session_id,
-        state: JobState::Queued,
-        stage: "waiting".to_owned(),
-        progress: 0.0,
-        error: None,
-        created_at: utc::now(),
-        started_at: None,
-        finished_at: None,
-    };
+    let job = Job::new(session_id, None);
     let job = app
         .store
         .writer()

@@ -4,6 +4,7 @@ use futures_util::FutureExt;
 
 use super::progress::Progress;
 use crate::error::{Error, Result};
+use crate::sessions::lab_run;
 use crate::sessions::process::{self, ProcessError};
 use crate::sessions::uploads::publish_session;
 use crate::state::App;
@@ -71,16 +72,27 @@ async fn next(app: &App) -> Result<Option<Job>> {
 async fn run(app: &App, job: Job) -> Result<()> {
     let job =
         Job { state: JobState::Running, stage: "reading".to_owned(), started_at: Some(utc::now()), ..job };
-    save(app, &job).await?;
+    app.jobs.begin(job.id);
+    let begun = save(app, &job).await;
+    if !matches!(begun, Ok(true)) {
+        app.jobs.forget(job.id);
+    }
+    if !begun? {
+        // Somebody gave it up while it waited.
+        return Ok(());
+    }
     let progress = Progress::new(app.clone(), job.clone());
-    let outcome = process::process(app, job.session_id, progress).await;
+    let outcome = match job.lab_run_id {
+        None => process::process(app, job.session_id, progress).await,
+        Some(run_id) => lab_run::compute(app, &job, run_id, progress).await,
+    };
     app.jobs.forget(job.id);
     let done = Job { finished_at: Some(utc::now()), stage: String::new(), ..job };
     match outcome {
         Ok(()) => {
             save(app, &Job { state: JobState::Finished, progress: 1.0, ..done }).await?;
         }
-        // It stays `running` in the table and is queued again at the next start.
+        // It stays `running` in the table and is queued again at the next start; or the table says that it was given up.
         Err(ProcessError::Stopping) => return Ok(()),
         // Its row went with the session.
         Err(ProcessError::SessionGone) => return Ok(()),
@@ -93,14 +105,16 @@ async fn run(app: &App, job: Job) -> Result<()> {
     Ok(())
 }
 
-/// Notes why, on the job and on its session; the former track stays.
+/// Notes why, on the job and, where it was to make the session's own track, on that; the former track stays.
 async fn fail(app: &App, job: Job) -> Result<()> {
     let row = job.clone();
     app.store
         .writer()
         .run(move |db| {
             async move {
-                jobs::update(&mut *db, &row).await?;
+                if !jobs::update(&mut *db, &row).await? || row.lab_run_id.is_some() {
+                    return Ok(());
+                }
                 sessions::set_state(&mut *db, row.session_id, SessionState::Failed, row.error.as_deref())
                     .await?;
                 Ok::<_, Error>(())
@@ -113,12 +127,16 @@ async fn fail(app: &App, job: Job) -> Result<()> {
     publish_session(app, session_id).await
 }
 
-async fn save(app: &App, job: &Job) -> Result<()> {
+/// `false` where it has ended meanwhile: somebody gave it up.
+async fn save(app: &App, job: &Job) -> Result<bool> {
     let row = job.clone();
-    app.store
+    let saved = app
+        .store
         .writer()
         .run(move |db| async move { Ok::<_, Error>(jobs::update(&mut *db, &row).await?) }.boxed())
         .await?;
-    app.hub.publish(Change::Job { job: job.clone() });
-    Ok(())
+    if saved {
+        app.hub.publish(Change::Job { job: job.clone() });
+    }
+    Ok(saved)
 }

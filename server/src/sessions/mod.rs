@@ -3,18 +3,24 @@
 //! A log comes in ([`uploads`], [`upload_file`], [`upload_turns`]), is read whole ([`unpack`],
 //! [`read_log`], [`spill`]; [`preview_log`] keeps nothing) and accepted ([`accept_log`]); the samples of both feet
 //! ([`stored_samples`], [`in_time_order`]) are run through the engine ([`run`]), as [`process`] has it:
-//! [`stored_walk`] reads what a walk is computed from, [`put_in_place`] stores the result.
+//! [`stored_walk`] reads what a walk is computed from, [`put_in_place`] stores the result, [`provenance`] says where
+//! it comes from. A [`lab_run`] does the same with chosen parameters; [`comparison`] holds such runs against the
+//! session's own track.
 
 pub(crate) mod accept_log;
 pub(crate) mod body_writer;
+pub(crate) mod comparison;
 pub(crate) mod engine_config;
 pub(crate) mod identification;
 pub(crate) mod in_time_order;
+pub(crate) mod lab_run;
 pub(crate) mod preview_log;
 pub(crate) mod process;
+pub(crate) mod provenance;
 mod put_in_place;
 pub(crate) mod read_log;
 pub(crate) mod run;
+mod run_figures;
 mod signature;
 mod spill;
 pub(crate) mod stale_uploads;

@@ -1,12 +1,16 @@
 //! From raw samples to a stored track, with every aid and smoothed; then, to compare it with, as the filter
 //! told it and as if no marker had been visited.
 
+use std::time::Instant;
+
 use lodestep_engine::event::{TrackPoint, VisitOutcome};
 use lodestep_engine::identify::automatic_visits;
-use lodestep_engine::session::Aids;
+use lodestep_engine::parameters::Parameters;
+use lodestep_engine::session::Solution;
 use tokio::runtime::Handle;
 use uuid::Uuid;
 
+use super::provenance::provenance;
 use super::put_in_place::{put_beside, put_in_place};
 use super::run::{self, Computed};
 use super::stored_grid;
@@ -14,6 +18,7 @@ use super::stored_walk::Walk;
 use crate::error::{Error, Result};
 use crate::jobs::progress::Progress;
 use crate::state::App;
+use crate::store::lab_runs::Provenance;
 use crate::store::track::Run;
 use crate::store::{Store, StoreError};
 use crate::yielding::yielding;
@@ -25,6 +30,8 @@ pub(crate) enum ProcessError {
     Stopping,
     #[error("the session was deleted")]
     SessionGone,
+    #[error("{0}")]
+    Parameters(String),
     #[error(
         "there are no samples to compute a track from: upload a log of at least one foot, then process again"
     )]
@@ -68,7 +75,7 @@ pub(crate) async fn process(app: &App, session_id: Uuid, progress: Progress) -> 
 }
 
 /// Does a piece of the work on a thread that may block.
-async fn blocking<T: Send + 'static>(
+pub(super) async fn blocking<T: Send + 'static>(
     app: &App,
     mut walk: Walk,
     mut progress: Progress,
@@ -88,14 +95,15 @@ const SMOOTHED_AT: f64 = 0.7;
 const STORED_AT: f64 = 0.75;
 const COMPARED_AT: f64 = 0.98;
 
-/// The main run, and its points at the stored rate as they were before smoothing.
+/// The main run with where it comes from, and its points at the stored rate as they were before smoothing.
 fn compute(
     store: &Store,
     runtime: &Handle,
     walk: &mut Walk,
     cell_ns: i64,
     progress: &mut Progress,
-) -> Result<(Computed, Vec<TrackPoint>), ProcessError> {
+) -> Result<((Computed, Provenance), Vec<TrackPoint>), ProcessError> {
+    let begun = Instant::now();
     make_automatically(store, runtime, walk, progress)?;
     let mut main = walk.begin(Run::Main);
     main.record();
@@ -119,7 +127,10 @@ fn compute(
         return Err(ProcessError::Stopping);
     }
     progress.tell("storing", SMOOTHED_AT);
-    Ok((main.into_computed(cell_ns), filtered))
+    let main = main.into_computed(cell_ns, begun.elapsed().as_secs_f64());
+    let told = (&Parameters::default(), Solution::Smoothed, &main.sha256[..]);
+    let provenance = provenance(walk, store, runtime, told)?;
+    Ok(((main, provenance), filtered))
 }
 
 /// The same walk as if no marker had been visited: its points at the stored rate.
@@ -144,7 +155,7 @@ fn without_markers(
 }
 
 /// In automatic mode, finds in a run of its own which stands are nearly certain by all of the walk.
-fn make_automatically(
+pub(super) fn make_automatically(
     store: &Store,
     runtime: &Handle,
     walk: &mut Walk,
@@ -177,24 +188,6 @@ pub(crate) async fn full_track(
     session_id: Uuid,
     run: Run,
 ) -> Result<(Vec<TrackPoint>, Vec<VisitOutcome>)> {
-    whole(app, session_id, move |walk| walk.begin(run)).await
-}
-
-/// Every epoch of the walk by these aids alone, as the filter tells it, computed for this one answer.
-pub(crate) async fn track_by_aids(
-    app: &App,
-    session_id: Uuid,
-    aids: Aids,
-) -> Result<(Vec<TrackPoint>, Vec<VisitOutcome>)> {
-    whole(app, session_id, move |walk| walk.begin_by(aids)).await
-}
-
-/// A run to its end.
-async fn whole(
-    app: &App,
-    session_id: Uuid,
-    begin: impl FnOnce(&Walk) -> run::Run + Send + 'static,
-) -> Result<(Vec<TrackPoint>, Vec<VisitOutcome>)> {
     let walk = match Walk::read(app, session_id).await {
         Err(ProcessError::SessionGone) => return Err(Error::not_found("session", session_id)),
         Err(ProcessError::Store(error)) => return Err(error.into()),
@@ -204,7 +197,7 @@ async fn whole(
     let (store, runtime) = (app.store.clone(), Handle::current());
     let _permit = app.log_readers.acquire().await;
     let computing = yielding(move || {
-        let mut run = begin(&walk);
+        let mut run = walk.begin(run);
         run::feed(&mut run, walk.samples_in_order(&store, &runtime), |_| true)?;
         run.smooth(|_| true);
         Ok::<_, anyhow::Error>(run.track)

@@ -11,6 +11,7 @@ use super::stored_walk::Walk;
 use crate::charts;
 use crate::live::session_changes;
 use crate::state::App;
+use crate::store::lab_runs::Provenance;
 use crate::store::track::Run;
 use crate::store::visits::Origin;
 use crate::store::{self, StoreError};
@@ -19,7 +20,11 @@ use crate::wire::Change;
 
 /// Puts the new result in the place of the former one: all of it or nothing. What the former was compared
 /// with goes, too.
-pub(super) async fn put_in_place(app: &App, walk: &Walk, main: Computed) -> Result<(), ProcessError> {
+pub(super) async fn put_in_place(
+    app: &App,
+    walk: &Walk,
+    (main, provenance): (Computed, Provenance),
+) -> Result<(), ProcessError> {
     let session_id = walk.session.id;
     let last_ns = main.stored.last().map_or(0, |point| point.t_ns);
     let ended_at = utc::at(walk.session.started_at, last_ns);
@@ -63,7 +68,7 @@ pub(super) async fn put_in_place(app: &App, walk: &Walk, main: Computed) -> Resu
                 for series in charts {
                     store::charts::set(&mut *db, session_id, series).await?;
                 }
-                store::reports::set(&mut *db, session_id, &main.report).await?;
+                store::reports::set(&mut *db, session_id, &main.report, (&main.figures, &provenance)).await?;
                 store::sessions::set_summary(&mut *db, session_id, &main.summary).await?;
                 store::sessions::finish(&mut *db, session_id, ended_at, &main.sha256).await?;
                 Ok::<_, StoreError>(())
@@ -110,7 +115,7 @@ pub(super) async fn put_beside(
     stored.map_err(gone_when_dangling)
 }
 
-fn gone_when_dangling(error: StoreError) -> ProcessError {
+pub(super) fn gone_when_dangling(error: StoreError) -> ProcessError {
     if error.is_dangling() { ProcessError::SessionGone } else { error.into() }
 }
 

@@ -6,9 +6,11 @@ use lodestep_engine::session::{Session, SessionConfig, Summary, Visit};
 use lodestep_engine::track::Track;
 
 use super::in_time_order::{FootSamples, InTimeOrder, Step};
+use super::run_figures::figures_of;
 use super::stored_grid::Grid;
 use crate::charts::{Recorder, of_points};
 use crate::store;
+use crate::store::lab_runs::Figures;
 
 /// Samples between two looks at whether to go on.
 const SAMPLES_A_STRIDE: u64 = 4_096;
@@ -23,6 +25,8 @@ pub(crate) struct Computed {
     pub(crate) anomalies: Vec<Anomaly>,
     pub(crate) summary: Summary,
     pub(crate) report: SessionReport,
+    /// The figures by which it is compared with others.
+    pub(crate) figures: Figures,
     /// What its charts are drawn from.
     pub(crate) charts: Vec<store::charts::Series>,
     /// Over every epoch, lower-case hex.
@@ -112,16 +116,20 @@ impl Run {
     }
 
     /// What is stored of it: of the points the first in each cell of the grid.
-    pub(crate) fn into_computed(mut self, cell_ns: i64) -> Computed {
+    /// `process_s` is how long all of it took.
+    pub(crate) fn into_computed(mut self, cell_ns: i64, process_s: f64) -> Computed {
         let recorded = self.recorder.take().map(|recorder| recorder.into_series());
         let mut charts = recorded.unwrap_or_default();
         charts.extend(of_points(store::track::Run::Main, &self.track.points));
+        let summary = self.summary();
+        let report = SessionReport::of(&self.track, summary.distance_m);
         Computed {
             charts,
             sha256: self.track.sha256(),
             stored: thinned(&self.track.points, cell_ns),
-            summary: self.summary(),
-            report: SessionReport::of(&self.track, self.summary().distance_m),
+            figures: figures_of(&self.track, &summary, &report, process_s),
+            summary,
+            report,
             visits: self.track.visits,
             stands: self.track.stands,
             anomalies: self.track.anomalies,

@@ -18,6 +18,8 @@ pub(crate) struct Recording {
     pub(crate) foot: Foot,
     pub(crate) origin: Origin,
     pub(crate) samples: u64,
+    /// Of a log, over its bytes as they were sent, lower-case hex.
+    pub(crate) log_sha256: Option<String>,
 }
 
 /// The recording that stands for a foot: the log accepted last, or else the stream.
@@ -26,12 +28,12 @@ pub(crate) async fn recording(
     session_id: Uuid,
     foot: Foot,
 ) -> Result<Option<Recording>, StoreError> {
-    let origin = match logs::latest_accepted(store.read(), session_id, foot).await? {
-        Some(log) => Origin::Log(log.id),
-        None => Origin::Stream { session_id, foot },
+    let (origin, log_sha256) = match logs::latest_accepted(store.read(), session_id, foot).await? {
+        Some(log) => (Origin::Log(log.id), log.sha256),
+        None => (Origin::Stream { session_id, foot }, None),
     };
     let samples = raw_chunks::samples(store.read(), origin).await?;
-    Ok((samples > 0).then_some(Recording { foot, origin, samples }))
+    Ok((samples > 0).then_some(Recording { foot, origin, samples, log_sha256 }))
 }
 
 /// Reads a recording from a thread that may block. No connection is held between two reads.

@@ -4,7 +4,7 @@ use std::collections::HashMap;
 
 use lodestep_engine::event::{Anomaly, AnomalyKind, VisitOutcome};
 use lodestep_engine::sample::Foot;
-use lodestep_engine::session::{Aids, SessionConfig, Solution, Visit};
+use lodestep_engine::session::{SessionConfig, Solution, Visit};
 use tokio::runtime::Handle;
 use uuid::Uuid;
 
@@ -24,7 +24,7 @@ use crate::store::{self, Store};
 pub(super) struct Walk {
     pub(super) session: Session,
     pub(super) config: SessionConfig,
-    recordings: Vec<Recording>,
+    pub(super) recordings: Vec<Recording>,
     pub(super) visits: Vec<Visit>,
     /// Visits that automatic mode had made of the walk.
     pub(super) automatic: Vec<store::visits::Visit>,
@@ -117,14 +117,18 @@ impl Walk {
 }
 
 impl Walk {
-    /// A run by these aids alone, before its first sample.
-    pub(super) fn begin_by(&self, aids: Aids) -> run::Run {
+    /// A lab run, before its first sample: as the configuration has it, for this solution.
+    pub(super) fn begin_in_lab(&self, solution: Solution) -> run::Run {
         let mut config = self.config.clone();
-        config.aids = aids;
-        if !aids.markers {
-            config.identification = None;
-        }
-        run::Run::new(config, if aids.markers { &self.visits } else { &[] })
+        config.solution = solution;
+        let visits = if config.aids.markers { &self.visits[..] } else { &[] };
+        run::Run::new(config, visits)
+    }
+
+    /// Visits of whatever origin that a run with markers uses.
+    pub(super) fn used_visits(&self) -> impl Iterator<Item = &Visit> {
+        let used = self.config.aids.markers;
+        self.visits.iter().chain(self.made()).filter(move |_| used)
     }
 }
 

@@ -1,4 +1,4 @@
-//! Work on stored sessions that takes a while.
+//! Work on stored sessions that takes a while: their own tracks, and lab runs.
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -17,6 +17,9 @@ pub struct Job {
     pub id: Uuid,
     /// The walk it computes.
     pub session_id: Uuid,
+    /// The lab run that it computes; `None`: the session's own track.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub lab_run_id: Option<Uuid>,
     /// How far it has come.
     pub state: JobState,
     /// What it is doing, in a word.
@@ -52,6 +55,26 @@ pub enum JobState {
     Finished,
     /// It could not; `error` says why.
     Failed,
+    /// Somebody gave it up.
+    Cancelled,
+}
+
+impl Job {
+    /// One that waits for its turn.
+    pub fn new(session_id: Uuid, lab_run_id: Option<Uuid>) -> Job {
+        Job {
+            id: Uuid::now_v7(),
+            session_id,
+            lab_run_id,
+            state: JobState::Queued,
+            stage: "waiting".to_owned(),
+            progress: 0.0,
+            error: None,
+            created_at: utc::now(),
+            started_at: None,
+            finished_at: None,
+        }
+    }
 }
 
 impl FromRow<'_, SqliteRow> for Job {
@@ -59,6 +82,7 @@ impl FromRow<'_, SqliteRow> for Job {
         Ok(Job {
             id: columns::id(row, "id")?,
             session_id: columns::id(row, "session_id")?,
+            lab_run_id: columns::optional_id(row, "lab_run_id")?,
             state: columns::word(row, "state")?,
             stage: row.try_get("stage")?,
             progress: row.try_get("progress")?,
@@ -76,10 +100,12 @@ pub async fn list(db: impl SqliteExecutor<'_>, at_most: u32) -> Result<Vec<Job>,
     Ok(query.fetch_all(db).await?)
 }
 
-/// Those that have not ended, oldest first: what a started server goes on with.
+/// Those that have not ended, in the order in which they are done: tracks that people wait for before lab runs, then
+/// the oldest first. What a started server goes on with.
 pub async fn unfinished(db: impl SqliteExecutor<'_>) -> Result<Vec<Job>, StoreError> {
-    let query =
-        sqlx::query_as("select * from jobs where state in ('queued', 'running') order by created_at, id");
+    let query = sqlx::query_as(
+        "select * from jobs where state in ('queued', 'running') order by lab_run_id is not null, created_at, id",
+    );
     Ok(query.fetch_all(db).await?)
 }
 
@@ -88,13 +114,13 @@ pub async fn get(db: impl SqliteExecutor<'_>, id: Uuid) -> Result<Option<Job>, S
     Ok(sqlx::query_as("select * from jobs where id = ?1").bind(id.to_string()).fetch_optional(db).await?)
 }
 
-/// The one of this session that has not ended.
+/// The one that computes this session's own track and has not ended.
 pub async fn unfinished_of_session(
     db: impl SqliteExecutor<'_>,
     session_id: Uuid,
 ) -> Result<Option<Job>, StoreError> {
     let query = sqlx::query_as(
-        "select * from jobs where session_id = ?1 and state in ('queued', 'running')
+        "select * from jobs where session_id = ?1 and lab_run_id is null and state in ('queued', 'running')
          order by created_at desc limit 1",
     )
     .bind(session_id.to_string());
@@ -106,25 +132,27 @@ pub async fn insert(db: impl SqliteExecutor<'_>, job: &Job) -> Result<(), StoreE
     write(
         db,
         job,
-        "insert into jobs (id, session_id, state, stage, progress, error, created_at, started_at, finished_at)
-         values (?1, ?2, ?3, ?4, ?5, ?6, ?7, ?8, ?9)",
+        "insert into jobs (id, session_id, state, stage, progress, error, created_at, started_at, finished_at, lab_run_id)
+         values (?1, ?2, ?3, ?4, ?5, ?6, ?7, ?8, ?9, ?10)",
     )
     .await
+    .map(|_| ())
 }
 
-/// Writes one as it now stands.
-pub async fn update(db: impl SqliteExecutor<'_>, job: &Job) -> Result<(), StoreError> {
+/// Writes one as it now stands; `false` where it has ended already, as one that was given up has.
+pub async fn update(db: impl SqliteExecutor<'_>, job: &Job) -> Result<bool, StoreError> {
     write(
         db,
         job,
         "update jobs set state = ?3, stage = ?4, progress = ?5, error = ?6, started_at = ?8, finished_at = ?9
-         where id = ?1 and session_id = ?2 and created_at = ?7",
+         where id = ?1 and session_id = ?2 and created_at = ?7 and lab_run_id is ?10
+            and state in ('queued', 'running')",
     )
     .await
 }
 
-async fn write(db: impl SqliteExecutor<'_>, job: &Job, sql: &'static str) -> Result<(), StoreError> {
-    sqlx::query(sql)
+async fn write(db: impl SqliteExecutor<'_>, job: &Job, sql: &'static str) -> Result<bool, StoreError> {
+    let query = sqlx::query(sql)
         .bind(job.id.to_string())
         .bind(job.session_id.to_string())
         .bind(columns::to_word(job.state))
@@ -134,7 +162,6 @@ async fn write(db: impl SqliteExecutor<'_>, job: &Job, sql: &'static str) -> Res
         .bind(utc::to_us(job.created_at))
         .bind(job.started_at.map(utc::to_us))
         .bind(job.finished_at.map(utc::to_us))
-        .execute(db)
-        .await?;
-    Ok(())
+        .bind(job.lab_run_id.map(|id| id.to_string()));
+    Ok(query.execute(db).await?.rows_affected() > 0)
 }

@@ -41,6 +41,17 @@ pub struct Packed {
     body: Vec<u8>,
 }
 
+/// Appends a sample in the layout of encoding 1.
+pub(crate) fn lay_out(sample: &ImuSample, plain: &mut Vec<u8>) {
+    plain.extend_from_slice(&sample.t_ns.to_le_bytes());
+    let mag_ut = sample.mag_b_ut.unwrap_or([f64::NAN; 3]);
+    let pressure_hpa = sample.pressure_hpa.unwrap_or(f64::NAN);
+    for value in [sample.w_ib_b_rad_s, sample.f_b_m_s2, mag_ut].as_flattened() {
+        plain.extend_from_slice(&value.to_le_bytes());
+    }
+    plain.extend_from_slice(&pressure_hpa.to_le_bytes());
+}
+
 impl Packed {
     /// Packs samples; done by the caller's thread, so that the one writer only writes.
     pub fn new(batch: &Samples) -> Result<Packed, StoreError> {

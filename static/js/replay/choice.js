@@ -3,9 +3,9 @@
 import { dateTime, length } from "../format.js";
 import { html } from "../html.js";
 import { t } from "../i18n.js";
-import { AIDS, LADDER, aidsOf, runByAids } from "./runs.js";
+import { AIDS, LADDER, aidsOf, labName, runByAids } from "./runs.js";
 
-/** @typedef {{name: string, ink: string, dash: number[], width: number, track: import("../sessions/track.js").Track, length_m: number, shown: boolean}} Run */
+/** @typedef {{name: string, words?: string, ink: string, dash: number[], width: number, track: import("../sessions/track.js").Track, length_m: number, shown: boolean}} Run `words`: of one with other parameters */
 /** @typedef {{id: string, name: string, started_at: string, duration_s: number}} OtherWalk */
 
 /** How the runs that the server keeps are drawn; the others take the colours of people. @type {Record<string, {ink: string, dash: number[], width: number}>} */
@@ -22,10 +22,11 @@ const DRAWN = {
 export const drawnAs = (name, count) => DRAWN[name] ?? { ink: ["3", "5", "4", "6"][count % 4], dash: [[8, 3], [3, 3], [12, 3, 2, 3]][count % 3], width: 1.8 };
 
 /**
- * @param {string} name
+ * @param {{name: string, words?: string}} run
  * @param {boolean} alone whether there is no other stored run
  */
-export function runName(name, alone = false) {
+export function runName({ name, words }, alone = false) {
+  if (words) return words;
   const aids = aidsOf(name);
   if (aids) return aids.map((aid) => t(`report.aid.${aid}`)).join(" + ");
   return t(name === "main" && alone ? "session.run.only" : `session.run.${name}`);
@@ -41,23 +42,35 @@ const sample = (run) => html`<svg class="long" viewBox="0 0 28 13" aria-hidden="
  */
 export function runChoice(runs, alone, { arrows, corrections }) {
   return html`<fieldset><legend>${t("session.shown")}</legend><div class="run-choices">
-    ${runs.map((run) => html`<label><input type="checkbox" name="run" value="${run.name}" ${run.shown && "checked"}>${sample(run)}<span class="grow">${runName(run.name, alone)}</span><span class="mono muted">${length(run.length_m)}</span></label>`)}
+    ${runs.map((run) => html`<label><input type="checkbox" name="run" value="${run.name}" ${run.shown && "checked"}>${sample(run)}<span class="grow">${runName(run, alone)}</span><span class="mono muted">${length(run.length_m)}</span></label>`)}
     ${corrections > 0 && html`<label><input type="checkbox" name="arrows" ${arrows && "checked"}><span class="grow">${t("session.run.arrows")}</span><span class="mono muted">${String(corrections)}</span></label>`}
   </div></fieldset>`;
 }
 
 /**
+ * Runs of the laboratory that are there and not shown.
+ * @param {Run[]} runs
+ * @param {import("../lab/view.js").LabRun[]} labRuns
+ */
+export function labChoice(runs, labRuns) {
+  const more = labRuns.filter((run) => run.state === "finished" && Object.keys(run.parameters).length > 0 && !runs.some(({ name }) => name === labName(run.id)));
+  return more.length > 0 && html`<fieldset><legend>${t("runs.in_lab")}</legend><p class="row">${more.map((run) => html`<button type="button" data-lab="${labName(run.id)}">+ ${run.name}</button>`)}</p></fieldset>`;
+}
+
+/**
  * @param {Run[]} runs
  * @param {string | null} computing the run that is on its way
+ * @param {boolean} may whether they may have others computed
  */
-export function aidsChoice(runs, computing) {
+export function aidsChoice(runs, computing, may) {
   const there = new Set(runs.map((run) => run.name));
+  if (!may) return html`<p class="muted">${t("runs.not_yours")}</p>`;
   return html`<details><summary>${t("runs.by_aids")}</summary>
     <p class="muted">${t("runs.hint")}</p>
     <p class="row">${LADDER.map((aids) => html`<button type="button" data-aids="${aids.join("+")}" ${(computing !== null || there.has(runByAids(aids))) && "disabled"}>${aids.length === 1 ? t("runs.only", { aid: t(`report.aid.${aids[0]}`) }) : `+ ${t(`report.aid.${aids[aids.length - 1]}`)}`}</button>`)}</p>
     <fieldset><legend>${t("runs.chosen")}</legend><div class="choices">${AIDS.map((aid) => html`<label><input type="checkbox" name="aid" value="${aid}" ${aid === "zupt" && "checked"}>${t(`report.aid.${aid}`)}</label>`)}
       <button type="button" data-compute ${computing !== null && "disabled"}>${t("runs.compute")}</button></div></fieldset>
-    ${computing !== null && html`<p role="status">${t("runs.computing", { run: runName(computing) })}</p>`}</details>`;
+    ${computing !== null && html`<p role="status">${t("runs.computing", { run: runName({ name: computing }) })}</p>`}</details>`;
 }
 
 /**

@@ -1,5 +1,5 @@
-// Which computations of a walk are laid over each other: those that the server keeps, and those by chosen aids
-// that it computes when it is asked.
+// Which computations of a walk are laid over each other: those of its own, and those of the laboratory, by chosen aids or
+// with other parameters.
 
 /** @typedef {"main" | "filtered" | "without_markers"} StoredRun */
 
@@ -20,12 +20,30 @@ export const runByAids = (aids) => `aids:${AIDS.filter((aid) => aids.includes(ai
 
 /**
  * @param {string} run
- * @returns {string[] | null} null for one that the server keeps or that nobody knows
+ * @returns {string[] | null} null for one that is no run by aids alone
  */
 export function aidsOf(run) {
   if (!run.startsWith("aids:")) return null;
   const aids = run.slice(5).split("+").filter((aid) => AIDS.includes(aid));
   return aids.length > 0 ? aids : null;
+}
+
+/** A run of the laboratory by its id. @param {string} id */
+export const labName = (id) => `lab:${id}`;
+
+/** Whether a run is the walk's own. @param {string} run */
+export const isOwn = (run) => /** @type {string[]} */ (STORED).includes(run);
+
+/**
+ * Of the runs of a walk the newest that stands for a name in the address.
+ * @param {import("../lab/view.js").LabRun[]} runs
+ * @param {string} name
+ */
+export function runNamed(runs, name) {
+  const aids = aidsOf(name);
+  return runs.findLast((run) => run.state === "finished" && (aids
+    ? run.solution === "filtered" && Object.keys(run.parameters).length === 0 && run.aids !== null && runByAids(run.aids) === runByAids(aids)
+    : labName(run.id) === name));
 }
 
 /**

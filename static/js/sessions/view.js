@@ -5,9 +5,9 @@ import { bytes, elapsed } from "../format.js";
 import { html, one, render } from "../html.js";
 import { t, tOr, translate } from "../i18n.js";
 import { inkNamed } from "../map/ink.js";
-import { aidsChoice, drawnAs, runChoice, runName, walkChoice } from "../replay/choice.js";
+import { aidsChoice, drawnAs, labChoice, runChoice, runName, walkChoice } from "../replay/choice.js";
 import { readMoment, writeMoment } from "../replay/link.js";
-import { STORED, aidsOf, pathLength, runByAids } from "../replay/runs.js";
+import { STORED, aidsOf, isOwn, pathLength, runByAids, runNamed } from "../replay/runs.js";
 import { makeReplay, walkOf } from "../replay/screen.js";
 import { standCards, standClicked } from "../stands/list.js";
 import { problemBox } from "../ui/problem.js";
@@ -20,6 +20,7 @@ import { LEAST_RATE_HZ } from "./open.js";
 import { makeTabs } from "./tabs.js";
 import { corrections, line, readTrack } from "./track.js";
 import { showVisits } from "./visits.js";
+import { untilDone } from "../lab/until_done.js";
 
 /** Points a second that are fetched in the end, where the walk is short. */
 const MOST_RATE_HZ = 10;
@@ -69,6 +70,8 @@ export function sessionView(app, side, id, asked, askAgain) {
   let others = null;
   /** @type {string | null} */
   let computing = null;
+  /** @type {import("../lab/view.js").LabRun[]} */
+  let labRuns = [];
   /** @type {import("../state/live.js").Visit[]} */
   let visits = [];
   /** @type {import("../state/live.js").Stand[]} */
@@ -94,7 +97,7 @@ export function sessionView(app, side, id, asked, askAgain) {
     detail: (from_s, to_s) => api.trackBetween(id, "main", from_s, to_s).then(readTrack),
     moved: () => tellAddress(),
   });
-  const alone = () => runs.filter((run) => aidsOf(run.name) === null).length < 2;
+  const alone = () => runs.filter((run) => isOwn(run.name)).length < 2;
   const nameOf = (/** @type {any} */ row) => app.live.inspectors.get(row.inspector_id)?.name ?? "–";
 
   function tellAddress() {
@@ -106,7 +109,7 @@ export function sessionView(app, side, id, asked, askAgain) {
 
   /** Whether a job of this walk has ended since the last look. */
   function lookAtJobs() {
-    const ended = [...app.live.jobs.values()].filter((j) => j.session_id === id && (j.state === "finished" || j.state === "failed") && !seen.has(j.id));
+    const ended = [...app.live.jobs.values()].filter((j) => j.session_id === id && !j.lab_run_id && (j.state === "finished" || j.state === "failed") && !seen.has(j.id));
     ended.forEach((j) => seen.add(j.id));
     return ended.length > 0;
   }
@@ -121,12 +124,12 @@ export function sessionView(app, side, id, asked, askAgain) {
     ];
     render(one(".runs-choice", side), runs.length === 0 ? html`` : runChoice(runs, alone(), { arrows: onMap.arrows, corrections: onMap.corrections.length }));
     const open = one(".aids-choice", side).querySelector("details")?.open ?? false;
-    render(one(".aids-choice", side), known?.state === "finished" ? aidsChoice(runs, computing) : html``);
+    render(one(".aids-choice", side), known?.state === "finished" ? html`${labChoice(runs, labRuns)}${aidsChoice(runs, computing, app.may("engineer"))}` : html``);
     one(".aids-choice", side).querySelector("details")?.toggleAttribute("open", open);
     render(one(".walk-choice", side), own ? walkChoice(beside, others) : html``);
     const key = (/** @type {{ink: string, dash: number[]}} */ drawn, /** @type {string} */ words) =>
       html`<span><svg class="long" viewBox="0 0 28 13" aria-hidden="true"><line class="run-sample" data-ink="${drawn.ink}" stroke-dasharray="${drawn.dash.join(" ")}" x1="1" y1="6.5" x2="27" y2="6.5"/></svg>${words}</span>`;
-    render(one("#legend"), html`${shown.map((run) => key(run, runName(run.name, alone())))}${beside.map((walk) => key({ ink: walk.ink, dash: [] }, walk.name))}
+    render(one("#legend"), html`${shown.map((run) => key(run, runName(run, alone())))}${beside.map((walk) => key({ ink: walk.ink, dash: [] }, walk.name))}
       ${onMap.arrows && onMap.corrections.length > 0 && key({ ink: "arrow", dash: [] }, t("session.run.arrows"))}`);
     ink();
     app.layers.runs.invalidate();
@@ -141,10 +144,11 @@ export function sessionView(app, side, id, asked, askAgain) {
    * @param {string} name
    * @param {import("./track.js").TrackTable} table
    * @param {boolean} shown
+   * @param {string} [words]
    */
-  function addRun(name, table, shown) {
+  function addRun(name, table, shown, words) {
     const track = readTrack(table);
-    const made = { name, ...drawnAs(name, runs.filter((run) => aidsOf(run.name)).length), track, length_m: pathLength(track), shown };
+    const made = { name, words, ...drawnAs(name, runs.filter((run) => !isOwn(run.name)).length), track, length_m: pathLength(track), shown };
     const at = runs.findIndex((run) => run.name === name);
     if (at >= 0) runs[at] = { ...made, ink: runs[at].ink, dash: runs[at].dash, shown: runs[at].shown };
     else runs.push(made);
@@ -183,7 +187,10 @@ export function sessionView(app, side, id, asked, askAgain) {
       });
       showRuns();
       one(".session", side).dataset.compared = "yes";
-      for (const name of moment.runs ?? []) if (aidsOf(name) && !runs.some((run) => run.name === name)) await compute(name);
+      labRuns = await api.labRuns(id);
+      if (gone) return;
+      for (const name of moment.runs ?? []) if (!isOwn(name) && !runs.some((run) => run.name === name)) await compute(name);
+      showRuns();
       for (const other of moment.beside) await addWalk(other);
     } catch (error) {
       if (!gone) trouble(error);
@@ -212,16 +219,23 @@ export function sessionView(app, side, id, asked, askAgain) {
     one(".session", side).dataset.drawn = "yes";
   }
 
-  /** A run by chosen aids, computed for this answer. @param {string} name */
+  /** A run of the laboratory, by chosen aids computed first where it is not there. @param {string} name */
   async function compute(name) {
     const aids = aidsOf(name);
-    if (!aids || computing !== null) return;
+    if (computing !== null) return;
     computing = name;
     showRuns();
     try {
-      const table = await api.trackByAids(id, aids, rateOf(known));
-      if (gone) return;
-      addRun(name, table, true);
+      let run = runNamed(labRuns, name);
+      if (!run && aids && app.may("engineer")) {
+        run = await untilDone((await api.startLabRuns({ session_ids: [id], aids, solution: "filtered" }))[0].id);
+        labRuns = await api.labRuns(id);
+      }
+      if (run && !gone) {
+        const table = await api.labTrack(id, run.id, rateOf(known));
+        if (gone) return;
+        addRun(name, table, true, aids ? undefined : run.name);
+      }
     } catch (error) {
       if (!gone) trouble(error);
     }
@@ -318,9 +332,10 @@ export function sessionView(app, side, id, asked, askAgain) {
     const asked = standClicked(target, id);
     if (asked) ask(asked);
     const read = (/** @type {string} */ name) => target.closest(`[data-${name}]`)?.getAttribute(`data-${name}`);
-    const [at, aids, remove, marker] = [read("at"), read("aids"), read("remove"), read("visit")];
+    const [at, aids, remove, marker, lab] = [read("at"), read("aids"), read("remove"), read("visit"), read("lab")];
     if (at) replay.seek(Number(at));
     if (aids) compute(runByAids(aids.split("+")));
+    if (lab) compute(lab);
     if (target.closest("[data-compute]")) {
       const chosen = [...side.querySelectorAll("input[name=aid]:checked")].map((box) => /** @type {HTMLInputElement} */ (box).value);
       if (chosen.length > 0) compute(runByAids(chosen));

@@ -27,7 +27,7 @@ import { extend, revise } from "./trail.js";
  *   id: string, inspector_id: string, title?: string | null, state: string, started_at: string | null, ended_at?: string | null,
  *   feet?: string[], position: Position | null, trail: TrailPoint[], revised_from_ns: number, visits: Visit[], stands: Stand[], anomalies: Anomaly[],
  * }} LiveSession `revised_from_ns` is the earliest time that was revised since the map last drew the past
- * @typedef {{id: string, session_id: string, state: string, stage: string, progress: number, error?: unknown}} Job
+ * @typedef {{id: string, session_id: string, lab_run_id?: string, state: string, stage: string, progress: number, error?: unknown}} Job
  * @typedef {{
  *   boot: string | null, seq: number, server_offset_ms: number, heard_at_ms: number,
  *   inspectors: Map<string, Inspector>, sessions: Map<string, LiveSession>, faults: Map<string, Fault>,

@@ -268,7 +268,7 @@ export function uploadView(app, side) {
     const done = job.progress ?? 0;
     /** @type {HTMLProgressElement} */ (one("progress", box)).value = done;
     // Ids are in the order in which jobs were queued.
-    const before = [...app.live.jobs.values()].filter((other) => (other.state === "queued" || other.state === "running") && other.id < job.id).length;
+    const before = [...app.live.jobs.values()].filter((other) => other.state === "running" || (other.state === "queued" && !other.lab_run_id && other.id < job.id)).length;
     setText(one(".words", box), job.state === "queued"
       ? t("upload.queued", { n: before })
       : t("upload.processing", { stage: tOr(`job.stage.${job.stage}`, job.stage ?? ""), percent: percent(done) }) + timeLeft(`${job.id} ${job.stage}`, done));

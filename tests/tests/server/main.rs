@@ -8,6 +8,7 @@ mod doors;
 mod faults;
 mod formats;
 mod inspectors;
+mod lab;
 mod live;
 mod marker_imports;
 mod markers;

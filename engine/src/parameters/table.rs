@@ -1,0 +1,485 @@
+//! The table itself: one row a parameter. Ranges hold what a sensor or a walk can be, not what is wise.
+
+use super::{Group, Parameter};
+use crate::detect::stance::StanceTuning;
+
+/// A number somewhere in the configuration.
+macro_rules! at {
+    ($key:literal, $unit:literal, $group:ident, $least:literal..$most:literal, tuning.$($path:ident).+, $about:literal) => {
+        Parameter {
+            key: $key,
+            unit: $unit,
+            group: Group::$group,
+            about: $about,
+            least: $least,
+            most: $most,
+            read: |config| config.tuning.$($path).+,
+            write: |config, value| config.tuning.$($path).+ = value,
+        }
+    };
+    // Of the detector that is used unless the paper's is asked for.
+    ($key:literal, $unit:literal, $group:ident, $least:literal..$most:literal, stance.$field:ident, $about:literal) => {
+        Parameter {
+            key: $key,
+            unit: $unit,
+            group: Group::$group,
+            about: $about,
+            least: $least,
+            most: $most,
+            read: |config| match config.tuning.stance {
+                StanceTuning::LikelihoodRatio { $field, .. } => $field,
+                StanceTuning::Threshold { .. } => f64::NAN,
+            },
+            write: |config, value| {
+                if let StanceTuning::LikelihoodRatio { $field, .. } = &mut config.tuning.stance {
+                    *$field = value;
+                }
+            },
+        }
+    };
+    ($key:literal, $unit:literal, $group:ident, $least:literal..$most:literal, identification.$field:ident, $about:literal) => {
+        Parameter {
+            key: $key,
+            unit: $unit,
+            group: Group::$group,
+            about: $about,
+            least: $least,
+            most: $most,
+            read: |config| config.identification.as_ref().map_or(f64::NAN, |told| told.tuning.$field),
+            write: |config, value| {
+                if let Some(told) = &mut config.identification {
+                    told.tuning.$field = value;
+                }
+            },
+        }
+    };
+}
+
+/// All parameters, by group.
+pub const TABLE: &[Parameter] = &[
+    at!(
+        "longest_alignment_s",
+        "s",
+        Alignment,
+        1.0..60.0,
+        tuning.longest_alignment_s,
+        "How long the standing start is waited for, at most."
+    ),
+    at!(
+        "first_magnetic_heading_sigma_rad",
+        "rad",
+        Alignment,
+        0.005..1.5,
+        tuning.first_magnetic_heading_sigma_rad,
+        "Sigma of a first heading that the magnetometer gave."
+    ),
+    at!(
+        "given_heading_sigma_rad",
+        "rad",
+        Alignment,
+        0.0005..1.0,
+        tuning.given_heading_sigma_rad,
+        "Sigma of a first heading that was given."
+    ),
+    at!(
+        "second_foot_heading_sigma_rad",
+        "rad",
+        Alignment,
+        0.005..1.5,
+        tuning.second_foot_heading_sigma_rad,
+        "Sigma of the heading between the two sensors where there is no magnetometer."
+    ),
+    at!(
+        "first_tilt_sigma_rad",
+        "rad",
+        Alignment,
+        0.0005..0.2,
+        tuning.first_tilt_sigma_rad,
+        "Sigma of the first tilt."
+    ),
+    at!(
+        "accelerometer_bias_sigma_m_s2",
+        "m/s²",
+        Alignment,
+        0.001..1.0,
+        tuning.accelerometer_bias_sigma_m_s2,
+        "Sigma of the accelerometer bias at the start."
+    ),
+    at!(
+        "stance.sigma_rate_rad_s",
+        "rad/s",
+        Stance,
+        0.02..5.0,
+        stance.sigma_rate_rad_s,
+        "Sigma of the angular rate of a standing foot: the larger, the sooner a foot stands."
+    ),
+    at!(
+        "stance.sigma_specific_force_m_s2",
+        "m/s²",
+        Stance,
+        0.02..5.0,
+        stance.sigma_specific_force_m_s2,
+        "Sigma of the specific force of a standing foot."
+    ),
+    at!(
+        "stance.threshold",
+        "1",
+        Stance,
+        0.5..200.0,
+        stance.threshold,
+        "A foot stands while the statistic of the likelihood ratio is below this, in walking."
+    ),
+    at!(
+        "stance.walking_activity",
+        "1",
+        Stance,
+        100.0..20000.0,
+        stance.walking_activity,
+        "Mean of the statistic up to which the threshold holds; above, as in running, it grows."
+    ),
+    at!(
+        "stance.activity_time_s",
+        "s",
+        Stance,
+        0.2..10.0,
+        stance.activity_time_s,
+        "The time over which that mean is taken."
+    ),
+    at!(
+        "stance.half_window_s",
+        "s",
+        Stance,
+        0.005..0.2,
+        stance.half_window_s,
+        "How far the window of the statistic reaches to either side."
+    ),
+    at!(
+        "zupt_sigma_m_s",
+        "m/s",
+        ZeroVelocity,
+        0.001..0.5,
+        tuning.zupt_sigma_m_s,
+        "Sigma of the velocity of a foot that stands perfectly."
+    ),
+    at!(
+        "roll_radius_m",
+        "m",
+        ZeroVelocity,
+        0.0..0.5,
+        tuning.roll_radius_m,
+        "Distance from the point that a standing foot rolls about to the sensor: its rate times this is added to that sigma."
+    ),
+    at!(
+        "shake_time_s",
+        "s",
+        ZeroVelocity,
+        0.0..0.2,
+        tuning.shake_time_s,
+        "How long a standing foot goes on at what its specific force is unsteady by: the product is added, too."
+    ),
+    at!(
+        "standing_s",
+        "s",
+        ZeroVelocity,
+        0.5..30.0,
+        tuning.standing_s,
+        "A foot that stands for longer than this does not turn but for the sway."
+    ),
+    at!(
+        "sway_rad",
+        "rad",
+        ZeroVelocity,
+        0.0005..0.2,
+        tuning.sway_rad,
+        "Sway of a standing foot over the whole stand."
+    ),
+    at!(
+        "magnetic_heading_sigma_rad",
+        "rad",
+        Heading,
+        0.002..1.0,
+        tuning.magnetic_heading_sigma_rad,
+        "Sigma of the magnetic heading of one stance beside what the slow errors explain."
+    ),
+    at!(
+        "weakest_field_ut",
+        "µT",
+        Heading,
+        10.0..49.0,
+        tuning.weakest_field_ut,
+        "A field that is weaker is not the earth's."
+    ),
+    at!(
+        "strongest_field_ut",
+        "µT",
+        Heading,
+        50.0..100.0,
+        tuning.strongest_field_ut,
+        "A field that is stronger is not the earth's."
+    ),
+    at!(
+        "magnetometer_noise_ut",
+        "µT",
+        Heading,
+        0.01..10.0,
+        tuning.magnetometer_noise_ut,
+        "Noise of one reading of the magnetometer."
+    ),
+    at!(
+        "steady_field_ut",
+        "µT",
+        Heading,
+        0.01..20.0,
+        tuning.steady_field_ut,
+        "How much the field may change over a stance."
+    ),
+    at!(
+        "slow_errors.fixed_deviation_rad",
+        "rad",
+        Heading,
+        0.0001..0.5,
+        tuning.slow_errors.fixed_deviation_rad,
+        "Deviation of the compass that does not turn with the foot."
+    ),
+    at!(
+        "slow_errors.hard_iron_deviation_rad",
+        "rad",
+        Heading,
+        0.0001..0.5,
+        tuning.slow_errors.hard_iron_deviation_rad,
+        "Deviation of the compass by hard iron, either component."
+    ),
+    at!(
+        "slow_errors.deviation_walk_rad_sqrt_s",
+        "rad/√s",
+        Heading,
+        0.0..0.01,
+        tuning.slow_errors.deviation_walk_rad_sqrt_s,
+        "Random walk of these deviations."
+    ),
+    at!(
+        "slow_errors.deflection_rad",
+        "rad",
+        Heading,
+        0.0001..0.5,
+        tuning.slow_errors.deflection_rad,
+        "Deflection of the field by what stands around."
+    ),
+    at!(
+        "slow_errors.deflection_length_m",
+        "m",
+        Heading,
+        0.2..50.0,
+        tuning.slow_errors.deflection_length_m,
+        "After so long a way another deflection is met."
+    ),
+    at!(
+        "separation_m",
+        "m",
+        Separation,
+        0.0..0.5,
+        tuning.separation_m,
+        "Distance of the feet, sensor to sensor, where they pass each other."
+    ),
+    at!(
+        "separation_sigma_m",
+        "m",
+        Separation,
+        0.005..0.5,
+        tuning.separation_sigma_m,
+        "Its sigma from stride to stride."
+    ),
+    at!(
+        "separation_spread_m",
+        "m",
+        Separation,
+        0.0005..0.5,
+        tuning.separation_spread_m,
+        "By how much it differs from walker to walker."
+    ),
+    at!(
+        "symmetry_share",
+        "1",
+        Separation,
+        0.01..2.0,
+        tuning.symmetry_share,
+        "How evenly a stride lies about the other foot: sigma along it as a share of its length."
+    ),
+    at!("symmetry_sigma_up_m", "m", Separation, 0.01..2.0, tuning.symmetry_sigma_up_m, "The same upwards."),
+    at!(
+        "slow_errors.stride_share",
+        "1",
+        Separation,
+        0.0001..0.1,
+        tuning.slow_errors.stride_share,
+        "What a stride reads too much along and across, as a share of its length."
+    ),
+    at!(
+        "slow_errors.stride_up_share",
+        "1",
+        Separation,
+        0.0001..0.1,
+        tuning.slow_errors.stride_up_share,
+        "What a stride reads too much upwards, likewise."
+    ),
+    at!(
+        "slow_errors.stride_walk_sqrt_s",
+        "1/√s",
+        Separation,
+        0.0..0.001,
+        tuning.slow_errors.stride_walk_sqrt_s,
+        "Random walk of these shares."
+    ),
+    at!(
+        "marker_sigma_m",
+        "m",
+        Markers,
+        0.01..20.0,
+        tuning.marker_sigma_m,
+        "Where an inspector stands beside a marker, on each axis."
+    ),
+    at!(
+        "altimeter_sigma_m",
+        "m",
+        Altimeter,
+        0.01..20.0,
+        tuning.altimeter_sigma_m,
+        "Sigma of the height that the barometer gives in one stance beside its drift."
+    ),
+    at!(
+        "slow_errors.first_pressure_sigma_m",
+        "m",
+        Altimeter,
+        0.001..10.0,
+        tuning.slow_errors.first_pressure_sigma_m,
+        "Sigma of the pressure's first zero, as height."
+    ),
+    at!(
+        "slow_errors.pressure_drift_m_sqrt_s",
+        "m/√s",
+        Altimeter,
+        0.0001..1.0,
+        tuning.slow_errors.pressure_drift_m_sqrt_s,
+        "Random walk of the pressure by the weather, as height."
+    ),
+    at!(
+        "imu_noise.angle_random_walk_rad_sqrt_s",
+        "rad/√s",
+        ImuNoise,
+        0.000001..0.1,
+        tuning.imu_noise.angle_random_walk_rad_sqrt_s,
+        "Angle random walk of the gyro."
+    ),
+    at!(
+        "imu_noise.angle_random_walk_share_sqrt_s",
+        "√s",
+        ImuNoise,
+        0.0..0.1,
+        tuning.imu_noise.angle_random_walk_share_sqrt_s,
+        "What the angle random walk grows by with the rate."
+    ),
+    at!(
+        "imu_noise.velocity_random_walk_m_s_sqrt_s",
+        "m/s/√s",
+        ImuNoise,
+        0.0001..2.0,
+        tuning.imu_noise.velocity_random_walk_m_s_sqrt_s,
+        "Velocity random walk of the accelerometer."
+    ),
+    at!(
+        "imu_noise.velocity_random_walk_share_sqrt_s",
+        "√s",
+        ImuNoise,
+        0.0..0.5,
+        tuning.imu_noise.velocity_random_walk_share_sqrt_s,
+        "What the velocity random walk grows by with the acceleration."
+    ),
+    at!(
+        "imu_noise.gyro_bias_random_walk_rad_s_sqrt_s",
+        "rad/s/√s",
+        ImuNoise,
+        0.0..0.01,
+        tuning.imu_noise.gyro_bias_random_walk_rad_s_sqrt_s,
+        "Random walk of the gyro bias."
+    ),
+    at!(
+        "imu_noise.accelerometer_bias_random_walk_m_s2_sqrt_s",
+        "m/s²/√s",
+        ImuNoise,
+        0.0..0.1,
+        tuning.imu_noise.accelerometer_bias_random_walk_m_s2_sqrt_s,
+        "Random walk of the accelerometer bias."
+    ),
+    at!(
+        "imu_noise.height_random_walk_m_sqrt_s",
+        "m/√s",
+        ImuNoise,
+        0.0..1.0,
+        tuning.imu_noise.height_random_walk_m_sqrt_s,
+        "Random walk of the height, which scale and misalignment errors add up to."
+    ),
+    at!(
+        "imu_noise.gyro_bias_correlation_time_s",
+        "s",
+        ImuNoise,
+        10.0..1000000.0,
+        tuning.imu_noise.gyro_bias_correlation_time_s,
+        "Correlation time of the gyro bias."
+    ),
+    at!(
+        "imu_noise.accelerometer_bias_correlation_time_s",
+        "s",
+        ImuNoise,
+        10.0..1000000.0,
+        tuning.imu_noise.accelerometer_bias_correlation_time_s,
+        "Correlation time of the accelerometer bias."
+    ),
+    at!(
+        "identification.inflation",
+        "1",
+        Identification,
+        0.1..10.0,
+        identification.inflation,
+        "All sigmas of the track's error that identification assumes are taken times this."
+    ),
+    at!(
+        "identification.start_sigma_m",
+        "m",
+        Identification,
+        0.01..20.0,
+        identification.start_sigma_m,
+        "Where the session starts, on each axis."
+    ),
+    at!(
+        "identification.beside_sigma_m",
+        "m",
+        Identification,
+        0.05..10.0,
+        identification.beside_sigma_m,
+        "Where an inspector stands beside a marker, on each axis."
+    ),
+    at!(
+        "identification.none_stands",
+        "1",
+        Identification,
+        0.001..2.0,
+        identification.none_stands,
+        "Of the first two stands, so many are expected to be at no marker."
+    ),
+    at!(
+        "identification.slip",
+        "1",
+        Identification,
+        0.0..0.5,
+        identification.slip,
+        "A marker that was keyed in is another one so often."
+    ),
+    at!(
+        "identification.automatic_probability",
+        "1",
+        Identification,
+        0.5..0.999999,
+        identification.automatic_probability,
+        "A candidate as probable as this is taken for a visit in automatic mode."
+    ),
+];
