@@ -54,6 +54,15 @@ pub struct Config {
     #[arg(long, env = "LODESTEP_SETUP_TOKEN", value_name = "TEXT", hide_env_values = true)]
     pub setup_token: Option<String>,
 
+    /// Pause before a webhook that did not answer is tried again, in seconds; each further one is four times longer, up to
+    /// four hours.
+    #[arg(long, env = "LODESTEP_WEBHOOK_RETRY_S", value_name = "SECONDS", default_value_t = 10.0)]
+    pub webhook_retry_s: f64,
+
+    /// How long a webhook may go without answering before it is switched off, in seconds.
+    #[arg(long, env = "LODESTEP_WEBHOOK_GIVE_UP_S", value_name = "SECONDS", default_value_t = 259_200.0)]
+    pub webhook_give_up_s: f64,
+
     /// Connections to the database for reading.
     #[arg(long, env = "LODESTEP_READERS", value_name = "COUNT", default_value_t = 4)]
     pub readers: u32,
@@ -74,6 +83,8 @@ impl Config {
             request_s: 60,
             demo: false,
             setup_token: None,
+            webhook_retry_s: 10.0,
+            webhook_give_up_s: 259_200.0,
             readers: 2,
         }
     }

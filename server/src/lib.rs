@@ -30,4 +30,5 @@ mod figures;
 mod headers;
 pub mod origin;
 pub mod utc;
+mod webhooks;
 mod yielding;

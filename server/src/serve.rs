@@ -8,7 +8,7 @@ use std::sync::Arc;
 
 use anyhow::{Context, Result, bail, ensure};
 use tokio::net::TcpListener;
-use tokio::sync::Semaphore;
+use tokio::sync::{Notify, Semaphore};
 use tokio_util::sync::CancellationToken;
 
 use crate::auth::Auth;
@@ -23,7 +23,7 @@ use crate::site::Plan;
 use crate::state::{App, STOP_WITHIN, State};
 use crate::store::Store;
 use crate::store::accounts;
-use crate::{api, assets, auth, demo, figures, jobs, live, site, utc};
+use crate::{api, assets, auth, demo, figures, jobs, live, site, utc, webhooks};
 
 /// Uploaded logs that are read at once; more wait, so that the live sessions keep their share.
 const LOG_READERS: usize = 2;
@@ -51,6 +51,7 @@ pub async fn serve(
     stale_uploads::clear(&app).await.context("could not clear the folder of uploads")?;
     tokio::spawn(figures::fold(app.metrics.clone(), app.stopping.clone()));
     let worker = tokio::spawn(jobs::worker::work(Arc::clone(&app)));
+    let postman = tokio::spawn(webhooks::deliver::work(Arc::clone(&app)));
     if let Some(sentence) = assets::missing() {
         tracing::warn!("{sentence}");
     }
@@ -91,6 +92,9 @@ pub async fn serve(
     if let Err(error) = worker.await {
         tracing::error!(%error, "the worker ended badly: {error}");
     }
+    if let Err(error) = postman.await {
+        tracing::error!(%error, "the deliveries of webhooks ended badly: {error}");
+    }
     app.store.close().await;
     tracing::info!("stopped");
     served
@@ -120,6 +124,13 @@ pub(crate) async fn open(config: Config) -> Result<App> {
         "the track rate is {} Hz; expected a positive number",
         config.track_rate_hz
     );
+    for (what, seconds) in [("retry", config.webhook_retry_s), ("give_up", config.webhook_give_up_s)] {
+        ensure!(
+            seconds > 0.0 && seconds < 3.2e7,
+            "--webhook-{}-s is {seconds}; expected a positive number of seconds, less than a year",
+            what.replace('_', "-")
+        );
+    }
     ensure!(
         config.setup_token.as_ref().is_none_or(|token| token.trim().chars().count() >= 20),
         "the setup token is too short; expected 20 letters or more, so that nobody guesses it"
@@ -154,6 +165,7 @@ pub(crate) async fn open(config: Config) -> Result<App> {
         attic,
         log_readers: Semaphore::new(LOG_READERS),
         jobs: jobs::Queue::default(),
+        webhooks: Notify::new(),
         hub,
         live: Registry::default(),
         metrics: figures::handle(),

@@ -6,7 +6,7 @@ use std::time::Duration;
 use bytes::Bytes;
 use metrics_exporter_prometheus::PrometheusHandle;
 use time::OffsetDateTime;
-use tokio::sync::Semaphore;
+use tokio::sync::{Notify, Semaphore};
 use tokio_util::sync::CancellationToken;
 
 use crate::api;
@@ -52,6 +52,8 @@ pub struct State {
     pub log_readers: Semaphore,
     /// Work that takes a while.
     pub jobs: jobs::Queue,
+    /// Wakes who takes events to other programs.
+    pub webhooks: Notify,
     /// Where changes are told, once they are on disk.
     pub hub: Arc<Hub>,
     /// The walks that are streamed right now.

@@ -127,6 +127,28 @@ export const auditFile = (query) => `${BASE}/audit.csv?${query}`;
 export const server = () => get("/server");
 /** @returns {Promise<{file: string, bytes: number}>} */
 export const backUp = () => post("/backups");
+/** @returns {Promise<import("./admin/webhooks.js").Webhook[]>} */
+export const webhooks = () => get("/webhooks").then(rows);
+/** @param {Record<string, unknown>} body @returns {Promise<{secret: string}>} */
+export const addWebhook = (body) => post("/webhooks", body);
+/**
+ * @param {string} id
+ * @param {Record<string, unknown>} change with the version that was seen
+ */
+export const changeWebhook = (id, change) => send("PATCH", `/webhooks/${seg(id)}`, change);
+/** @param {string} id */
+export const removeWebhook = (id) => request(`/webhooks/${seg(id)}`, { method: "DELETE" });
+/** @param {string} id @returns {Promise<{secret: string}>} */
+export const renewWebhookSecret = (id) => post(`/webhooks/${seg(id)}/secret`);
+/** @param {string} id */
+export const testWebhook = (id) => post(`/webhooks/${seg(id)}/test`);
+/** @param {string} id @returns {Promise<import("./admin/webhooks.js").Delivery[]>} */
+export const webhookDeliveries = (id) => get(`/webhooks/${seg(id)}/deliveries`).then(rows);
+/**
+ * @param {string} id
+ * @param {number} number of the delivery
+ */
+export const sendAgain = (id, number) => post(`/webhooks/${seg(id)}/deliveries/${number}/again`);
 /** @returns {Promise<any[]>} */
 export const jobs = () => get("/jobs").then(rows);
 

@@ -14,6 +14,7 @@ import { MockFaults } from "./mock/faults.mjs";
 import { MockLab } from "./mock/lab.mjs";
 import { MockMarkers } from "./mock/markers.mjs";
 import { MockSite, iso } from "./mock/site.mjs";
+import { MockWebhooks } from "./mock/webhooks.mjs";
 import { MockStaff } from "./mock/staff.mjs";
 
 const ROOT = fileURLToPath(new URL("..", import.meta.url));
@@ -28,6 +29,7 @@ export async function startMock({ port = 0, stepMs = 500, crowd = 0 } = {}) {
   const finished = site.finishedWalk();
   const faults = new MockFaults(site);
   const markers = new MockMarkers(site.plan.nodes);
+  const webhooks = new MockWebhooks();
   const lab = new MockLab((changes) => site.publish(changes));
   const logs = new Map();
   const jobs = new Map();
@@ -77,6 +79,11 @@ export async function startMock({ port = 0, stepMs = 500, crowd = 0 } = {}) {
     }
     if (noun === "lab") {
       const told = lab.answer(String(request.method), [id, part, number], url.searchParams, given());
+      if (told?.status === 204) return response.writeHead(204).end();
+      if (told) return json(told.value, told.status);
+    }
+    if (noun === "webhooks") {
+      const told = webhooks.answer(String(request.method), [id, part], given());
       if (told?.status === 204) return response.writeHead(204).end();
       if (told) return json(told.value, told.status);
     }
@@ -260,6 +267,7 @@ export async function startMock({ port = 0, stepMs = 500, crowd = 0 } = {}) {
     markers,
     faults,
     lab,
+    webhooks,
     orders,
     cut: () => sockets.forEach((s) => s.cut()),
     stop() {

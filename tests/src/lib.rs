@@ -3,5 +3,6 @@
 pub mod device;
 pub mod feed;
 pub mod hand_in;
+pub mod receiver;
 pub mod server;
 pub mod staff;

@@ -48,6 +48,7 @@ mod tokens;
 mod tracks;
 mod uploads;
 mod visits;
+mod webhooks;
 
 /// The header that names a request in the answer and in the log.
 const REQUEST_ID: HeaderName = HeaderName::from_static("x-request-id");
@@ -66,6 +67,7 @@ pub fn routes(config: &Config) -> Routes {
         .merge(accounts::routes())
         .merge(tokens::routes())
         .merge(audit::routes())
+        .merge(webhooks::routes())
         .merge(server::routes())
         .merge(site::routes())
         .merge(inspectors::routes())

@@ -13,7 +13,8 @@ use crate::rights::Right;
 use crate::state::App;
 use crate::store::fault_changes::{self, FaultChange, What};
 use crate::store::faults::{self, Fault, FaultState, Severity};
-use crate::store::{audit, columns_word, inspectors, markers};
+use crate::store::webhooks::EventKind;
+use crate::store::{audit, columns_word, inspectors, markers, webhook_deliveries};
 use crate::utc;
 use crate::wire::Change;
 
@@ -225,8 +226,11 @@ pub(super) async fn write(
                 }
                 let entry = caller.did("fault.changed", id, Some(before.into()), Some(after.into()));
                 audit::insert(&mut *db, &entry).await?;
+                let changed = serde_json::json!({ "before": entry.before, "after": entry.after });
                 // Read again: how many photos there are is counted by the store.
                 let now = faults::get(&mut *db, id).await?.ok_or_else(|| Error::not_found("fault", id))?;
+                let told = serde_json::json!({ "fault": now, "changed": changed, "by": entry.who });
+                webhook_deliveries::announce(&mut *db, EventKind::FaultChanged, &told).await?;
                 Ok::<_, Error>((now, true))
             })
         })

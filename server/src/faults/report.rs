@@ -12,7 +12,8 @@ use crate::error::{Error, Result};
 use crate::state::App;
 use crate::store::faults::{self, Fault, FaultState, Severity};
 use crate::store::sessions::{self, Session};
-use crate::store::{inspectors, markers};
+use crate::store::webhooks::EventKind;
+use crate::store::{inspectors, markers, webhook_deliveries};
 use crate::utc;
 use crate::wire::Change;
 
@@ -118,7 +119,15 @@ pub(crate) async fn report(app: &App, caller: &Caller, new: NewFault) -> Result<
         updated_at: now,
     };
     let row = fault.clone();
-    app.store.writer().run(move |db| Box::pin(async move { faults::insert(db, &row).await })).await?;
+    app.store
+        .writer()
+        .run(move |db| {
+            Box::pin(async move {
+                faults::insert(&mut *db, &row).await?;
+                webhook_deliveries::announce(db, EventKind::FaultReported, &row).await
+            })
+        })
+        .await?;
     app.hub.publish(Change::Fault { fault: fault.clone() });
     Ok(fault)
 }

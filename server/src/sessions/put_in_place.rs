@@ -60,6 +60,14 @@ pub(super) async fn put_in_place(
                 for outcome in &outcomes {
                     store::visits::set_outcome(&mut *db, session_id, outcome).await?;
                 }
+                // Who is told of anomalies has heard of those that were known.
+                let known = store::anomalies::of_session(&mut *db, session_id).await?;
+                let new: Vec<_> = anomalies
+                    .iter()
+                    .filter(|found| known.iter().all(|known| known.found != **found))
+                    .cloned()
+                    .collect();
+                store::webhook_deliveries::announce_anomalies(&mut *db, session_id, &new).await?;
                 store::anomalies::clear(&mut *db, session_id).await?;
                 for anomaly in &anomalies {
                     store::anomalies::insert(&mut *db, session_id, anomaly).await?;

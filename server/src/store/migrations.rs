@@ -21,6 +21,7 @@ const STEPS: &[(i64, &str, &str)] = &[
     (9, "fault life cycle", include_str!("../../../migrations/0009_fault_life_cycle.sql")),
     (10, "how logs are read", include_str!("../../../migrations/0010_how_logs_are_read.sql")),
     (11, "lab", include_str!("../../../migrations/0011_lab.sql")),
+    (12, "webhooks and notes", include_str!("../../../migrations/0012_webhooks_and_notes.sql")),
     (14, "streams side by side", include_str!("../../../migrations/0014_streams_side_by_side.sql")),
 ];
 

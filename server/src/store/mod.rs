@@ -32,6 +32,8 @@ pub mod stream_visits;
 pub mod tokens;
 pub mod track;
 pub mod visits;
+pub mod webhook_deliveries;
+pub mod webhooks;
 pub mod writer;
 
 mod columns;

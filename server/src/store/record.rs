@@ -9,7 +9,7 @@ use super::raw_chunks::{self, Packed, Samples};
 use super::stands::{self, Stand};
 use super::track::{self, Run};
 use super::visits::Visit;
-use super::{StoreError, anomalies, sessions, visits};
+use super::{StoreError, anomalies, sessions, visits, webhook_deliveries};
 
 /// What a live session found out and wants on disk, all or nothing.
 #[derive(Clone, Debug, Default)]
@@ -77,6 +77,7 @@ pub(super) async fn write(db: &mut SqliteConnection, records: &[&PackedRecord]) 
         for found in &record.anomalies {
             anomalies::insert(&mut *db, id, found).await?;
         }
+        webhook_deliveries::announce_anomalies(&mut *db, id, &record.anomalies).await?;
     }
     let summaries =
         with_ids().filter_map(|(packed, id)| packed.record.summary.as_ref().map(|told| (id, told)));

@@ -1,4 +1,4 @@
-// For administrators: accounts, everybody's tokens, who changed what, jobs, the server's health.
+// For administrators: accounts, everybody's tokens, webhooks, who changed what, jobs, the server's health.
 
 import { html, one, render } from "../html.js";
 import { t } from "../i18n.js";
@@ -7,11 +7,13 @@ import { showTokens } from "../account/tokens.js";
 import { showAccounts } from "./accounts.js";
 import { showAudit } from "./audit.js";
 import { showServer } from "./server.js";
+import { showWebhooks } from "./webhooks.js";
 
 /** @type {Record<string, (app: import("../app.js").App, box: HTMLElement) => void>} */
 const PARTS = {
   accounts: showAccounts,
   tokens: (app, box) => showTokens(app, box, true),
+  webhooks: showWebhooks,
   audit: showAudit,
   server: showServer,
 };

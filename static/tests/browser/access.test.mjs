@@ -39,8 +39,8 @@ describe("every screen can be read and used", { skip }, () => {
           );
           wrongs.push(...found.map((/** @type {string} */ words) => `${where}: ${words}`));
         };
-        const screens = ["#/live", "#/sessions", "#/sessions/s9", "#/upload", "#/faults", "#/markers", "#/me", "#/account", "#/admin", "#/admin/tokens", "#/admin/audit", "#/admin/server", "#/api", "#/lab?walks=s9"];
-        const signs = [".person-row", "[data-testid=session-card]", "[data-drawn=yes]", "[data-testid=drop]", "[data-testid=fault-card]", "[data-testid=markers] td", "[data-testid=me]", "[data-testid=set-up]", "[data-testid=admin-accounts] p", "[data-testid=tokens] td", "[data-testid=audit] td", ".figures div", "[data-testid=routes] details", "[data-testid=comparison] td"];
+        const screens = ["#/live", "#/sessions", "#/sessions/s9", "#/upload", "#/faults", "#/markers", "#/me", "#/account", "#/admin", "#/admin/tokens", "#/admin/audit", "#/admin/server", "#/admin/webhooks", "#/api", "#/lab?walks=s9"];
+        const signs = [".person-row", "[data-testid=session-card]", "[data-drawn=yes]", "[data-testid=drop]", "[data-testid=fault-card]", "[data-testid=markers] td", "[data-testid=me]", "[data-testid=set-up]", "[data-testid=admin-accounts] p", "[data-testid=tokens] td", "[data-testid=audit] td", ".figures div", ".new-webhook", "[data-testid=routes] details", "[data-testid=comparison] td"];
         for (const [i, screen] of screens.entries()) {
           await page.goto(`${mock.url}/${screen}`);
           await page.locator(signs[i]).first().waitFor();

@@ -20,3 +20,4 @@ mod sessions;
 mod stands;
 mod surroundings;
 mod upload;
+mod webhooks;
