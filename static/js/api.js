@@ -158,6 +158,15 @@ export const inspectors = () => get("/inspectors").then(rows);
 /** @param {string} name */
 export const createInspector = (name) => post("/inspectors", { name });
 
+/** @param {URLSearchParams} query @returns {Promise<import("./sessions/wanted.js").Page>} */
+export const searchSessions = (query) => get(`/sessions/search?${query}`);
+/** @param {string} id @returns {Promise<{starred: boolean, note: string}>} */
+export const sessionNote = (id) => get(`/sessions/${seg(id)}/note`);
+/**
+ * @param {string} id
+ * @param {{starred: boolean, note: string}} note
+ */
+export const setSessionNote = (id, note) => send("PUT", `/sessions/${seg(id)}/note`, note);
 export const sessions = () => get("/sessions").then(rows);
 /** @param {string} id */
 export const session = (id) => get(`/sessions/${seg(id)}`);

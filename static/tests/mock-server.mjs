@@ -15,6 +15,7 @@ import { MockLab } from "./mock/lab.mjs";
 import { MockMarkers } from "./mock/markers.mjs";
 import { MockSite, iso } from "./mock/site.mjs";
 import { MockWebhooks } from "./mock/webhooks.mjs";
+import { searchSessions } from "./mock/session_search.mjs";
 import { MockStaff } from "./mock/staff.mjs";
 
 const ROOT = fileURLToPath(new URL("..", import.meta.url));
@@ -36,6 +37,7 @@ export async function startMock({ port = 0, stepMs = 500, crowd = 0 } = {}) {
   const mappings = [];
   /** Visits that were keyed in. */
   const told = [];
+  /** @type {Map<string, any>} */
   const walks = new Map([["s9", {
     id: "s9", inspector_id: "i5", title: "Spiral, evening", state: "finished", started_at: iso(-9e6), ended_at: iso(-7.8e6), feet: ["left", "right"],
     samples: 240_000, epochs: 120_000, duration_s: 1200, distance_m: 1440.2, track_sha256: "5e1c".repeat(16),
@@ -110,7 +112,10 @@ export async function startMock({ port = 0, stepMs = 500, crowd = 0 } = {}) {
         walks.set(row.id, row);
         return json(row, 201);
       }
-      case "GET sessions/:id": return walks.has(id) ? json(walks.get(id)) : site.sessions.has(id) ? json({ ...site.sessions.get(id), logs: [] }) : problem(404, "no_such_session", `expected a session's id, found ${id}`);
+      case "PUT sessions/:id/note": return json(Object.assign(walks.get(id), given()));
+      case "GET sessions/:id/note": return json({ starred: walks.get(id)?.starred ?? false, note: walks.get(id)?.note ?? "" });
+      case "GET sessions/:id": if (id === "search") return json(searchSessions([...walks.values(), ...site.sessions.values()], site.inspectors, url.searchParams));
+        return walks.has(id) ? json(walks.get(id)) : site.sessions.has(id) ? json({ ...site.sessions.get(id), logs: [] }) : problem(404, "no_such_session", `expected a session's id, found ${id}`);
       case "DELETE sessions/:id":
         if (!walks.delete(id)) return problem(404, "no_such_session", `expected a session's id, found ${id}`);
         response.writeHead(204).end();
@@ -268,6 +273,7 @@ export async function startMock({ port = 0, stepMs = 500, crowd = 0 } = {}) {
     faults,
     lab,
     webhooks,
+    walks,
     orders,
     cut: () => sockets.forEach((s) => s.cut()),
     stop() {

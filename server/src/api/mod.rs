@@ -41,6 +41,7 @@ mod reports;
 mod routes;
 mod samples;
 mod server;
+mod session_search;
 pub mod sessions;
 mod site;
 mod stands;
@@ -72,6 +73,7 @@ pub fn routes(config: &Config) -> Routes {
         .merge(site::routes())
         .merge(inspectors::routes())
         .merge(sessions::routes())
+        .merge(session_search::routes())
         .merge(faults::routes())
         .merge(fault_photos::routes())
         .merge(markers::routes())

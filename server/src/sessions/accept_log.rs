@@ -16,7 +16,7 @@ use super::uploads::{self, disk_error, parse_sha256};
 use crate::error::{Error, Place, Result};
 use crate::state::App;
 use crate::store::logs::{self, Codec, Log, LogState};
-use crate::store::raw_chunks;
+use crate::store::{raw_chunks, session_search};
 use crate::utc;
 use crate::yielding::yielding;
 
@@ -203,7 +203,8 @@ async fn accept(app: &App, log: Log, read: ReadLog) -> Result<Log> {
                     let chunk = chunk.map_err(disk_error)?;
                     raw_chunks::insert(&mut *db, row.session_id, Some(row.id), chunk).await?;
                 }
-                Ok::<_, Error>(logs::update(&mut *db, &row).await?)
+                logs::update(&mut *db, &row).await?;
+                Ok::<_, Error>(session_search::count_stored(&mut *db, row.session_id).await?)
             }
             .boxed()
         })

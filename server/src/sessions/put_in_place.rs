@@ -79,6 +79,7 @@ pub(super) async fn put_in_place(
                 store::reports::set(&mut *db, session_id, &main.report, (&main.figures, &provenance)).await?;
                 store::sessions::set_summary(&mut *db, session_id, &main.summary).await?;
                 store::sessions::finish(&mut *db, session_id, ended_at, &main.sha256).await?;
+                store::session_search::count_stored(&mut *db, session_id).await?;
                 Ok::<_, StoreError>(())
             }
             .boxed()

@@ -25,6 +25,7 @@ pub mod parameter_sets;
 pub mod raw_chunks;
 pub mod record;
 pub mod reports;
+pub mod session_search;
 pub mod sessions;
 pub mod sign_ins;
 pub mod stands;

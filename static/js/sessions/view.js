@@ -13,6 +13,7 @@ import { standCards, standClicked } from "../stands/list.js";
 import { problemBox } from "../ui/problem.js";
 import { readRoute } from "../ui/router.js";
 import { showHead } from "./head.js";
+import { showNote } from "./note.js";
 import { healthCard, healthOf } from "./health.js";
 import { reportCard } from "./report.js";
 import { residualCard, residualsOf } from "./residuals.js";
@@ -43,6 +44,7 @@ export function sessionView(app, side, id, asked, askAgain) {
   render(side, html`<div class="session" data-testid="session" data-session="${id}">
     <a href="#/sessions">← ${t("nav.sessions")}</a>
     <div class="head"><p class="muted">${t("loading")}</p></div>
+    <div class="said"></div>
     <div class="trouble" hidden></div>
     <div class="tabs" data-t-label="session.tabs"></div>
     <div data-panel="replay"><section class="runs-choice"></section><section class="aids-choice"></section><section class="walk-choice"></section></div>
@@ -369,6 +371,7 @@ export function sessionView(app, side, id, asked, askAgain) {
   side.addEventListener("focusin", onFocus);
   lookAtJobs();
   load();
+  showNote(app, one(".said", side), id);
 
   return {
     update(changed) {

@@ -16,6 +16,7 @@ mod people;
 mod processing;
 mod rights;
 mod sent_again;
+mod session_search;
 mod sessions;
 mod stands;
 mod surroundings;
