@@ -131,6 +131,8 @@ describe("script in every text field stays text", { skip }, () => {
     test(`on every screen, ${locale}`, { timeout: 300_000 }, async () => {
       const tab = await openPage(real.url, { locale });
       const { page } = tab;
+      // Each screen holds all of the payloads: on a busy machine that takes its time.
+      page.setDefaultTimeout(90_000);
       page.on("dialog", (dialog) => {
         tab.wrongs.push(`dialog: ${dialog.message()}`);
         dialog.dismiss();
