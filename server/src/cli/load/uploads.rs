@@ -88,7 +88,10 @@ async fn one(api: Api, walk: Arc<Walk>, session_id: String) -> Result<HandedIn> 
             .header("upload-offset", "0")
             .body(text.clone());
         api.answer(sent).await?;
-        api.answer(api.client().post(api.url(&format!("/logs/{id}/finish")))).await?;
+        api.answer(
+            api.client().post(api.url(&format!("/logs/{id}/finish"))).json(&json!({ "sha256": sha256 })),
+        )
+        .await?;
     }
     let accepted_after = begun.elapsed();
     api.answer(api.client().post(api.url(&format!("/sessions/{session_id}/process")))).await?;
