@@ -52,6 +52,12 @@ test: ## Runs all checks and tests, the page in a browser included
 	@$(MAKE) --no-print-directory vendor
 	@scripts/check
 
+.PHONY: soak
+soak: ## Kills, starves and fills the disk of the release build for an hour or two, and prints a table
+	@scripts/machine rust
+	cargo build --release --locked --bin lodestep
+	LODESTEP_BINARY=$(abspath $(RELEASE)) cargo run --release --locked -p lodestep-tests --example soak
+
 .PHONY: bench
 bench: ## Times the engine and the parsers
 	@scripts/machine rust

@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context, Result, bail, ensure};
 use time::OffsetDateTime;
 
+use crate::serve::sync_folder;
 use crate::store::backup;
 use crate::utc;
 
@@ -44,6 +45,7 @@ pub(crate) async fn make(data: &Path, into: &Path) -> Result<Backup> {
     }
     std::fs::File::open(&unproved)?.sync_all()?;
     std::fs::rename(&unproved, &file)?;
+    sync_folder(into)?;
     let bytes = file.metadata()?.len();
     Ok(Backup { file, bytes })
 }
@@ -79,6 +81,7 @@ pub(crate) async fn restore(file: &Path, data: &Path, replace: bool) -> Result<O
     std::fs::copy(file, &unproved).with_context(|| format!("could not copy {}", file.display()))?;
     std::fs::File::open(&unproved)?.sync_all()?;
     std::fs::rename(&unproved, &database)?;
+    sync_folder(data)?;
     Ok(former)
 }
 

@@ -9,10 +9,20 @@ use serde::{Deserialize, Serialize};
 use serde_json::Value;
 use uuid::Uuid;
 
-use crate::store::StoreError;
+use crate::store::health::Disk;
+use crate::store::{StoreError, WriteError};
 
 /// What a handler gives back.
 pub type Result<T, E = Error> = std::result::Result<T, E>;
+
+/// What is told where there is no room.
+pub(crate) const DISK_FULL: &str = "the server's disk is full: nothing of this was stored, and all that was acknowledged is kept; keep it, tell whoever runs the server, and send it again when there is room";
+
+/// What is told where the disk failed.
+const DISK_FAILED: &str = "the server's disk failed: nothing of this was stored, and the server starts again from what is on disk; keep it and send it again in some seconds";
+
+/// When to try again what the disk refused, s.
+const RETRY_DISK_AFTER_S: u64 = 10;
 
 /// Why a request was not done.
 #[derive(Debug, thiserror::Error)]
@@ -173,6 +183,13 @@ impl Error {
             }
             Error::Http { status, code, .. } => (status, code.to_owned(), detail, None),
             Error::TooMany { code, .. } => (StatusCode::TOO_MANY_REQUESTS, code.to_owned(), detail, None),
+            // Said once in the log, by the writer, not for each who is refused.
+            Error::Store(error) if error.disk() == Some(Disk::Full) => {
+                (StatusCode::INSUFFICIENT_STORAGE, "disk_full".to_owned(), DISK_FULL.to_owned(), None)
+            }
+            Error::Store(error) if error.disk() == Some(Disk::Failing) => {
+                (StatusCode::SERVICE_UNAVAILABLE, "disk_failed".to_owned(), DISK_FAILED.to_owned(), None)
+            }
             Error::Store(_) | Error::Internal(_) => {
                 let id = Uuid::now_v7();
                 tracing::error!(error_id = %id, error = ?self, "request failed, error_id={id}: {detail}");
@@ -199,6 +216,15 @@ impl Error {
     }
 }
 
+impl WriteError for Error {
+    fn disk(&self) -> Option<Disk> {
+        match self {
+            Error::Store(error) => error.disk(),
+            _ => None,
+        }
+    }
+}
+
 impl From<ParseError> for Error {
     /// What a parser says is already a sentence for the one who sent it.
     fn from(error: ParseError) -> Self {
@@ -211,9 +237,9 @@ impl From<ParseError> for Error {
 
 impl IntoResponse for Error {
     fn into_response(self) -> Response {
-        let retry_after_s = match self {
-            Error::TooMany { retry_after_s, .. } => Some(retry_after_s),
-            _ => None,
+        let retry_after_s = match &self {
+            Error::TooMany { retry_after_s, .. } => Some(*retry_after_s),
+            other => other.disk().map(|_| RETRY_DISK_AFTER_S),
         };
         let mut response = self.into_problem().into_response();
         if let Some(seconds) = retry_after_s {

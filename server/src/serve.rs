@@ -5,6 +5,7 @@ use std::future::Future;
 use std::net::SocketAddr;
 use std::path::Path;
 use std::sync::Arc;
+use std::time::Duration;
 
 use anyhow::{Context, Result, bail, ensure};
 use tokio::net::TcpListener;
@@ -21,12 +22,15 @@ use crate::sessions::stale_uploads;
 use crate::sessions::upload_turns::UploadTurns;
 use crate::site::Plan;
 use crate::state::{App, STOP_WITHIN, State};
-use crate::store::Store;
 use crate::store::accounts;
+use crate::store::{Store, StoreError};
 use crate::{api, assets, auth, demo, figures, jobs, live, site, utc, webhooks};
 
 /// Uploaded logs that are read at once; more wait, so that the live sessions keep their share.
 const LOG_READERS: usize = 2;
+
+/// How long open requests have to be refused after the disk has failed.
+const FAIL_WITHIN: Duration = Duration::from_secs(1);
 
 /// Listens where the configuration says.
 pub async fn bind(config: &Config) -> Result<TcpListener> {
@@ -80,17 +84,29 @@ pub async fn serve(
             tokio::time::sleep(STOP_WITHIN).await;
         }
     };
+    let mut server = std::pin::pin!(server.into_future());
     let served = tokio::select! {
-        served = server.into_future() => served.context("the server failed"),
+        served = &mut server => served.context("the server failed"),
         () = overdue => {
             tracing::warn!("some requests did not end in time and were cut off");
             Ok(())
         }
+        () = app.store.disk_failed() => {
+            stopping.cancel();
+            // Long enough for the refusals to get out.
+            let _ = tokio::time::timeout(FAIL_WITHIN, server).await;
+            let why = "see the log for what failed; start the server again, and it goes on from what is on disk";
+            Err(StoreError::DiskFailed(why.to_owned()).into())
+        }
     };
     stopping.cancel();
     // It stops within some thousand samples, and its job goes on at the next start.
-    if let Err(error) = worker.await {
-        tracing::error!(%error, "the worker ended badly: {error}");
+    match tokio::time::timeout(STOP_WITHIN, worker).await {
+        Ok(Err(error)) => tracing::error!(%error, "the worker ended badly: {error}"),
+        Ok(Ok(())) => {}
+        Err(_) => {
+            tracing::warn!("a job did not stop in time and was cut off; it begins again at the next start")
+        }
     }
     if let Err(error) = postman.await {
         tracing::error!(%error, "the deliveries of webhooks ended badly: {error}");
@@ -117,6 +133,11 @@ pub(crate) fn hold_data_folder(data: &Path) -> Result<File> {
     }
 }
 
+/// Brings the names in a folder to disk; where folders cannot be opened, the system does it by itself.
+pub(crate) fn sync_folder(folder: &Path) -> std::io::Result<()> {
+    if cfg!(unix) { File::open(folder)?.sync_all() } else { Ok(()) }
+}
+
 /// The state of a server with this configuration: its site read, its store open.
 pub(crate) async fn open(config: Config) -> Result<App> {
     ensure!(
@@ -138,6 +159,12 @@ pub(crate) async fn open(config: Config) -> Result<App> {
     let site = site::read(config.site.as_deref())?;
     std::fs::create_dir_all(config.uploads())
         .with_context(|| format!("could not make the data folder {}", config.data.display()))?;
+    // The names of new folders are on disk only when the folders that hold them are.
+    for folder in [Some(config.data.as_path()), config.data.parent()].into_iter().flatten() {
+        let folder = if folder.as_os_str().is_empty() { Path::new(".") } else { folder };
+        sync_folder(folder)
+            .with_context(|| format!("could not bring the folder {} to disk", folder.display()))?;
+    }
     let database = config.database();
     let store = Store::open(&database, config.readers)
         .await

@@ -9,6 +9,7 @@ use crate::error::{Error, Result};
 use crate::figures;
 use crate::rights::Right;
 use crate::state::App;
+use crate::store::health::Health;
 use crate::store::markers;
 
 pub(super) fn routes() -> Routes {
@@ -24,7 +25,7 @@ pub(super) fn routes() -> Routes {
 /// `ok` when the database answers and the last write reached the disk.
 async fn health(State(app): State<App>) -> Result<&'static str> {
     markers::revision(app.store.read()).await?;
-    if !app.store.writer().is_healthy() {
+    if app.store.health() != Health::Good {
         return Err(Error::http(
             StatusCode::SERVICE_UNAVAILABLE,
             "disk",

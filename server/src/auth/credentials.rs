@@ -9,6 +9,7 @@ use super::caller::{By, Caller, not_signed_in};
 use crate::error::Result;
 use crate::rights::Right;
 use crate::state::App;
+use crate::store::StoreError;
 use crate::store::accounts::{self, Account};
 use crate::store::{sign_ins, tokens};
 use crate::utc;
@@ -59,10 +60,12 @@ pub(crate) async fn by_token(app: &App, text: &str, address: &str) -> Result<Cal
     let (token, account) = found.ok_or_else(not_signed_in)?;
     if token.used_at.is_none_or(|at| utc::now() - at > SEEN_EVERY) {
         let id = token.id;
-        app.store
+        let noted = app
+            .store
             .writer()
             .run(move |db| Box::pin(async move { tokens::used(db, id, utc::now()).await }))
-            .await?;
+            .await;
+        unless_passing(noted)?;
     }
     of_token(&token, &account, address).ok_or_else(not_signed_in)
 }
@@ -74,12 +77,22 @@ async fn by_cookie(app: &App, secret: &Secret, address: &str) -> Result<Option<C
     };
     if utc::now() - sign_in.seen_at > SEEN_EVERY {
         let id = sign_in.id;
-        app.store
+        let noted = app
+            .store
             .writer()
             .run(move |db| Box::pin(async move { sign_ins::seen(db, id, utc::now()).await }))
-            .await?;
+            .await;
+        unless_passing(noted)?;
     }
     Ok(of_sign_in(&sign_in, &account, address))
+}
+
+/// When somebody was seen is worth no refusal: on a full disk they may still read.
+fn unless_passing(noted: Result<(), StoreError>) -> Result<(), StoreError> {
+    match noted {
+        Err(error) if error.is_passing() => Ok(()),
+        other => other,
+    }
 }
 
 /// The same caller, as it would be known now; `None` when it is known no longer.

@@ -2,12 +2,18 @@
 
 use std::fmt;
 
+use crate::store::StoreError;
+use crate::store::health::Disk;
+
 /// Something failed inside, or a result could not be written.
 pub(super) const INTERNAL: u8 = 1;
 /// The command line is wrong.
 pub(super) const USAGE: u8 = 2;
 /// An input file is wrong.
 pub(super) const BAD_INPUT: u8 = 3;
+/// The disk failed under the server: it is to be started again, and goes on from what is on disk. The number is
+/// that of an input/output error in `sysexits.h`.
+pub(super) const DISK_FAILED: u8 = 74;
 
 /// A failure that its user can put right.
 #[derive(Debug)]
@@ -42,6 +48,12 @@ pub(super) fn exit_code(error: &anyhow::Error) -> u8 {
     match error.downcast_ref() {
         Some(Failure::Usage(_)) => USAGE,
         Some(Failure::BadInput(_)) => BAD_INPUT,
+        None if disk_failed(error) => DISK_FAILED,
         None => INTERNAL,
     }
+}
+
+fn disk_failed(error: &anyhow::Error) -> bool {
+    let mut causes = error.chain().filter_map(|cause| cause.downcast_ref::<StoreError>());
+    causes.any(|error| error.disk() == Some(Disk::Failing))
 }

@@ -13,18 +13,26 @@ use crate::store::sessions::{self, SessionState};
 use crate::utc;
 use crate::wire::Change;
 
-/// Works until the server stops. Jobs that a stopped server left come first.
+/// Works until the server stops. Jobs that a stopped server left come first; so do those whose end could not be
+/// written, as soon as the store takes writes again.
 pub(crate) async fn work(app: App) {
-    if let Err(error) = queue_interrupted(&app).await {
-        tracing::error!(%error, "jobs of the last run of the server could not be queued again: {error}");
-    }
+    let mut interrupted = true;
     while !app.stopping.is_cancelled() {
+        if interrupted {
+            if let Err(error) = queue_interrupted(&app).await {
+                tracing::warn!(%error, "jobs that were cut short could not be queued again yet: {error}");
+                pause(&app).await;
+                continue;
+            }
+            interrupted = false;
+        }
         // Asked before the table is read, so that no job falls between.
         let asked = app.jobs.asked.notified();
         match next(&app).await {
             Ok(Some(job)) => {
                 if let Err(error) = run(&app, job).await {
                     tracing::error!(%error, "a job could not be finished: {error}");
+                    interrupted = true;
                     pause(&app).await;
                 }
             }
@@ -96,6 +104,8 @@ async fn run(app: &App, job: Job) -> Result<()> {
         Err(ProcessError::Stopping) => return Ok(()),
         // Its row went with the session.
         Err(ProcessError::SessionGone) => return Ok(()),
+        // It is not the job's fault: it is done again when the store takes writes.
+        Err(ProcessError::Store(error)) if error.is_passing() => return Err(error.into()),
         Err(error) => {
             let why = error.to_string();
             tracing::warn!(job_id = %done.id, session_id = %done.session_id, "a job failed: {why}");

@@ -239,7 +239,11 @@ impl Actor {
             Command::Visit(visit) => self.on_visit(visit).await,
             Command::StoredVisits(visits) => self.on_stored_visits(visits).await,
             Command::Again => self.wants_again = true,
-            Command::Fault(fault) => self.on_fault(fault).await,
+            Command::Fault(fault) => {
+                if let Go::Ended = self.on_fault(fault).await {
+                    return Go::Ended;
+                }
+            }
             Command::Finish => unreachable!("the loop takes it"),
         }
         if std::mem::take(&mut self.wants_again) { self.work_out_again().await } else { Go::On }
@@ -420,16 +424,17 @@ impl Actor {
         }
     }
 
-    async fn on_fault(&mut self, message: FaultMessage) {
+    async fn on_fault(&mut self, message: FaultMessage) -> Go {
         // What is underway may hold the inspector's position at that time.
         if let Go::Ended = self.all_on_disk().await {
-            return;
+            return Go::Ended;
         }
         let told = match api::faults::report_live(&self.app, &self.session, message).await {
             Ok(fault) => device::event(&Change::Fault { fault }),
             Err(error) => device::told(error.into_problem()),
         };
         self.answer(told);
+        Go::On
     }
 
     async fn on_finish(&mut self) -> Go {

@@ -9,6 +9,7 @@ use axum::response::Response;
 use bytes::Bytes;
 use lodestep_engine::parse::frame;
 use lodestep_engine::parse::live_message::{Answer, DeviceMessage};
+use serde_json::Value;
 use tokio::sync::mpsc;
 use tokio::time::{Instant, MissedTickBehavior, interval, timeout};
 
@@ -236,7 +237,14 @@ impl Connection {
 
     /// Sends the last message and closes.
     async fn end(&mut self, last: Answer) {
-        let code = if last == Answer::Finished { close_code::NORMAL } else { close_code::POLICY };
+        let code = match &last {
+            Answer::Finished => close_code::NORMAL,
+            // The server's own trouble: the device is to come back.
+            Answer::Error(problem) if problem.get("status").and_then(Value::as_u64) >= Some(500) => {
+                close_code::AGAIN
+            }
+            _ => close_code::POLICY,
+        };
         if self.send(last).await.is_continue() {
             self.close(code, "").await;
         }

@@ -25,6 +25,8 @@ pub(crate) fn spill_path(folder: &Path, log_id: Uuid) -> PathBuf {
 pub(crate) struct UploadFile {
     file: File,
     end_bytes: u64,
+    /// A write or sync failed. Which bytes are there is unknown, and a second sync would say that all is well.
+    failed: bool,
 }
 
 impl UploadFile {
@@ -44,14 +46,22 @@ impl UploadFile {
             File::open(folder).await?.sync_all().await?;
         }
         file.seek(SeekFrom::Start(offset_bytes)).await?;
-        Ok(UploadFile { file, end_bytes: offset_bytes })
+        Ok(UploadFile { file, end_bytes: offset_bytes, failed: false })
     }
 
-    /// Appends bytes; they are not on disk yet.
+    /// Appends bytes; they are not on disk yet, and may not even be in the file.
     pub(crate) async fn append(&mut self, bytes: &[u8]) -> io::Result<()> {
-        self.file.write_all(bytes).await?;
+        let written = self.file.write_all(bytes).await;
+        self.failed |= written.is_err();
+        written?;
         self.end_bytes += bytes.len() as u64;
         Ok(())
+    }
+
+    /// Whether a write or sync failed: then nothing more can be promised, and what was not promised is cut off
+    /// by whoever opens it next.
+    pub(crate) fn has_failed(&self) -> bool {
+        self.failed
     }
 
     /// Where the next byte goes.
@@ -61,9 +71,21 @@ impl UploadFile {
 
     /// Brings everything so far to disk, and tells up to where that is.
     pub(crate) async fn sync(&mut self) -> io::Result<u64> {
-        self.file.flush().await?;
-        self.file.sync_data().await?;
-        Ok(self.end_bytes)
+        if self.failed {
+            return Err(io::Error::other("an earlier write to this file failed"));
+        }
+        let synced = match self.file.flush().await {
+            Ok(()) => self.file.sync_data().await,
+            failed => failed,
+        };
+        self.failed |= synced.is_err();
+        synced.map(|()| self.end_bytes)
+    }
+
+    /// Lets go of the bytes that were never promised, for they may take the room that others need.
+    pub(crate) async fn cut_back(self, promised_bytes: u64) {
+        // Whoever opens it next does it, too.
+        let _ = self.file.set_len(promised_bytes).await;
     }
 }
 

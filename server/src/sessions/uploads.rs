@@ -20,6 +20,7 @@ use super::upload_file::{self, UploadFile};
 use super::upload_turns::Turn;
 use crate::error::{Error, Result};
 use crate::state::App;
+use crate::store::StoreError;
 use crate::store::logs::{self, Log, LogState};
 use crate::store::sessions::{self, SessionState};
 use crate::utc;
@@ -170,12 +171,17 @@ pub(crate) async fn append(app: &App, log_id: Uuid, offset_bytes: u64, body: Bod
     }
     let folder = app.config.uploads();
     let mut file = UploadFile::open_at(&folder, log_id, offset_bytes).await.map_err(disk_error)?;
-    let received = receive(app, &log, &mut file, body.into_data_stream(), &turn).await;
-    let end_bytes = promise(app, log_id, &mut file).await?;
-    match received {
-        Ok(()) => Ok(end_bytes),
-        Err(error) => Err(error),
+    let mut promised_bytes = offset_bytes;
+    let received = receive(app, &log, &mut file, body.into_data_stream(), &turn, &mut promised_bytes).await;
+    let promised = match received {
+        Err(error) if file.has_failed() => Err(error),
+        // What a sender who went away has left is kept.
+        received => promise(app, log_id, &mut file, &mut promised_bytes).await.and(received),
+    };
+    if file.has_failed() {
+        file.cut_back(promised_bytes).await;
     }
+    promised.map(|()| promised_bytes)
 }
 
 /// Writes what comes, until the body ends, the sender is gone or a newer request wants the turn.
@@ -185,8 +191,8 @@ async fn receive(
     file: &mut UploadFile,
     mut body: BodyDataStream,
     turn: &Turn,
+    promised_bytes: &mut u64,
 ) -> Result<()> {
-    let mut promised_bytes = file.end_bytes();
     loop {
         let next: Option<Result<Bytes, axum::Error>> = tokio::select! {
             biased;
@@ -233,14 +239,14 @@ async fn receive(
         }
         check_size(app, end_bytes)?;
         file.append(&bytes).await.map_err(disk_error)?;
-        if end_bytes - promised_bytes >= SYNC_BYTES {
-            promised_bytes = promise(app, log.id, file).await?;
+        if end_bytes - *promised_bytes >= SYNC_BYTES {
+            promise(app, log.id, file, promised_bytes).await?;
         }
     }
 }
 
 /// Brings what was received to disk and notes how far that is.
-async fn promise(app: &App, log_id: Uuid, file: &mut UploadFile) -> Result<u64> {
+async fn promise(app: &App, log_id: Uuid, file: &mut UploadFile, promised_bytes: &mut u64) -> Result<()> {
     let end_bytes = file.sync().await.map_err(disk_error)?;
     app.store
         .writer()
@@ -248,7 +254,8 @@ async fn promise(app: &App, log_id: Uuid, file: &mut UploadFile) -> Result<u64> 
             async move { Ok::<_, Error>(logs::set_offset(&mut *db, log_id, end_bytes).await?) }.boxed()
         })
         .await?;
-    Ok(end_bytes)
+    *promised_bytes = end_bytes;
+    Ok(())
 }
 
 /// Gives an upload up: its row and its bytes go.
@@ -348,12 +355,8 @@ fn wrong_offset(asked_bytes: u64, offset_bytes: u64) -> Error {
 
 /// A failure of the disk, told apart where the sender can do something about it.
 pub(crate) fn disk_error(error: io::Error) -> Error {
-    if error.kind() == io::ErrorKind::StorageFull {
-        return Error::http(
-            StatusCode::INSUFFICIENT_STORAGE,
-            "disk_full",
-            "the server's disk is full and has kept what it acknowledged: tell whoever runs it, then go on from the offset",
-        );
+    if matches!(error.kind(), io::ErrorKind::StorageFull | io::ErrorKind::QuotaExceeded) {
+        return StoreError::DiskFull.into();
     }
     Error::Internal(anyhow::Error::new(error).context("the folder of uploads"))
 }

@@ -11,6 +11,7 @@ pub mod charts;
 pub mod fault_changes;
 pub mod fault_photos;
 pub mod faults;
+pub mod health;
 pub mod inspectors;
 pub mod jobs;
 pub mod lab_runs;
@@ -41,9 +42,13 @@ mod columns;
 mod many_rows;
 mod migrations;
 mod sample_columns;
+mod write;
+mod write_ahead;
 
 #[cfg(test)]
 mod tests;
+#[cfg(test)]
+mod upgrade_tests;
 
 use std::path::Path;
 
@@ -51,7 +56,9 @@ use sqlx::SqlitePool;
 use sqlx::sqlite::{SqliteConnectOptions, SqliteJournalMode, SqlitePoolOptions, SqliteSynchronous};
 
 pub(crate) use self::columns::to_word as columns_word;
+use self::health::{Disk, Health};
 pub use self::record::Record;
+pub use self::write::WriteError;
 pub use self::writer::Writer;
 
 /// Why the store did not do what it was asked.
@@ -66,6 +73,12 @@ pub enum StoreError {
     /// The group that this write was committed with did not reach the disk: nothing of it is stored.
     #[error("the write was not stored: {0}")]
     NotCommitted(String),
+    /// The disk has no room: nothing of this write is stored, and everything before it is kept.
+    #[error("the disk is full: the write was not stored")]
+    DiskFull,
+    /// The disk failed: nothing is written until the server has started anew.
+    #[error("the disk failed ({0}): the write was not stored")]
+    DiskFailed(String),
     /// The server is stopping.
     #[error("the writer has stopped: the server is shutting down")]
     Stopped,
@@ -82,7 +95,17 @@ pub enum StoreError {
 impl StoreError {
     /// Whether the same request may succeed later.
     pub fn is_passing(&self) -> bool {
-        matches!(self, StoreError::NotCommitted(_) | StoreError::Stopped)
+        matches!(self, StoreError::NotCommitted(_) | StoreError::Stopped) || self.disk().is_some()
+    }
+
+    /// What it says about the disk; `None`: nothing.
+    pub fn disk(&self) -> Option<Disk> {
+        match self {
+            StoreError::DiskFull => Some(Disk::Full),
+            StoreError::DiskFailed(_) => Some(Disk::Failing),
+            StoreError::Database(error) => Disk::of(error),
+            _ => None,
+        }
     }
 
     /// Whether it was turned down because such a row (by a unique column) stands already.
@@ -95,6 +118,9 @@ impl StoreError {
         matches!(self, StoreError::Database(sqlx::Error::Database(error)) if error.is_foreign_key_violation())
     }
 }
+
+/// How long whoever reads may go on once the store closes.
+const READERS_CLOSE_WITHIN: std::time::Duration = std::time::Duration::from_secs(2);
 
 /// The open store.
 #[derive(Clone, Debug)]
@@ -142,9 +168,24 @@ impl Store {
         &self.writer
     }
 
+    /// How the last write went.
+    pub fn health(&self) -> Health {
+        self.writer.health()
+    }
+
+    /// Ready when the disk has failed and nothing is acknowledged any more; never otherwise.
+    pub async fn disk_failed(&self) {
+        self.writer.disk_failed().await;
+    }
+
     /// Writes what still waits, and closes.
     pub async fn close(&self) {
+        // The readers first: the last connection that closes writes the log back, and only the writer may.
+        if tokio::time::timeout(READERS_CLOSE_WITHIN, self.readers.close()).await.is_err() {
+            tracing::warn!(
+                "somebody still reads: the log stays beside the database, and is read at the next start"
+            );
+        }
         self.writer.stop().await;
-        self.readers.close().await;
     }
 }

@@ -6,6 +6,7 @@ use lodestep_engine::sample::{Foot, ImuSample};
 use tempfile::TempDir;
 use uuid::Uuid;
 
+use super::health::{Disk, Health};
 use super::inspectors::{self, Inspector};
 use super::raw_chunks::{self, Samples};
 use super::sessions::{self, Session, SessionState, Start};
@@ -181,10 +182,57 @@ async fn a_commit_that_fails_is_told_to_all_who_wait_and_the_next_one_works() {
     let (poisoned, lost) = tokio::join!(biased; poison, add(&store, &lost));
     assert!(matches!(poisoned, Err(StoreError::NotCommitted(_))), "{poisoned:?}");
     assert!(matches!(lost, Err(StoreError::NotCommitted(_))), "{lost:?}");
-    assert!(!writer.is_healthy());
+    assert_eq!(writer.health(), Health::NotStored);
     add(&store, &kept).await.unwrap();
-    assert!(writer.is_healthy());
+    assert_eq!(writer.health(), Health::Good);
     assert_eq!(inspectors::list(store.read()).await.unwrap(), [kept]);
+}
+
+#[tokio::test]
+async fn a_full_disk_is_told_to_all_who_wait_and_writing_goes_on_when_there_is_room() {
+    let (_folder, store) = store().await;
+    let (lost, kept) = (inspector("lost"), inspector("kept"));
+    // As many pages as there are now. SQLite says of the next one what it says of a full disk.
+    let large = Inspector { name: "x".repeat(1 << 20), ..inspector("large") };
+    let writer = store.writer();
+    let fill = writer.run(move |db| {
+        Box::pin(async move {
+            sqlx::query("pragma max_page_count = 1").execute(&mut *db).await?;
+            inspectors::insert(db, &large).await
+        })
+    });
+    let (filled, lost) = tokio::join!(biased; fill, add(&store, &lost));
+    assert_eq!(filled.unwrap_err().disk(), Some(Disk::Full));
+    assert!(matches!(lost, Err(StoreError::DiskFull)), "{lost:?}");
+    assert_eq!(store.health(), Health::DiskFull);
+    // The limit was that of the connection, which was given up. Room is found without anybody's asking.
+    let mut health = writer.watch();
+    health.wait_for(|health| *health == Health::Good).await.unwrap();
+    add(&store, &kept).await.unwrap();
+    assert_eq!(inspectors::list(store.read()).await.unwrap(), [kept]);
+}
+
+#[tokio::test]
+async fn after_the_disk_has_failed_nothing_is_stored_until_the_next_start() {
+    let (folder, store) = store().await;
+    let (before, lost, late) = (inspector("before"), inspector("lost"), inspector("late"));
+    add(&store, &before).await.unwrap();
+    let fail =
+        store.writer().run(|_| Box::pin(async { Err::<(), _>(StoreError::DiskFailed("on purpose".into())) }));
+    let (failed, lost) = tokio::join!(biased; fail, add(&store, &lost));
+    assert!(matches!(failed, Err(StoreError::DiskFailed(_))), "{failed:?}");
+    assert!(matches!(lost, Err(StoreError::DiskFailed(_))), "{lost:?}");
+    store.disk_failed().await;
+    assert!(matches!(add(&store, &late).await, Err(StoreError::DiskFailed(_))));
+    store.close().await;
+
+    // The next start, on the files as they were left: the log is still there, and is read.
+    let next = TempDir::new().unwrap();
+    for file in ["test.db", "test.db-wal"] {
+        std::fs::copy(folder.path().join(file), next.path().join(file)).unwrap();
+    }
+    let again = Store::open(&next.path().join("test.db"), 1).await.unwrap();
+    assert_eq!(inspectors::list(again.read()).await.unwrap(), [before]);
 }
 
 #[tokio::test]

@@ -1,19 +1,17 @@
 //! The one writer: a task that owns the only writing connection. Whatever waits while a commit is on
 //! its way to the disk is committed together by the next; each caller hears back after that.
 
-use std::panic::AssertUnwindSafe;
-use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
-use futures_util::FutureExt;
 use futures_util::future::BoxFuture;
 use sqlx::sqlite::SqliteConnectOptions;
 use sqlx::{ConnectOptions, Connection, SqliteConnection};
-use tokio::sync::{mpsc, oneshot};
+use tokio::sync::{mpsc, oneshot, watch};
 
+use super::health::{Disk, Health};
 use super::record::{self, PackedRecord, Record};
-use super::{StoreError, migrations};
+use super::write::{Ran, Recording, Refusal, Task, Work, WriteError};
+use super::{StoreError, migrations, write_ahead};
 
 /// Writes that may wait; more make their senders wait.
 const QUEUE: usize = 4_096;
@@ -24,12 +22,16 @@ const GROUP_BYTES: usize = 8 << 20;
 /// After a commit the writer rests as long as it took, at most so long: of many small commits each would write the same
 /// pages again. A commit that takes a few milliseconds makes nobody wait noticeably.
 const LONGEST_REST: Duration = Duration::from_millis(50);
+/// How often the log is copied into the database file while writes come.
+const COPY_EVERY: Duration = Duration::from_secs(1);
+/// How often room is looked for on a full disk.
+const PROBE_EVERY: Duration = Duration::from_secs(2);
 
 /// Writes to the store. Cheap to clone.
 #[derive(Clone, Debug)]
 pub struct Writer {
     queue: mpsc::Sender<Message>,
-    healthy: Arc<AtomicBool>,
+    health: watch::Receiver<Health>,
 }
 
 enum Message {
@@ -37,107 +39,46 @@ enum Message {
     Stop(oneshot::Sender<()>),
 }
 
-struct Write {
+pub(super) struct Write {
     bytes: usize,
     work: Box<dyn Work>,
 }
 
-/// A write that waits for its turn, with the one who waits for it.
-trait Work: Send {
-    /// Does it inside the group's transaction; `false` when its own part is to be taken back.
-    fn run<'c>(&'c mut self, connection: &'c mut SqliteConnection) -> BoxFuture<'c, bool>;
-    /// The record that it is, when it is one: those are written together.
-    fn record(&self) -> Option<&PackedRecord> {
-        None
+impl Write {
+    /// Work of so many bytes, and where its answer goes.
+    pub(super) fn new<T, E, F>(bytes: usize, work: F, caller: oneshot::Sender<Result<T, E>>) -> Write
+    where
+        F: for<'c> FnOnce(&'c mut SqliteConnection) -> BoxFuture<'c, Result<T, E>> + Send + 'static,
+        T: Send + 'static,
+        E: WriteError,
+    {
+        Write { bytes, work: Box::new(Task::new(work, caller)) }
     }
-    /// Its record was written with others.
-    fn was_written(&mut self) {}
-    /// The group is on disk, or it is not: tells whoever waits.
-    fn resolve(self: Box<Self>, committed: Result<(), String>);
-}
-
-/// A live session's record.
-struct Recording {
-    record: PackedRecord,
-    answer: Option<Result<(), StoreError>>,
-    caller: oneshot::Sender<Result<(), StoreError>>,
-}
-
-impl Work for Recording {
-    fn run<'c>(&'c mut self, connection: &'c mut SqliteConnection) -> BoxFuture<'c, bool> {
-        Box::pin(async move { self.answer.insert(record::write(connection, &[&self.record]).await).is_ok() })
-    }
-
-    fn record(&self) -> Option<&PackedRecord> {
-        Some(&self.record)
-    }
-
-    fn was_written(&mut self) {
-        self.answer = Some(Ok(()));
-    }
-
-    fn resolve(self: Box<Self>, committed: Result<(), String>) {
-        resolve(self.answer, self.caller, committed);
-    }
-}
-
-/// Work of a certain answer.
-struct Task<F, T, E> {
-    work: Option<F>,
-    answer: Option<Result<T, E>>,
-    caller: oneshot::Sender<Result<T, E>>,
-}
-
-impl<F, T, E> Work for Task<F, T, E>
-where
-    F: for<'c> FnOnce(&'c mut SqliteConnection) -> BoxFuture<'c, Result<T, E>> + Send,
-    T: Send,
-    E: From<StoreError> + Send,
-{
-    fn run<'c>(&'c mut self, connection: &'c mut SqliteConnection) -> BoxFuture<'c, bool> {
-        Box::pin(async move {
-            let Some(work) = self.work.take() else { return false };
-            let answer = AssertUnwindSafe(async { work(connection).await }).catch_unwind().await;
-            let answer = answer.unwrap_or_else(|_| {
-                Err(StoreError::NotCommitted("the write itself panicked; nothing of it is stored".into())
-                    .into())
-            });
-            self.answer.insert(answer).is_ok()
-        })
-    }
-
-    fn resolve(self: Box<Self>, committed: Result<(), String>) {
-        resolve(self.answer, self.caller, committed);
-    }
-}
-
-/// Tells whoever waits what became of the work, by its own answer and that of its group.
-fn resolve<T, E: From<StoreError>>(
-    own: Option<Result<T, E>>,
-    caller: oneshot::Sender<Result<T, E>>,
-    committed: Result<(), String>,
-) {
-    let answer = match (own, committed) {
-        (Some(Ok(answer)), Ok(())) => Ok(answer),
-        // What it was turned down for is its own, whatever became of the group.
-        (Some(Err(error)), _) => Err(error),
-        (Some(Ok(_)), Err(why)) => Err(StoreError::NotCommitted(why).into()),
-        (None, Err(why)) => Err(StoreError::NotCommitted(why).into()),
-        (None, Ok(())) => Err(StoreError::NotCommitted("it was passed over".into()).into()),
-    };
-    // Who no longer waits need not be told.
-    let _ = caller.send(answer);
 }
 
 impl Writer {
     /// Opens the writing connection, brings the database up to date and starts the task.
     pub(super) async fn start(options: SqliteConnectOptions) -> Result<Writer, StoreError> {
+        let options = options
+            // The task copies the log itself, where a failure is seen, and after the answers are out.
+            .pragma("wal_autocheckpoint", "0")
+            // Savepoints keep what they may have to take back in memory, not in a file of their own.
+            .pragma("temp_store", "memory");
         let mut connection = options.connect().await?;
+        if let Err(error) = write_ahead::settle(&mut connection).await {
+            if error.disk() == Some(Disk::Failing) {
+                // Closing it would ask the disk once more.
+                std::mem::forget(connection);
+            }
+            return Err(error);
+        }
         migrations::run(&mut connection).await?;
         let (queue, messages) = mpsc::channel(QUEUE);
-        let healthy = Arc::new(AtomicBool::new(true));
-        tokio::spawn(write_groups(options, connection, messages, Arc::clone(&healthy)));
-        Ok(Writer { queue, healthy })
+        let (told, health) = watch::channel(Health::Good);
+        tokio::spawn(
+            Groups { options, connection: Some(connection), told, copied_at: Instant::now() }.run(messages),
+        );
+        Ok(Writer { queue, health })
     }
 
     /// Puts a live session's findings on disk.
@@ -145,9 +86,9 @@ impl Writer {
         let record = PackedRecord::new(record)?;
         let bytes = record.bytes();
         let (caller, answer) = oneshot::channel();
-        let work = Box::new(Recording { record, answer: None, caller });
-        self.queue.send(Message::Write(Write { bytes, work })).await.map_err(|_| StoreError::Stopped)?;
-        answer.await.unwrap_or(Err(StoreError::Stopped))
+        let work = Box::new(Recording::new(record, caller));
+        self.queue.send(Message::Write(Write { bytes, work })).await.map_err(|_| self.closed())?;
+        answer.await.unwrap_or_else(|_| Err(self.closed()))
     }
 
     /// Does any other write: `work` runs inside a transaction of its own (a savepoint of the group's).
@@ -157,14 +98,29 @@ impl Writer {
     where
         F: for<'c> FnOnce(&'c mut SqliteConnection) -> BoxFuture<'c, Result<T, E>> + Send + 'static,
         T: Send + 'static,
-        E: From<StoreError> + Send + 'static,
+        E: WriteError,
     {
         self.submit(0, work).await
     }
 
-    /// Whether the last group reached the disk.
-    pub fn is_healthy(&self) -> bool {
-        self.healthy.load(Ordering::Relaxed)
+    /// How the last write went.
+    pub fn health(&self) -> Health {
+        *self.health.borrow()
+    }
+
+    /// How writing goes, as it changes.
+    #[cfg(test)]
+    pub(super) fn watch(&self) -> watch::Receiver<Health> {
+        self.health.clone()
+    }
+
+    /// Ready when the disk has failed; never otherwise.
+    pub(super) async fn disk_failed(&self) {
+        let mut health = self.health.clone();
+        if health.wait_for(|health| *health == Health::DiskFailed).await.is_err() {
+            // The writer has stopped in good order.
+            std::future::pending::<()>().await;
+        }
     }
 
     /// Writes what waits and ends; later writes are refused.
@@ -179,128 +135,221 @@ impl Writer {
     where
         F: for<'c> FnOnce(&'c mut SqliteConnection) -> BoxFuture<'c, Result<T, E>> + Send + 'static,
         T: Send + 'static,
-        E: From<StoreError> + Send + 'static,
+        E: WriteError,
     {
         let (caller, answer) = oneshot::channel();
-        let work = Box::new(Task { work: Some(work), answer: None, caller });
-        self.queue.send(Message::Write(Write { bytes, work })).await.map_err(|_| StoreError::Stopped)?;
-        answer.await.unwrap_or_else(|_| Err(StoreError::Stopped.into()))
+        let write = Write::new(bytes, work, caller);
+        let sent = self.queue.send(Message::Write(write)).await;
+        sent.map_err(|_| self.closed())?;
+        answer.await.unwrap_or_else(|_| Err(self.closed().into()))
+    }
+
+    /// Why nothing is taken any more.
+    fn closed(&self) -> StoreError {
+        match self.health() {
+            Health::DiskFailed => StoreError::DiskFailed("the writer has given up".to_owned()),
+            _ => StoreError::Stopped,
+        }
     }
 }
 
 /// The task: takes what waits, commits it together, answers, and so on until it is stopped.
-async fn write_groups(
+struct Groups {
     options: SqliteConnectOptions,
-    connection: SqliteConnection,
-    mut messages: mpsc::Receiver<Message>,
-    healthy: Arc<AtomicBool>,
-) {
-    let mut connection = Some(connection);
-    let mut stop = None;
-    // A stop closes the queue: what waits in it is still written, then `recv` says that it is empty.
-    let mut rest_until = None;
-    while let Some(first) = messages.recv().await {
-        if let Some(until) = rest_until.take() {
-            tokio::time::sleep_until(until).await;
-        }
-        let mut group = Vec::new();
-        let mut bytes = 0;
-        let mut next = Some(first);
-        // What came while the commit before this one was on its way, and in the rest after it, is here. So an idle
-        // server answers at once and a busy one in large groups.
-        while let Some(message) = next.take() {
-            match message {
-                Message::Write(write) => {
-                    bytes += write.bytes;
-                    group.push(write);
-                }
-                Message::Stop(done) => {
-                    stop = Some(done);
-                    messages.close();
-                }
-            }
-            if group.len() < GROUP_WRITES && bytes < GROUP_BYTES {
-                next = messages.try_recv().ok();
-            }
-        }
-        let begun = tokio::time::Instant::now();
-        commit_group(&options, &mut connection, group, &healthy).await;
-        rest_until = Some(begun + begun.elapsed() + begun.elapsed().min(LONGEST_REST));
-    }
-    // Closing writes the log back into the database file.
-    if let Some(connection) = connection
-        && let Err(error) = connection.close().await
-    {
-        tracing::warn!(%error, "the writing connection did not close cleanly: {error}");
-    }
-    if let Some(done) = stop {
-        let _ = done.send(());
-    }
+    connection: Option<SqliteConnection>,
+    told: watch::Sender<Health>,
+    /// When the log was copied into the database file last.
+    copied_at: Instant,
 }
 
-/// Commits one group and answers all of it.
-async fn commit_group(
-    options: &SqliteConnectOptions,
-    connection: &mut Option<SqliteConnection>,
-    mut group: Vec<Write>,
-    healthy: &AtomicBool,
-) {
-    let begun = Instant::now();
-    let committed = try_commit(options, connection, &mut group).await;
-    metrics::histogram!("lodestep_commit_seconds").record(begun.elapsed().as_secs_f64());
-    metrics::counter!("lodestep_writes_total").increment(group.len() as u64);
-    healthy.store(committed.is_ok(), Ordering::Relaxed);
-    let committed = committed.map_err(|error| {
-        // After a failed sync nobody knows what the disk holds of it: the connection is given up and
-        // the next group begins on a new one, which reads the log from the disk.
-        *connection = None;
-        tracing::error!(%error, writes = group.len(), "a group of {} writes did not reach the disk: {error}", group.len());
-        error.to_string()
-    });
-    for write in group {
-        write.work.resolve(committed.clone());
-    }
-}
-
-async fn try_commit(
-    options: &SqliteConnectOptions,
-    slot: &mut Option<SqliteConnection>,
-    group: &mut [Write],
-) -> sqlx::Result<()> {
-    if group.is_empty() {
-        return Ok(());
-    }
-    let connection = match slot {
-        Some(connection) => connection,
-        None => slot.insert(options.connect().await?),
-    };
-    let mut transaction = connection.begin_with("begin immediate").await?;
-    let mut rest = group;
-    while let Some(first) = rest.first() {
-        let together = rest.iter().take_while(|write| write.work.record().is_some()).count();
-        let is_record = first.work.record().is_some();
-        let (now, later) = rest.split_at_mut(if is_record { together } else { 1 });
-        rest = later;
-        if now.len() > 1 && write_together(&mut transaction, now).await? {
-            continue;
+impl Groups {
+    async fn run(mut self, mut messages: mpsc::Receiver<Message>) {
+        let (mut stop, mut rest_until) = (None, None);
+        // A stop closes the queue: what waits in it is still written, then `recv` says that it is empty.
+        while let Some(first) = self.next(&mut messages).await {
+            if let Some(until) = rest_until.take() {
+                tokio::time::sleep_until(until).await;
+            }
+            let mut group = Vec::new();
+            let mut bytes = 0;
+            let mut next = Some(first);
+            // What came while the commit before this one was on its way, and in the rest after it, is here. So an
+            // idle server answers at once and a busy one in large groups.
+            while let Some(message) = next.take() {
+                match message {
+                    Message::Write(write) => {
+                        bytes += write.bytes;
+                        group.push(write);
+                    }
+                    Message::Stop(done) => {
+                        stop = Some(done);
+                        messages.close();
+                    }
+                }
+                if group.len() < GROUP_WRITES && bytes < GROUP_BYTES {
+                    next = messages.try_recv().ok();
+                }
+            }
+            let begun = tokio::time::Instant::now();
+            self.commit(group).await;
+            rest_until = Some(begun + begun.elapsed() + begun.elapsed().min(LONGEST_REST));
+            if *self.told.borrow() == Health::DiskFailed {
+                messages.close();
+            }
         }
-        for write in now {
-            let mut savepoint = transaction.begin().await?;
-            if write.work.run(&mut savepoint).await {
-                savepoint.commit().await?;
-            } else {
-                savepoint.rollback().await?;
+        // Closing writes the log back into the database file.
+        if let Some(connection) = self.connection
+            && let Err(error) = connection.close().await
+        {
+            tracing::warn!(%error, "the writing connection did not close cleanly: {error}");
+        }
+        if let Some(done) = stop {
+            let _ = done.send(());
+        }
+    }
+
+    /// What comes next. While the disk is full, a write of the task's own finds out when there is room.
+    async fn next(&mut self, messages: &mut mpsc::Receiver<Message>) -> Option<Message> {
+        while *self.told.borrow() == Health::DiskFull {
+            match tokio::time::timeout(PROBE_EVERY, messages.recv()).await {
+                Ok(message) => return message,
+                Err(_) => self.commit(vec![write_ahead::probe()]).await,
+            }
+        }
+        messages.recv().await
+    }
+
+    /// Commits one group and answers all of it.
+    async fn commit(&mut self, mut group: Vec<Write>) {
+        let begun = Instant::now();
+        let has_failed = *self.told.borrow() == Health::DiskFailed;
+        let committed = if has_failed {
+            // It came before the queue was closed.
+            Err(Refusal::Disk(Disk::Failing, "the disk had failed before".to_owned()))
+        } else {
+            self.try_commit(&mut group).await
+        };
+        metrics::histogram!("lodestep_commit_seconds").record(begun.elapsed().as_secs_f64());
+        metrics::counter!("lodestep_writes_total").increment(group.len() as u64);
+        if let Err(refusal) = &committed {
+            self.give_up(refusal, group.len()).await;
+        } else {
+            self.tell(Health::Good);
+        }
+        for write in group {
+            write.work.resolve(committed.clone());
+        }
+        if committed.is_ok() && self.copied_at.elapsed() >= COPY_EVERY {
+            self.copy_log().await;
+        }
+    }
+
+    async fn try_commit(&mut self, group: &mut [Write]) -> Result<(), Refusal> {
+        if group.is_empty() {
+            return Ok(());
+        }
+        let connection = match &mut self.connection {
+            Some(connection) => connection,
+            slot => slot.insert(self.options.connect().await?),
+        };
+        let mut transaction = connection.begin_with("begin immediate").await?;
+        let mut rest = group;
+        while let Some(first) = rest.first() {
+            let together = rest.iter().take_while(|write| write.work.record().is_some()).count();
+            let is_record = first.work.record().is_some();
+            let (now, later) = rest.split_at_mut(if is_record { together } else { 1 });
+            rest = later;
+            if now.len() > 1 && write_together(&mut transaction, now).await? {
+                continue;
+            }
+            for write in now {
+                let mut savepoint = transaction.begin().await?;
+                match write.work.run(&mut savepoint).await {
+                    Ran::Done => savepoint.commit().await?,
+                    Ran::TakeBack => savepoint.rollback().await?,
+                    Ran::Stopped(refusal) => return Err(refusal),
+                }
+            }
+        }
+        transaction.commit().await?;
+        Ok(())
+    }
+
+    /// A group was not stored: lets go of the connection, for nobody knows in which state it is.
+    async fn give_up(&mut self, refusal: &Refusal, writes: usize) {
+        let before = *self.told.borrow();
+        let Some(connection) = self.connection.take() else { return self.tell_of(refusal) };
+        match refusal {
+            Refusal::Disk(Disk::Failing, why) => {
+                // After a failed sync nobody knows what the disk holds: it is not asked again, not even by the
+                // connection's own end. The next start reads the log and brings it to disk anew.
+                std::mem::forget(connection);
+                if before != Health::DiskFailed {
+                    tracing::error!(
+                        writes,
+                        "the disk failed under a group of {writes} writes ({why}): nothing is acknowledged any more, and the server ends to start again from the log"
+                    );
+                }
+            }
+            Refusal::Disk(Disk::Full, _) | Refusal::NotCommitted(_) => {
+                // The next one first: with the last connection the log's index would go, and on a full disk
+                // there might be no room for another.
+                self.connection = self.options.connect().await.ok();
+                drop(connection);
+                match refusal {
+                    Refusal::NotCommitted(why) => {
+                        tracing::error!(writes, "a group of {writes} writes was not stored: {why}");
+                    }
+                    Refusal::Disk(..) if before != Health::DiskFull => {
+                        tracing::error!(
+                            writes,
+                            "the disk is full: a group of {writes} writes was refused, and so is everything until there is room"
+                        );
+                    }
+                    Refusal::Disk(..) => {}
+                }
+            }
+        }
+        self.tell_of(refusal);
+    }
+
+    fn tell_of(&self, refusal: &Refusal) {
+        self.tell(match refusal {
+            Refusal::NotCommitted(_) => Health::NotStored,
+            Refusal::Disk(Disk::Full, _) => Health::DiskFull,
+            Refusal::Disk(Disk::Failing, _) => Health::DiskFailed,
+        });
+    }
+
+    fn tell(&self, health: Health) {
+        let before = self.told.send_replace(health);
+        if before == Health::DiskFull && health == Health::Good {
+            tracing::info!("there is room on the disk again");
+        }
+    }
+
+    /// Copies what the log holds into the database file, so that the log can begin anew.
+    async fn copy_log(&mut self) {
+        self.copied_at = Instant::now();
+        let Some(connection) = &mut self.connection else { return };
+        if let Err(error) = write_ahead::copy(connection).await {
+            match Disk::of(&error) {
+                // It stays in the log, where it is as safe.
+                Some(Disk::Full) | None => tracing::warn!(%error, "the log could not be copied: {error}"),
+                Some(Disk::Failing) => self.give_up(&error.into(), 0).await,
             }
         }
     }
-    transaction.commit().await
 }
 
 /// Writes records in statements that they share; `false` when one of them was turned down, and none is written.
-async fn write_together(transaction: &mut SqliteConnection, records: &mut [Write]) -> sqlx::Result<bool> {
+async fn write_together(transaction: &mut SqliteConnection, records: &mut [Write]) -> Result<bool, Refusal> {
     let mut savepoint = transaction.begin().await?;
     let packed: Vec<&PackedRecord> = records.iter().filter_map(|write| write.work.record()).collect();
-    if record::write(&mut savepoint, &packed).await.is_err() {
+    if let Err(error) = record::write(&mut savepoint, &packed).await {
+        if let Some(disk) = error.disk() {
+            return Err(Refusal::Disk(disk, error.to_string()));
+        }
         savepoint.rollback().await?;
         return Ok(false);
     }

@@ -1,0 +1,70 @@
+//! Whether the disk takes what is written: what a failure says about it, and how the store is now.
+
+use sqlx::error::DatabaseError;
+
+/// What a failure of the database says about the disk.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Disk {
+    /// There is no room. What is there stays, and the next write may find some.
+    Full,
+    /// It did not write, sync or read as it should. What it holds of the last writes is unknown.
+    Failing,
+}
+
+/// How the store is, by the last write.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Health {
+    /// The last write reached the disk.
+    Good,
+    /// The last group of writes was not stored; the next one is tried anew.
+    NotStored,
+    /// There is no room: writes are refused, and room is looked for by itself.
+    DiskFull,
+    /// The disk failed: nothing is written or acknowledged any more, and the server ends to start from the log.
+    DiskFailed,
+}
+
+/// Primary result codes of SQLite.
+const SQLITE_IOERR: i64 = 10;
+const SQLITE_FULL: i64 = 13;
+/// The index of the log could not grow. It is no part of what is kept, and nothing but room is missing.
+const SQLITE_IOERR_SHMSIZE: i64 = SQLITE_IOERR | 19 << 8;
+
+impl Disk {
+    /// What this failure says about the disk; `None`: nothing.
+    pub(super) fn of(error: &sqlx::Error) -> Option<Disk> {
+        match error {
+            sqlx::Error::Database(error) => Disk::of_code(extended_code(error.as_ref())?),
+            sqlx::Error::WorkerCrashed => Some(Disk::Failing),
+            _ => None,
+        }
+    }
+
+    fn of_code(code: i64) -> Option<Disk> {
+        match (code, code & 0xFF) {
+            (SQLITE_IOERR_SHMSIZE, _) | (_, SQLITE_FULL) => Some(Disk::Full),
+            (_, SQLITE_IOERR) => Some(Disk::Failing),
+            _ => None,
+        }
+    }
+}
+
+fn extended_code(error: &dyn DatabaseError) -> Option<i64> {
+    error.code()?.parse().ok()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_full_disk_is_told_from_a_failing_one_and_both_from_a_refused_row() {
+        let (full, fsync, write, shm, unique, busy) = (13, 1034, 778, 4874, 2067, 5);
+        assert_eq!(Disk::of_code(full), Some(Disk::Full));
+        assert_eq!(Disk::of_code(shm), Some(Disk::Full));
+        assert_eq!(Disk::of_code(fsync), Some(Disk::Failing));
+        assert_eq!(Disk::of_code(write), Some(Disk::Failing));
+        assert_eq!(Disk::of_code(unique), None);
+        assert_eq!(Disk::of_code(busy), None);
+    }
+}

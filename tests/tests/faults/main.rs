@@ -1,0 +1,128 @@
+//! What must hold whatever happens to the server: the short form of `make soak`, on the real program.
+//!
+//! Every seed is by chance and printed; `LODESTEP_FAULT_SEED` makes the same choices again.
+
+#![allow(
+    clippy::print_stdout,
+    reason = "a test that met a fault tells its seed; one that was skipped tells why"
+)]
+
+use std::sync::Arc;
+use std::time::Duration;
+
+use lodestep_tests::faults::audit::audit;
+use lodestep_tests::faults::disk_full::{SmallDisk, fill};
+use lodestep_tests::faults::io_error::{DISK_FAILED, Fault, fail, no_strace};
+use lodestep_tests::faults::kill::kill;
+use lodestep_tests::faults::link::{Link, Trouble};
+use lodestep_tests::faults::process::Program;
+use lodestep_tests::faults::random::Random;
+use lodestep_tests::faults::scene::{Scale, Scene, undisturbed, wrong_in_the_end};
+use lodestep_tests::faults::script::Script;
+use tempfile::TempDir;
+
+/// Long enough to be met by some faults, short enough for a test.
+const SCALE: Scale = Scale { devices: 2, metres: 12.0, pace: Duration::from_millis(4), changes: 20 };
+
+fn scripts(scale: Scale) -> Vec<Arc<Script>> {
+    (0..scale.devices).map(|number| Arc::new(Script::walk(scale.metres, 7 + number))).collect()
+}
+
+fn random() -> Random {
+    let random = Random::new();
+    println!("seed {}", random.seed());
+    random
+}
+
+#[tokio::test]
+async fn a_server_that_is_killed_at_random_moments_keeps_every_promise_and_tells_the_same_tracks() {
+    let mut random = random();
+    let scripts = scripts(SCALE);
+    let expected = undisturbed(&scripts, SCALE).await;
+    let came = kill(5, &scripts, SCALE, &expected, &mut random).await;
+    assert!(came.wrong.is_empty(), "{came:#?}");
+    assert!(came.kills == 5 && came.batches > 0, "{came:?}");
+}
+
+#[tokio::test]
+async fn a_server_that_is_asked_to_stop_at_a_random_moment_ends_in_good_order_and_loses_nothing() {
+    let mut random = random();
+    let scripts = scripts(SCALE);
+    let expected = undisturbed(&scripts, SCALE).await;
+    let folder = TempDir::new().expect("a temporary folder can be made");
+    let program = Program::on(folder.path());
+    let mut running = program.start().await;
+    let mut scene = Scene::prepare(running.address, &scripts, SCALE).await;
+    scene.begin();
+    for _ in 0..3 {
+        scene.work_for(random.within(Duration::from_millis(700))).await;
+        let status = running.terminate().await;
+        scene.server_is_at(None);
+        assert_eq!(status.code(), Some(0), "asked to stop, it ended with {status}");
+        // What was acknowledged is in the database file itself: its log has been written back and is gone.
+        assert!(!folder.path().join("lodestep.db-wal").exists(), "the log was left behind");
+        let wrong = audit(folder.path(), &scene).await;
+        assert!(wrong.is_empty(), "{wrong:#?}");
+        running = program.start().await;
+        scene.server_is_at(Some(running.address));
+    }
+    let outcome = scene.end(Duration::from_secs(120)).await;
+    running.terminate().await;
+    let wrong = wrong_in_the_end(folder.path(), &scene, &outcome, &expected).await;
+    assert!(wrong.is_empty(), "{wrong:#?}");
+}
+
+#[tokio::test]
+async fn a_server_whose_disk_fails_acknowledges_nothing_more_ends_and_goes_on_from_what_is_on_disk() {
+    let mut random = random();
+    let scripts = scripts(SCALE);
+    let expected = undisturbed(&scripts, SCALE).await;
+    // A limit on the size of files needs no rights and no tools: the write beyond it fails.
+    let blocks = 700 + random.below(300);
+    let came = fail(Fault::LargestFile(blocks), &scripts, SCALE, &expected).await;
+    assert!(came.wrong.is_empty(), "{came:#?}");
+    assert!(came.while_serving, "files never grew beyond {blocks} blocks, so nothing failed");
+    if let Some(why) = no_strace() {
+        println!("Faults of single syncs and writes were skipped: {why}.");
+        return;
+    }
+    for fault in [Fault::Sync(6 + random.below(30)), Fault::Write(10 + random.below(100))] {
+        let came = fail(fault, &scripts, SCALE, &expected).await;
+        assert!(came.wrong.is_empty(), "{came:#?}");
+        assert!(came.while_serving, "{fault:?} did not end the server with {DISK_FAILED}: {came:?}");
+    }
+}
+
+#[tokio::test]
+async fn a_server_whose_disk_is_full_keeps_what_it_has_and_goes_on_by_itself_when_there_is_room() {
+    let disk = match SmallDisk::mount() {
+        Ok(disk) => disk,
+        Err(why) => return println!("The full disk was skipped: {why}."),
+    };
+    let mut random = random();
+    let scripts = scripts(SCALE);
+    let expected = undisturbed(&scripts, SCALE).await;
+    let came = fill(&disk, random.below(200), &scripts, SCALE, &expected).await;
+    assert!(came.wrong.is_empty(), "{came:#?}");
+    assert!(came.refusals > 0, "the disk never was full");
+}
+
+#[tokio::test]
+async fn frames_that_are_lost_doubled_swapped_and_cut_on_the_way_change_nothing() {
+    let mut random = random();
+    let scripts = scripts(SCALE);
+    let expected = undisturbed(&scripts, SCALE).await;
+    let folder = TempDir::new().expect("a temporary folder can be made");
+    let running = Program::on(folder.path()).start().await;
+    let trouble = Trouble { lost: 2, doubled: 4, swapped: 3, halved: 1 };
+    let link = Link::to(running.address, trouble, Random::of(random.word())).await;
+    let mut scene = Scene::prepare(running.address, &scripts, SCALE).await;
+    scene.server_is_at(Some(link.address));
+    scene.begin();
+    let outcome = scene.end(Duration::from_secs(120)).await;
+    running.terminate().await;
+    let wrong = wrong_in_the_end(folder.path(), &scene, &outcome, &expected).await;
+    assert!(wrong.is_empty(), "{wrong:#?}");
+    let done = link.done();
+    assert!(done.lost > 0 && done.doubled > 0 && done.swapped > 0, "{done:?}");
+}
