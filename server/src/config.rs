@@ -41,6 +41,10 @@ pub struct Config {
     #[arg(long, env = "LODESTEP_TRACK_RATE_HZ", value_name = "HZ", default_value_t = 10.0)]
     pub track_rate_hz: f64,
 
+    /// Free space on the data folder's disk below which `/readyz` says that the server is not ready, in bytes.
+    #[arg(long, env = "LODESTEP_LEAST_FREE_BYTES", value_name = "BYTES", default_value_t = 256 << 20)]
+    pub least_free_bytes: u64,
+
     /// Longest time a request may take until its answer begins, in seconds.
     #[arg(long, env = "LODESTEP_REQUEST_S", value_name = "SECONDS", default_value_t = 60)]
     pub request_s: u64,
@@ -80,6 +84,7 @@ impl Config {
             unpacked_ratio: 200,
             body_bytes: 4 << 20,
             track_rate_hz: 10.0,
+            least_free_bytes: 0,
             request_s: 60,
             demo: false,
             setup_token: None,

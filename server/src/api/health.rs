@@ -1,8 +1,13 @@
 //! Whether the server is well, for the machines that watch it.
 
+use std::time::Duration;
+
 use axum::extract::State;
 use axum::http::{StatusCode, header};
 use axum::response::{IntoResponse, Response};
+use schemars::JsonSchema;
+use serde::Serialize;
+use tokio::time::timeout;
 
 use super::Routes;
 use crate::error::{Error, Result};
@@ -10,13 +15,19 @@ use crate::figures;
 use crate::rights::Right;
 use crate::state::App;
 use crate::store::health::Health;
-use crate::store::markers;
+use crate::store::{self, StoreError, markers};
+
+/// A write that has not come through in this time is one that nobody should wait for.
+const WRITES_WITHIN: Duration = Duration::from_secs(5);
 
 pub(super) fn routes() -> Routes {
     Routes::new()
         .get("/healthz", Right::Open, health)
         .about("Whether the database answers and the last write reached the disk")
         .gives_bytes("text/plain")
+        .get("/readyz", Right::Open, ready)
+        .about("Whether the server can do its work; 503 names what keeps it from it")
+        .gives::<Ready>()
         .get("/metrics", Right::Read, figures_text)
         .about("Figures for Prometheus")
         .gives_bytes("text/plain")
@@ -35,8 +46,91 @@ async fn health(State(app): State<App>) -> Result<&'static str> {
     Ok("ok")
 }
 
+/// What the server needs for its work, and whether it has it.
+#[derive(Debug, Serialize, JsonSchema)]
+struct Ready {
+    /// The version of the tables: how many steps the database has made.
+    database_version: i64,
+    /// Free space on the disk of the data folder, bytes; `None` where the system does not say.
+    free_bytes: Option<u64>,
+}
+
+/// Ready when the database takes a write and is of this version, the disk has room, and somebody does the jobs.
+async fn ready(State(app): State<App>) -> Result<axum::Json<Ready>> {
+    let mut lacks = Vec::new();
+    if app.stopping.is_cancelled() {
+        lacks.push("the server is stopping".to_owned());
+    }
+    let write =
+        app.store.writer().run(|db| Box::pin(async move { Ok::<_, StoreError>(store::version(db).await?) }));
+    let database_version = match timeout(WRITES_WITHIN, write).await {
+        Ok(Ok(version)) if version == store::VERSION => version,
+        Ok(Ok(version)) => {
+            lacks.push(format!("the database is of version {version}, this server of {}", store::VERSION));
+            version
+        }
+        Ok(Err(error)) => {
+            tracing::warn!(%error, "not ready: the database takes no write: {error}");
+            lacks.push("the database takes no write".to_owned());
+            0
+        }
+        Err(_) => {
+            lacks.push(format!("the database took no write within {} s", WRITES_WITHIN.as_secs()));
+            0
+        }
+    };
+    match app.store.health() {
+        Health::Good => {}
+        Health::NotStored => lacks.push("the last write was not stored".to_owned()),
+        Health::DiskFull => lacks.push("the disk is full".to_owned()),
+        Health::DiskFailed => lacks.push("the disk failed".to_owned()),
+    }
+    let free_bytes = fs4::available_space(&app.config.data).ok();
+    if let Some(free_bytes) = free_bytes.filter(|free| *free < app.config.least_free_bytes) {
+        let least_bytes = app.config.least_free_bytes;
+        lacks.push(format!("the disk has {free_bytes} bytes left, fewer than {least_bytes}"));
+    }
+    if !app.jobs.has_worker() {
+        lacks.push("nobody does the jobs".to_owned());
+    }
+    if lacks.is_empty() {
+        return Ok(axum::Json(Ready { database_version, free_bytes }));
+    }
+    Err(Error::http(
+        StatusCode::SERVICE_UNAVAILABLE,
+        "not_ready",
+        format!(
+            "expected a server that is ready, found: {}; see the server's log and its disk",
+            lacks.join("; ")
+        ),
+    ))
+}
+
 /// Prometheus text.
 async fn figures_text(State(app): State<App>) -> Response {
+    figures::look(&app).await;
     ([(header::CONTENT_TYPE, "text/plain; version=0.0.4; charset=utf-8")], figures::render(&app.metrics))
         .into_response()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::config::Config;
+    use crate::serve;
+
+    #[tokio::test]
+    async fn what_keeps_a_server_from_its_work_is_told_all_at_once() {
+        let folder = tempfile::tempdir().unwrap();
+        let config = Config { least_free_bytes: u64::MAX, ..Config::for_testing(folder.path()) };
+        let app = serve::open(config).await.unwrap();
+        app.store.close().await;
+        app.stopping.cancel();
+        // Nobody has begun to do the jobs of this one.
+        let problem = ready(State(app)).await.unwrap_err().into_problem();
+        assert_eq!((problem.status, problem.code.as_str()), (503, "not_ready"));
+        for lack in ["stopping", "takes no write", "bytes left", "nobody does the jobs"] {
+            assert!(problem.detail.contains(lack), "{lack} is missing: {}", problem.detail);
+        }
+    }
 }

@@ -1,6 +1,7 @@
 //! Asking for work, and looking at how far it is.
 
 use std::collections::{HashMap, HashSet};
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Mutex, MutexGuard};
 
 use futures_util::FutureExt;
@@ -23,9 +24,31 @@ pub struct Queue {
     running: Mutex<HashMap<Uuid, (&'static str, f64)>>,
     /// Those that were given up while they ran, until the worker has let go of them.
     given_up: Mutex<HashSet<Uuid>>,
+    /// Whether somebody does what is asked for.
+    has_worker: AtomicBool,
+}
+
+/// The worker is there for as long as this is.
+pub(super) struct AtWork<'a>(&'a Queue);
+
+impl Drop for AtWork<'_> {
+    fn drop(&mut self) {
+        self.0.has_worker.store(false, Ordering::Relaxed);
+    }
 }
 
 impl Queue {
+    /// Somebody begins to do what is asked for, until the guard is dropped: however that comes about.
+    pub(super) fn at_work(&self) -> AtWork<'_> {
+        self.has_worker.store(true, Ordering::Relaxed);
+        AtWork(self)
+    }
+
+    /// Whether somebody does what is asked for.
+    pub(crate) fn has_worker(&self) -> bool {
+        self.has_worker.load(Ordering::Relaxed)
+    }
+
     /// A job with its progress of this moment.
     pub(crate) fn as_it_stands(&self, job: Job) -> Job {
         match self.running().get(&job.id) {
@@ -114,4 +137,21 @@ async fn put(app: &App, session_id: Uuid) -> Result<Job> {
     publish_session(app, session_id).await?;
     app.jobs.asked.notify_one();
     Ok(job)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_worker_that_has_gone_is_missed_also_when_it_panicked() {
+        let queue = Queue::default();
+        assert!(!queue.has_worker());
+        let panicked = std::panic::catch_unwind(std::panic::AssertUnwindSafe(|| {
+            let _at_work = queue.at_work();
+            assert!(queue.has_worker());
+            std::panic::resume_unwind(Box::new("the worker fails"));
+        }));
+        assert!(panicked.is_err() && !queue.has_worker());
+    }
 }

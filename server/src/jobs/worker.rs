@@ -1,6 +1,9 @@
 //! Does what is asked for, one job after the other, the computing on a thread of its own.
 
+use std::time::Instant;
+
 use futures_util::FutureExt;
+use tracing::Instrument;
 
 use super::progress::Progress;
 use crate::error::{Error, Result};
@@ -16,6 +19,7 @@ use crate::wire::Change;
 /// Works until the server stops. Jobs that a stopped server left come first; so do those whose end could not be
 /// written, as soon as the store takes writes again.
 pub(crate) async fn work(app: App) {
+    let _at_work = app.jobs.at_work();
     let mut interrupted = true;
     while !app.stopping.is_cancelled() {
         if interrupted {
@@ -30,7 +34,8 @@ pub(crate) async fn work(app: App) {
         let asked = app.jobs.asked.notified();
         match next(&app).await {
             Ok(Some(job)) => {
-                if let Err(error) = run(&app, job).await {
+                let span = tracing::info_span!("job", job_id = %job.id, session_id = %job.session_id);
+                if let Err(error) = run(&app, job).instrument(span).await {
                     tracing::error!(%error, "a job could not be finished: {error}");
                     interrupted = true;
                     pause(&app).await;
@@ -90,10 +95,18 @@ async fn run(app: &App, job: Job) -> Result<()> {
         return Ok(());
     }
     let progress = Progress::new(app.clone(), job.clone());
+    let started = Instant::now();
     let outcome = match job.lab_run_id {
         None => process::process(app, job.session_id, progress).await,
         Some(run_id) => lab_run::compute(app, &job, run_id, progress).await,
     };
+    metrics::histogram!("lodestep_job_seconds").record(started.elapsed().as_secs_f64());
+    let word = match &outcome {
+        Ok(()) => "finished",
+        Err(ProcessError::Stopping | ProcessError::SessionGone) => "broken_off",
+        Err(_) => "failed",
+    };
+    metrics::counter!("lodestep_jobs_total", "outcome" => word).increment(1);
     app.jobs.forget(job.id);
     let done = Job { finished_at: Some(utc::now()), stage: String::new(), ..job };
     match outcome {

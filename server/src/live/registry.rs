@@ -5,6 +5,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Mutex, MutexGuard};
 
 use tokio::sync::mpsc;
+use tracing::Instrument;
 use uuid::Uuid;
 
 use super::actor::{self, Command};
@@ -78,7 +79,10 @@ impl Registry {
             let (app, session, own) = (app.clone(), session.clone(), actor.downgrade());
             tokio::spawn(async move {
                 let id = session.id;
-                actor::run(app.clone(), session, inbox).await;
+                // What is logged about this walk names it and its inspector.
+                let span =
+                    tracing::info_span!("session", session_id = %id, inspector_id = %session.inspector_id);
+                actor::run(app.clone(), session, inbox).instrument(span).await;
                 if let Some(own) = own.upgrade() {
                     app.live.forget(id, &own);
                 }

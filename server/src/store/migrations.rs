@@ -25,6 +25,15 @@ const STEPS: &[(i64, &str, &str)] = &[
     (14, "streams side by side", include_str!("../../../migrations/0014_streams_side_by_side.sql")),
 ];
 
+/// The version of the tables that this program reads and writes: the number of the last step.
+pub const VERSION: i64 = STEPS[STEPS.len() - 1].0;
+
+/// The version of a database.
+pub async fn version(connection: &mut SqliteConnection) -> Result<i64, StoreError> {
+    let query = sqlx::query_scalar("select coalesce(max(version), 0) from _sqlx_migrations where success");
+    Ok(query.fetch_one(connection).await?)
+}
+
 /// Brings the database up to this version.
 pub(super) async fn run(connection: &mut SqliteConnection) -> Result<(), StoreError> {
     up_to(i64::MAX).run_direct(None, connection, false).await.map_err(|error| {

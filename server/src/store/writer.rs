@@ -232,6 +232,7 @@ impl Groups {
         metrics::histogram!("lodestep_commit_seconds").record(begun.elapsed().as_secs_f64());
         metrics::counter!("lodestep_writes_total").increment(group.len() as u64);
         if let Err(refusal) = &committed {
+            metrics::counter!("lodestep_write_failures_total").increment(group.len() as u64);
             self.give_up(refusal, group.len()).await;
         } else {
             self.tell(Health::Good);
