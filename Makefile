@@ -11,6 +11,10 @@ DATA ?= data/demo
 # Folders of recordings for `make docs`.
 RECORDINGS ?= tests/data/*/
 
+# Runs of `make fuzz`, cases of `make api-check`.
+RUNS ?= 1000000
+CASES ?= 5000
+
 TARGET := $(or $(CARGO_TARGET_DIR),target)
 RELEASE := $(TARGET)/release/lodestep
 VENDORED := static/vendor/leaflet/leaflet.js
@@ -78,3 +82,21 @@ docs: ## Works out the pages of figures in docs again
 screenshot: vendor ## Takes the pictures of every screen from a running demo
 	cargo build --release --locked --bin lodestep
 	@scripts/with-demo $(RELEASE) npm --prefix static run --silent screenshot
+
+.PHONY: fuzz
+fuzz: ## Fuzzes every parser: make fuzz RUNS=100000000
+	@scripts/machine rust
+	@scripts/machine fuzz
+	@scripts/fuzz $(RUNS)
+
+.PHONY: api-check
+api-check: ## Asks every route all kinds of nonsense: make api-check CASES=50000
+	@scripts/machine rust
+	@scripts/machine schemathesis
+	cargo build --locked --bin lodestep
+	@scripts/api-check $(TARGET)/debug/lodestep $(CASES)
+
+.PHONY: audit
+audit: ## Looks the dependencies up in the list of known faults (cargo-deny)
+	@scripts/machine deny
+	cargo deny --workspace --locked check

@@ -166,7 +166,7 @@ impl Error {
     /// What the client is told. A failure of ours is logged here, once, under an id that the client is
     /// given instead of its words.
     pub fn into_problem(self) -> Problem {
-        let detail = self.to_string();
+        let detail = printable(self.to_string());
         let current = match &self {
             Error::Changed { current, .. } => Some(current.clone()),
             _ => None,
@@ -223,6 +223,16 @@ impl WriteError for Error {
             _ => None,
         }
     }
+}
+
+/// Some libraries repeat what was sent in their own words: no control character of it reaches a log or a
+/// terminal, and not all of a long text.
+fn printable(text: String) -> String {
+    const MOST: usize = 2_000;
+    if text.chars().nth(MOST).is_none() && !text.contains(char::is_control) {
+        return text;
+    }
+    text.chars().take(MOST).map(|c| if c.is_control() { '·' } else { c }).collect()
 }
 
 impl From<ParseError> for Error {

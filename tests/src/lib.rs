@@ -1,6 +1,7 @@
 //! What the tests share: a real server in a folder of its own, and those who speak with it.
 
 pub mod device;
+pub mod every_route;
 pub mod faults;
 pub mod feed;
 pub mod hand_in;

@@ -85,8 +85,8 @@ impl ParseError {
             kind,
             line: None,
             column: None,
-            expected: expected.into(),
-            found: found.into(),
+            expected: printable(expected.into()),
+            found: printable(found.into()),
             advice: advice.into(),
         }
     }
@@ -97,7 +97,7 @@ impl ParseError {
     }
 
     pub(crate) fn in_column(mut self, column: impl Into<String>) -> ParseError {
-        self.column = Some(column.into());
+        self.column = Some(printable(column.into()));
         self
     }
 
@@ -147,6 +147,20 @@ impl fmt::Display for ParseError {
 
 impl std::error::Error for ParseError {}
 
+/// A text that may hold what somebody sent, such as a column's name or a library's words about it: whoever
+/// reads the error, at a terminal or in a log, is shown no control character and no more than some lines.
+fn printable(text: String) -> String {
+    const MOST: usize = 600;
+    if text.chars().nth(MOST).is_none() && !text.contains(char::is_control) {
+        return text;
+    }
+    let mut out: String = text.chars().take(MOST).map(|c| if c.is_control() { '·' } else { c }).collect();
+    if text.chars().nth(MOST).is_some() {
+        out.push('…');
+    }
+    out
+}
+
 /// A piece of somebody's file, short and printable enough to stand in a sentence.
 pub(crate) fn quoted(bytes: &[u8]) -> String {
     const MOST: usize = 40;
@@ -177,6 +191,15 @@ mod tests {
             "line 3, column gyr_x_rad_s: expected a number, found \"abc\"; correct it"
         );
         assert_eq!(error.code(), "not_a_number");
+    }
+
+    #[test]
+    fn what_others_wrote_cannot_take_the_reader_s_terminal_over_or_fill_it() {
+        let error = ParseError::new(ParseErrorKind::NotJson, "a\u{1b}]0;b", "c\r\nd", "correct it")
+            .in_column("x".repeat(20_000));
+        let text = error.to_string();
+        assert!(text.contains("expected a·]0;b, found c··d;"), "{text}");
+        assert!(text.chars().count() < 700, "{text}");
     }
 
     #[test]

@@ -79,7 +79,7 @@ pub struct Survey {
     pub t_first_s: f64,
     /// Time of the last one, s.
     pub t_last_s: f64,
-    /// From the first to the last, s.
+    /// From the first to the last, s; 0 where the clock went back behind the first.
     pub duration_s: f64,
     /// Samples a second, by the usual interval, Hz; `None` for fewer than two samples.
     pub rate_hz: Option<f64>,
@@ -218,12 +218,13 @@ impl LogSurvey {
         };
         let largest =
             |axes: std::ops::Range<usize>| self.extremes[axes].iter().map(|e| e.value).fold(0.0, f64::max);
-        let still_ns = self.still_until_ns.map_or(0, |until_ns| until_ns.saturating_sub(self.first_ns));
+        let still_ns =
+            self.still_until_ns.map_or(0, |until_ns| until_ns.saturating_sub(self.first_ns).max(0));
         Survey {
             samples: self.samples,
             t_first_s: seconds(self.first_ns),
             t_last_s: seconds(self.last_ns),
-            duration_s: seconds(self.last_ns.saturating_sub(self.first_ns)),
+            duration_s: seconds(self.last_ns.saturating_sub(self.first_ns).max(0)),
             rate_hz: (self.usual_ns > 0.0).then(|| 1e9 / self.usual_ns),
             gaps: self.gap_count,
             gaps_s: seconds(self.gap_ns),
@@ -392,6 +393,8 @@ mod tests {
         let found = survey(times.map(|t_ns| sample(t_ns, f64::NAN, f64::INFINITY)));
         assert_eq!((found.repeated_times, found.backward_times), (1, 2));
         assert_eq!(found.still_s, 0.0);
+        let back = survey([10, 0].map(|t_ns| sample(t_ns * 1_000_000_000, 0.0, 9.8)));
+        assert_eq!((back.duration_s, back.still_s), (0.0, 0.0), "no time is negative");
         assert_eq!(survey([]).rate_hz, None);
     }
 }

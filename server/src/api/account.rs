@@ -133,7 +133,7 @@ async fn change_password(
     let account = own_account(&app, &caller).await?;
     let key = accounts::name_key(&account.name);
     app.auth.guesses.begin(&key, &caller.address, std::time::Instant::now())?;
-    if !change.old.is(Some(account.password_hash.clone())).await? {
+    if !app.auth.is_password(change.old, Some(account.password_hash.clone())).await? {
         return Err(Error::invalid(
             "wrong_password",
             "expected the password that is in use now, found another: check it; an administrator can set a new one",

@@ -2,6 +2,7 @@
 
 use axum::Json;
 use axum::extract::State;
+use schemars::JsonSchema;
 use serde::Deserialize;
 use uuid::Uuid;
 
@@ -17,6 +18,7 @@ pub(super) fn routes() -> Routes {
     Routes::new()
         .get("/sessions/{id}/charts", Right::Read, show)
         .about("Series of a walk for charts, by the extremes of each step in time")
+        .query::<Asked>()
         .gives::<serde_json::Value>()
 }
 
@@ -26,12 +28,16 @@ const MOST_BUCKETS: usize = 5_000;
 /// Times are nanoseconds in 64 bits: a century is far from their end, s.
 const LATEST_S: f64 = 3e9;
 
-#[derive(Deserialize)]
+#[derive(Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 struct Asked {
+    /// Seconds since the session's start; the walk's own, when left out.
     from_s: Option<f64>,
+    /// Seconds since the session's start; the walk's own, when left out.
     to_s: Option<f64>,
+    /// Values of a line.
     buckets: Option<usize>,
+    /// Which charts, with commas in between; all, when left out.
     #[serde(default)]
     charts: String,
 }

@@ -2,8 +2,8 @@
 
 use axum::extract::rejection::{JsonRejection, PathRejection, QueryRejection};
 use axum::extract::{FromRequest, FromRequestParts, Request};
-use axum::http::StatusCode;
 use axum::http::request::Parts;
+use axum::http::{StatusCode, Uri};
 use serde::de::DeserializeOwned;
 
 use crate::error::Error;
@@ -65,8 +65,19 @@ impl<S: Send + Sync, T: DeserializeOwned> FromRequestParts<S> for Query<T> {
 
     async fn from_request_parts(parts: &mut Parts, state: &S) -> Result<Self, Error> {
         let query = axum::extract::Query::from_request_parts(parts, state).await;
-        query.map(|axum::extract::Query(query)| Query(query)).map_err(|error: QueryRejection| {
-            Error::http(StatusCode::BAD_REQUEST, "wrong_query", error.body_text())
-        })
+        query.map(|axum::extract::Query(query)| Query(query)).map_err(wrong_query)
     }
+}
+
+/// Reads a query as a handler's [`Query`] would; what no line of a request can hold is told likewise.
+pub fn read_query<T: DeserializeOwned>(query: &str) -> Result<T, Error> {
+    let uri: Uri = format!("/?{query}").parse().map_err(|error: axum::http::uri::InvalidUri| {
+        Error::http(StatusCode::BAD_REQUEST, "wrong_query", error.to_string())
+    })?;
+    let read = axum::extract::Query::try_from_uri(&uri);
+    read.map(|axum::extract::Query(query)| query).map_err(wrong_query)
+}
+
+fn wrong_query(error: QueryRejection) -> Error {
+    Error::http(StatusCode::BAD_REQUEST, "wrong_query", error.body_text())
 }

@@ -54,7 +54,7 @@ mod webhooks;
 /// The header that names a request in the answer and in the log.
 const REQUEST_ID: HeaderName = HeaderName::from_static("x-request-id");
 
-pub use routes::{Content, Declared, Needs, Routes, Shape, Table};
+pub use routes::{AskedQuery, Content, Declared, Needs, ReadsQuery, Routes, Shape, Table};
 
 /// Every route with what it asks of its caller.
 pub fn routes(config: &Config) -> Routes {

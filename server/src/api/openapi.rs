@@ -99,7 +99,7 @@ fn parameters(route: &Declared, schemas: &mut SchemaGenerator) -> Vec<Value> {
     });
     let mut parameters: Vec<Value> = in_path.collect();
     if let Some(query) = route.query {
-        let shape = query(schemas).to_value();
+        let shape = (query.shape)(schemas).to_value();
         let required: Vec<&str> =
             shape["required"].as_array().into_iter().flatten().filter_map(Value::as_str).collect();
         for (name, schema) in shape["properties"].as_object().into_iter().flatten() {
@@ -126,6 +126,8 @@ fn good(route: &Declared, schemas: &mut SchemaGenerator) -> Value {
 fn content(content: Content, schemas: &mut SchemaGenerator) -> Value {
     match content {
         Content::Json(shape) => json!({"application/json": {"schema": shape(schemas)}}),
+        // JSON of a shape that others have laid down, such as GeoJSON.
+        Content::Bytes(kind) if kind.ends_with("json") => json!({kind: {"schema": {"type": "object"}}}),
         Content::Bytes(kind) => json!({kind: {"schema": {"type": "string", "format": "binary"}}}),
     }
 }

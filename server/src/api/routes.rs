@@ -8,7 +8,10 @@ use axum::handler::Handler;
 use axum::http::Method;
 use axum::routing::{MethodFilter, on};
 use schemars::{JsonSchema, Schema, SchemaGenerator};
+use serde::de::DeserializeOwned;
 
+use super::extract;
+use crate::error::Result;
 use crate::rights::Right;
 use crate::state::App;
 
@@ -50,7 +53,7 @@ pub struct Declared {
     /// What it is about, in a line.
     pub about: &'static str,
     /// What comes after the question mark.
-    pub query: Option<Shape>,
+    pub query: Option<AskedQuery>,
     /// Its body.
     pub takes: Option<Content>,
     /// What is answered when all is well.
@@ -59,6 +62,18 @@ pub struct Declared {
 
 /// The shape of a type, for the description of the API.
 pub type Shape = fn(&mut SchemaGenerator) -> Schema;
+
+/// Reads a query and says what is wrong with it.
+pub type ReadsQuery = fn(&str) -> Result<()>;
+
+/// What comes after a question mark.
+#[derive(Clone, Copy, Debug)]
+pub struct AskedQuery {
+    /// Its shape.
+    pub shape: Shape,
+    /// Reads one as the handler will.
+    pub reads: ReadsQuery,
+}
 
 /// A body.
 #[derive(Clone, Copy, Debug)]
@@ -145,8 +160,9 @@ impl Routes {
     }
 
     /// The query that the route before takes.
-    pub fn query<Q: JsonSchema>(mut self) -> Routes {
-        self.last().query = Some(Q::json_schema);
+    pub fn query<Q: JsonSchema + DeserializeOwned>(mut self) -> Routes {
+        let reads: ReadsQuery = |query| extract::read_query::<Q>(query).map(drop);
+        self.last().query = Some(AskedQuery { shape: Q::json_schema, reads });
         self
     }
 

@@ -4,6 +4,7 @@ use axum::extract::State;
 use axum::http::{HeaderValue, header};
 use axum::response::{IntoResponse, Response};
 use lodestep_engine::event::{TrackPoint, VisitOutcome};
+use schemars::JsonSchema;
 use serde::Deserialize;
 use serde_json::Value;
 use tokio::runtime::Handle;
@@ -27,26 +28,32 @@ pub(super) fn routes() -> Routes {
     Routes::new()
         .get("/sessions/{id}/track", Right::Read, json)
         .about("The track of a run as rows")
+        .query::<Asked>()
         .gives::<Value>()
         .get("/sessions/{id}/track.csv", Right::Read, csv)
         .about("The track as CSV")
+        .query::<Asked>()
         .gives_bytes("text/csv")
         .get("/sessions/{id}/track.geojson", Right::Read, geojson)
         .about("The track as GeoJSON")
+        .query::<Asked>()
         .gives_bytes("application/geo+json")
         .get("/sessions/{id}/track.gpx", Right::Read, gpx)
         .about("The track as GPX")
+        .query::<Asked>()
         .gives_bytes("application/gpx+xml")
         .get("/sessions/{id}/track.kml", Right::Read, kml)
         .about("The track as KML")
+        .query::<Asked>()
         .gives_bytes("application/vnd.google-earth.kml+xml")
 }
 
-#[derive(Deserialize)]
+#[derive(Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 struct Asked {
     /// `main`, `filtered`, `without_markers` or the id of a lab run.
     run: Option<String>,
+    /// At most so many points a second, or `full` for every epoch.
     rate_hz: Option<String>,
     /// From when until when, s.
     from_s: Option<f64>,

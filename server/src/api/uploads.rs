@@ -56,6 +56,7 @@ pub(super) fn long_routes() -> Routes {
         .gives::<serde_json::Value>()
         .post("/logs/preview", Right::Walk, preview)
         .about("What a log, or the beginning of one, is worth; nothing is kept")
+        .query::<PreviewQuery>()
         .takes_bytes("application/octet-stream")
         .gives::<serde_json::Value>()
 }
@@ -148,7 +149,7 @@ async fn preview_upload(
     Ok(axum::Json(accept_log::preview_upload(&app, log_id, reading).await?))
 }
 
-#[derive(Deserialize)]
+#[derive(Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 struct PreviewQuery {
     /// What the log does not say itself, as JSON.

@@ -33,9 +33,11 @@ pub(crate) async fn sign_in(
     let now = utc::now();
     let good =
         account.as_ref().filter(|account| !account.disabled && account.expires_at.is_none_or(|at| at > now));
-    let right = password.is(good.map(|account| account.password_hash.clone())).await?;
+    let kept = good.map(|account| account.password_hash.clone());
+    let right = app.auth.is_password(password, kept).await?;
     let Some(account) = account.filter(|_| right) else {
         tracing::warn!(address, "a sign-in was refused");
+        metrics::counter!("lodestep_sign_ins_refused_total").increment(1);
         return Err(Error::http(
             axum::http::StatusCode::UNAUTHORIZED,
             "wrong_name_or_password",
@@ -93,4 +95,73 @@ pub(crate) async fn sign_out(app: &App, caller: &Caller) -> Result<()> {
         .map_err(|error: StoreError| Error::from(error))?;
     app.auth.changed();
     Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::config::Config;
+    use crate::rights::Role;
+    use crate::serve;
+
+    const PASSWORD: &str = "ein guter Satz";
+
+    fn typed(text: &str) -> Password {
+        serde_json::from_value(text.into()).unwrap()
+    }
+
+    async fn account(app: &App, name: &str, change: impl FnOnce(&mut Account)) {
+        let now = utc::now();
+        let mut account = Account {
+            id: Uuid::now_v7(),
+            name: name.to_owned(),
+            role: Role::Viewer,
+            password_hash: typed(PASSWORD).hash().await.unwrap(),
+            inspector_id: None,
+            disabled: false,
+            expires_at: None,
+            created_at: now,
+            updated_at: now,
+        };
+        change(&mut account);
+        let insert =
+            app.store.writer().run(move |db| Box::pin(async move { accounts::insert(db, &account).await }));
+        insert.await.map_err(|error: StoreError| error).unwrap();
+    }
+
+    /// The work that an answer takes tells as little as its words: the same hash is worked out whatever is wrong.
+    #[tokio::test]
+    async fn each_refusal_costs_one_hash_and_says_the_same() {
+        let folder = tempfile::tempdir().unwrap();
+        let app = serve::open(Config::for_testing(folder.path())).await.unwrap();
+        account(&app, "there", |_| ()).await;
+        account(&app, "disabled", |account| account.disabled = true).await;
+        account(&app, "expired", |account| account.expires_at = Some(utc::now() - Duration::days(1))).await;
+        account(&app, "damaged", |account| account.password_hash = "damaged".to_owned()).await;
+        let long = "x".repeat(5_000);
+        let mut answers = Vec::new();
+        for (n, (name, password)) in [
+            ("there", "another sentence"),
+            ("there", ""),
+            ("there", long.as_str()),
+            ("nobody", PASSWORD),
+            ("", PASSWORD),
+            ("disabled", PASSWORD),
+            ("expired", PASSWORD),
+            ("damaged", PASSWORD),
+        ]
+        .into_iter()
+        .enumerate()
+        {
+            let before = app.auth.passwords_checked();
+            let refused = sign_in(&app, name, typed(password), &format!("10.0.0.{n}"), "").await;
+            let problem = refused.err().unwrap_or_else(|| panic!("{name} got in")).into_problem();
+            assert_eq!(app.auth.passwords_checked() - before, 1, "{name}");
+            answers.push(problem);
+        }
+        assert!(answers.windows(2).all(|two| two[0] == two[1]), "{answers:?}");
+        let before = app.auth.passwords_checked();
+        assert!(sign_in(&app, "there", typed(PASSWORD), "10.0.0.99", "").await.is_ok());
+        assert_eq!(app.auth.passwords_checked() - before, 1);
+    }
 }

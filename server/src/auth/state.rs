@@ -1,6 +1,6 @@
 //! What the server keeps in memory of who may do what.
 
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::time::Duration;
 
 use sha2::{Digest, Sha256};
@@ -9,7 +9,8 @@ use tokio::time::timeout;
 
 use super::caller::{By, Caller};
 use super::guesses::Guesses;
-use super::{Secret, credentials};
+use super::{Password, Secret, credentials};
+use crate::error::Result;
 use crate::state::App;
 use crate::utc;
 
@@ -26,6 +27,8 @@ pub(crate) struct Auth {
     /// What a part of this program shows on the network, such as the demo's devices.
     pub(super) own_token: Secret,
     pub(crate) guesses: Guesses,
+    /// How many passwords have been looked at, each at the full cost of a hash.
+    passwords_checked: AtomicU64,
     /// Counts the changes after which somebody may be known no longer.
     changes: watch::Sender<u64>,
 }
@@ -38,6 +41,7 @@ impl Auth {
             setup_token: setup_token.unwrap_or_else(|| Secret::random().text().to_owned()),
             own_token: Secret::random(),
             guesses: Guesses::default(),
+            passwords_checked: AtomicU64::new(0),
             changes: watch::Sender::new(0),
         }
     }
@@ -55,6 +59,19 @@ impl Auth {
     /// Whether this is it. By their hashes: how long the comparison takes then says nothing of the token.
     pub(super) fn is_setup_token(&self, shown: &str) -> bool {
         Sha256::digest(shown.trim()) == Sha256::digest(&self.setup_token)
+    }
+
+    /// Whether a password is the one that was kept; where none was, the same work is done for nothing.
+    pub(crate) async fn is_password(&self, password: Password, kept: Option<String>) -> Result<bool> {
+        self.passwords_checked.fetch_add(1, Ordering::Relaxed);
+        metrics::counter!("lodestep_passwords_checked_total").increment(1);
+        password.is(kept).await
+    }
+
+    /// How many passwords have been looked at.
+    #[cfg(test)]
+    pub(super) fn passwords_checked(&self) -> u64 {
+        self.passwords_checked.load(Ordering::Relaxed)
     }
 
     /// What the demo's devices show.

@@ -30,7 +30,7 @@ pub(crate) mod stored_samples;
 mod stored_walk;
 pub(crate) mod tell_visits;
 pub(crate) mod track_file;
-pub(crate) mod unpack;
+pub mod unpack;
 pub(crate) mod upload_file;
 pub mod upload_turns;
 pub(crate) mod uploads;

@@ -10,7 +10,7 @@ use flate2::bufread::MultiGzDecoder;
 use super::signature;
 
 /// Below this many unpacked bytes the ratio is not judged: a short log of a still sensor packs well.
-pub(crate) const RATIO_GRACE_BYTES: u64 = 16 << 20;
+pub const RATIO_GRACE_BYTES: u64 = 16 << 20;
 
 /// The largest zstd window that is unpacked, as a power of two: 8 MiB, what level 19 uses.
 const ZSTD_WINDOW_LOG_MAX: u32 = 23;
@@ -20,18 +20,21 @@ const READ_BYTES: usize = 64 << 10;
 
 /// How far a packed log may grow.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct UnpackLimits {
+pub struct UnpackLimits {
     /// Unpacked bytes at most.
-    pub(crate) max_unpacked_bytes: u64,
+    pub max_unpacked_bytes: u64,
     /// Unpacked bytes for one packed byte at most, judged once past `RATIO_GRACE_BYTES`.
-    pub(crate) max_ratio: u64,
+    pub max_ratio: u64,
 }
 
 /// How a log was packed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Packing {
+pub enum Packing {
+    /// Not at all.
     Plain,
+    /// One or more gzip members.
     Gzip,
+    /// zstd frames.
     Zstd,
 }
 
@@ -47,33 +50,67 @@ impl Packing {
 
 /// Why a log could not be unpacked.
 #[derive(Debug, thiserror::Error)]
-pub(crate) enum UnpackError {
+pub enum UnpackError {
+    /// Nothing was sent.
     #[error(
         "the file is empty: 0 bytes where a header line and samples were expected. Send the log again from the device"
     )]
     Empty,
+    /// A picture, a document, an archive of another kind.
     #[error("expected a CSV log (plain, gzip or zstd), found {found}. {advice}")]
-    NotALog { found: &'static str, advice: &'static str },
+    NotALog {
+        /// What it is.
+        found: &'static str,
+        /// What to do.
+        advice: &'static str,
+    },
+    /// The stream was cut off.
     #[error(
         "the {} stream ends in the middle, after {unpacked_bytes} unpacked bytes: the file was cut off. \
          Copy it from the device again and upload the whole of it", packing.name()
     )]
-    Truncated { packing: Packing, unpacked_bytes: u64 },
+    Truncated {
+        /// How it was packed.
+        packing: Packing,
+        /// Bytes that came out before.
+        unpacked_bytes: u64,
+    },
+    /// The stream does not hold together.
     #[error(
         "the {} stream is damaged after {unpacked_bytes} unpacked bytes ({reason}). \
          Copy the file from the device again, or send it unpacked", packing.name()
     )]
-    Damaged { packing: Packing, unpacked_bytes: u64, reason: String },
+    Damaged {
+        /// How it was packed.
+        packing: Packing,
+        /// Bytes that came out before.
+        unpacked_bytes: u64,
+        /// In the unpacker's words.
+        reason: String,
+    },
+    /// More than one log may unpack to.
     #[error(
         "the log unpacks to more than {limit_bytes} bytes, which is the limit for one log. \
          Split the session, or raise --unpacked-bytes"
     )]
-    TooLarge { limit_bytes: u64 },
+    TooLarge {
+        /// The most.
+        limit_bytes: u64,
+    },
+    /// More for one packed byte than any log unpacks to.
     #[error(
         "the log unpacks to more than {limit} times its packed size ({packed_bytes} bytes became {unpacked_bytes}), \
          which no sensor log does. Send it unpacked if it is a log after all"
     )]
-    RatioTooHigh { limit: u64, packed_bytes: u64, unpacked_bytes: u64 },
+    RatioTooHigh {
+        /// The most unpacked bytes for a packed one.
+        limit: u64,
+        /// Packed bytes that were read.
+        packed_bytes: u64,
+        /// What they became.
+        unpacked_bytes: u64,
+    },
+    /// The disk failed.
     #[error("the uploaded file cannot be read back: {0}")]
     Io(io::Error),
 }
@@ -101,7 +138,7 @@ enum Stream<R: Read> {
 }
 
 /// A log being unpacked.
-pub(crate) struct Unpack<R: Read> {
+pub struct Unpack<R: Read> {
     stream: Stream<R>,
     limits: UnpackLimits,
     unpacked_bytes: u64,
@@ -109,7 +146,7 @@ pub(crate) struct Unpack<R: Read> {
 
 impl<R: Read> Unpack<R> {
     /// Looks at the first bytes of `source` and chooses how to unpack it.
-    pub(crate) fn new(mut source: R, limits: UnpackLimits) -> Result<Self, UnpackError> {
+    pub fn new(mut source: R, limits: UnpackLimits) -> Result<Self, UnpackError> {
         let mut head = Vec::with_capacity(signature::LONGEST);
         source.by_ref().take(signature::LONGEST as u64).read_to_end(&mut head).map_err(UnpackError::Io)?;
         if head.is_empty() {
@@ -135,7 +172,7 @@ impl<R: Read> Unpack<R> {
     }
 
     /// How it was packed.
-    pub(crate) fn packing(&self) -> Packing {
+    pub fn packing(&self) -> Packing {
         match self.stream {
             Stream::Plain(_) => Packing::Plain,
             Stream::Gzip(_) => Packing::Gzip,
@@ -144,7 +181,7 @@ impl<R: Read> Unpack<R> {
     }
 
     /// The next piece of the log into `buffer`; 0 at its end.
-    pub(crate) fn read(&mut self, buffer: &mut [u8]) -> Result<usize, UnpackError> {
+    pub fn read(&mut self, buffer: &mut [u8]) -> Result<usize, UnpackError> {
         let read = match &mut self.stream {
             Stream::Plain(source) => source.read(buffer),
             Stream::Gzip(decoder) => decoder.read(buffer),
@@ -161,7 +198,7 @@ impl<R: Read> Unpack<R> {
 
     /// Goes on unpacking, for nothing, as far as the ratio's grace: a parser that gave up on the
     /// first line cannot tell a bomb from a mistake, and the two deserve different answers.
-    pub(crate) fn judge_packing(&mut self) -> Result<(), UnpackError> {
+    pub fn judge_packing(&mut self) -> Result<(), UnpackError> {
         let mut discarded = vec![0; READ_BYTES];
         while self.packing() != Packing::Plain && self.unpacked_bytes <= RATIO_GRACE_BYTES {
             if self.read(&mut discarded)? == 0 {

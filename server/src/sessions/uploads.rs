@@ -35,6 +35,10 @@ const SILENT_FOR: Duration = Duration::from_secs(30);
 /// Uploads that one session may have on the way at once.
 const MOST_UNFINISHED: usize = 16;
 
+/// Uploads that one inspector may have on the way at once, over all sessions: nobody fills the disk with what
+/// is never finished.
+const MOST_UNFINISHED_OF_ONE: u64 = 64;
+
 /// How an upload begins.
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
@@ -95,6 +99,14 @@ pub(crate) async fn begin(app: &App, session_id: Uuid, asked: BeginLog) -> Resul
             "too_many_uploads",
             format!(
                 "this session has {MOST_UNFINISHED} uploads on the way already: finish one, or give one up with DELETE /logs/{{id}}"
+            ),
+        ));
+    }
+    if logs::receiving_of_same_inspector(app.store.read(), session_id).await? >= MOST_UNFINISHED_OF_ONE {
+        return Err(Error::conflict(
+            "too_many_uploads_of_one",
+            format!(
+                "this inspector's sessions have {MOST_UNFINISHED_OF_ONE} uploads on the way already: finish one, or give one up with DELETE /logs/{{id}}"
             ),
         ));
     }

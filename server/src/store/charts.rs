@@ -9,6 +9,9 @@ use super::{StoreError, columns};
 /// Of zstd.
 const LEVEL: i32 = 1;
 
+/// More cells than any line of a chart has.
+const MOST_CELLS: usize = 1 << 20;
+
 /// One line of a chart: the smallest and the largest value in each cell of a grid in time.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Series {
@@ -53,6 +56,11 @@ impl Packed {
             body,
         })
     }
+
+    /// The bytes as they go into the table.
+    pub fn body(&self) -> &[u8] {
+        &self.body
+    }
 }
 
 /// Puts a series in the place of the former one.
@@ -95,16 +103,7 @@ pub async fn of_session(db: impl SqliteExecutor<'_>, session_id: Uuid) -> Result
 fn unpack(row: &SqliteRow) -> Result<Series, StoreError> {
     let (chart, name): (String, String) = (row.try_get("chart")?, row.try_get("series")?);
     let damaged = |why: String| StoreError::Damaged { what: format!("chart {chart} {name}"), why };
-    let cells = usize::try_from(columns::count(row, "cells")?).unwrap_or(usize::MAX);
-    let expected =
-        cells.checked_mul(8).ok_or_else(|| damaged(format!("{cells} cells do not fit into memory")))?;
-    let body: &[u8] = row.try_get("body")?;
-    let plain = zstd::bulk::decompress(body, expected).map_err(|error| damaged(error.to_string()))?;
-    if plain.len() != expected {
-        return Err(damaged(format!("expected {expected} bytes, found {}", plain.len())));
-    }
-    let mut low: Vec<f32> = plain.as_chunks::<4>().0.iter().map(|bytes| f32::from_le_bytes(*bytes)).collect();
-    let high = low.split_off(cells);
+    let (low, high) = unpacked(row.try_get("body")?, columns::count(row, "cells")?).map_err(damaged)?;
     Ok(Series {
         cell_ns: row.try_get("cell_ns")?,
         first_cell: row.try_get("first_cell")?,
@@ -113,4 +112,25 @@ fn unpack(row: &SqliteRow) -> Result<Series, StoreError> {
         low,
         high,
     })
+}
+
+/// The smallest and the largest values of so many cells out of a packed body.
+///
+/// # Errors
+///
+/// When the body does not hold them, in a sentence.
+pub fn unpacked(body: &[u8], cells: u64) -> Result<(Vec<f32>, Vec<f32>), String> {
+    // What a damaged count asks for is never reserved.
+    let cells = usize::try_from(cells)
+        .ok()
+        .filter(|cells| *cells <= MOST_CELLS)
+        .ok_or_else(|| format!("expected at most {MOST_CELLS} cells in a line, found {cells}"))?;
+    let expected = cells * 8;
+    let plain = zstd::bulk::decompress(body, expected).map_err(|error| error.to_string())?;
+    if plain.len() != expected {
+        return Err(format!("expected {expected} bytes, found {}", plain.len()));
+    }
+    let mut low: Vec<f32> = plain.as_chunks::<4>().0.iter().map(|bytes| f32::from_le_bytes(*bytes)).collect();
+    let high = low.split_off(cells);
+    Ok((low, high))
 }

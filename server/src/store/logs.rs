@@ -120,6 +120,20 @@ pub async fn of_session(db: impl SqliteExecutor<'_>, session_id: Uuid) -> Result
     Ok(query.fetch_all(db).await?)
 }
 
+/// How many are on their way of all walks of the inspector whose session this is.
+pub async fn receiving_of_same_inspector(
+    db: impl SqliteExecutor<'_>,
+    session_id: Uuid,
+) -> Result<u64, StoreError> {
+    let query = sqlx::query(
+        "select count(*) as logs from logs join sessions on sessions.id = logs.session_id
+         where logs.state = 'receiving'
+         and sessions.inspector_id = (select inspector_id from sessions where id = ?1)",
+    )
+    .bind(session_id.to_string());
+    Ok(columns::count(&query.fetch_one(db).await?, "logs")?)
+}
+
 /// Those in this state, of all sessions, oldest first.
 pub async fn in_state(db: impl SqliteExecutor<'_>, state: LogState) -> Result<Vec<Log>, StoreError> {
     let query = sqlx::query_as("select * from logs where state = ?1 order by created_at, id")

@@ -57,6 +57,7 @@ use sqlx::sqlite::{SqliteConnectOptions, SqliteJournalMode, SqlitePoolOptions, S
 
 pub(crate) use self::columns::to_word as columns_word;
 use self::health::{Disk, Health};
+pub use self::migrations::{VERSION, version};
 pub use self::record::Record;
 pub use self::write::WriteError;
 pub use self::writer::Writer;

@@ -17,6 +17,9 @@ const BY_COLUMNS: i64 = 2;
 /// Bytes of one sample in the first layout: the time and ten channels, eight bytes each.
 const SAMPLE_BYTES: usize = 88;
 
+/// More samples than any chunk holds: a log's have some thousands.
+const MOST_SAMPLES: usize = 1 << 20;
+
 /// Samples of one foot, in the order of its log.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Samples {
@@ -70,6 +73,11 @@ impl Packed {
     /// How many bytes it takes in the table.
     pub fn bytes(&self) -> usize {
         self.body.len()
+    }
+
+    /// The bytes as they go into the table.
+    pub fn body(&self) -> &[u8] {
+        &self.body
     }
 
     /// Takes its bytes out, to be set aside elsewhere until [`put_body`](Self::put_body).
@@ -303,32 +311,38 @@ pub async fn sequences_between(
 fn unpack(row: &SqliteRow) -> Result<Samples, StoreError> {
     let id: i64 = row.try_get("id")?;
     let damaged = |why: String| StoreError::Damaged { what: format!("raw chunk {id}"), why };
-    let count = columns::count(row, "samples")?;
-    let too_many = |_| damaged(format!("{count} samples do not fit into memory"));
-    let count = usize::try_from(count).map_err(too_many)?;
-    let body: &[u8] = row.try_get("body")?;
-    let samples = match row.try_get("encoding")? {
-        PLAIN_IN_ZSTD => {
-            let expected = count
-                .checked_mul(SAMPLE_BYTES)
-                .ok_or_else(|| damaged(format!("{count} samples do not fit into memory")))?;
-            let plain = zstd::bulk::decompress(body, expected).map_err(|error| damaged(error.to_string()))?;
-            if plain.len() != expected {
-                return Err(damaged(format!("expected {expected} bytes, found {}", plain.len())));
-            }
-            plain.chunks_exact(SAMPLE_BYTES).map(sample).collect()
-        }
-        BY_COLUMNS => sample_columns::read(body, count).map_err(|why| damaged(why.to_owned()))?,
-        other => {
-            return Err(damaged(format!("expected encoding {PLAIN_IN_ZSTD} or {BY_COLUMNS}, found {other}")));
-        }
-    };
+    let (encoding, body) = (row.try_get("encoding")?, row.try_get("body")?);
+    let samples = unpacked(encoding, body, columns::count(row, "samples")?).map_err(damaged)?;
     Ok(Samples {
         foot: columns::foot(row, "foot")?,
         first_sequence: columns::count(row, "first_sequence")?,
         sequences: columns::count(row, "sequences")?,
         samples,
     })
+}
+
+/// So many samples out of a packed body.
+///
+/// # Errors
+///
+/// When the body does not hold them, in a sentence.
+pub fn unpacked(encoding: i64, body: &[u8], samples: u64) -> Result<Vec<ImuSample>, String> {
+    // What a damaged count asks for is never reserved.
+    let count = usize::try_from(samples).ok().filter(|count| *count <= MOST_SAMPLES);
+    let count = count
+        .ok_or_else(|| format!("expected at most {MOST_SAMPLES} samples in a chunk, found {samples}"))?;
+    match encoding {
+        PLAIN_IN_ZSTD => {
+            let expected = count * SAMPLE_BYTES;
+            let plain = zstd::bulk::decompress(body, expected).map_err(|error| error.to_string())?;
+            if plain.len() != expected {
+                return Err(format!("expected {expected} bytes, found {}", plain.len()));
+            }
+            Ok(plain.chunks_exact(SAMPLE_BYTES).map(sample).collect())
+        }
+        BY_COLUMNS => sample_columns::read(body, count).map_err(str::to_owned),
+        other => Err(format!("expected encoding {PLAIN_IN_ZSTD} or {BY_COLUMNS}, found {other}")),
+    }
 }
 
 /// One sample from its bytes.

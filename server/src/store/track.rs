@@ -2,6 +2,7 @@
 
 use futures_util::{Stream, TryStreamExt};
 use lodestep_engine::event::{FootPoint, TrackPoint};
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use sqlx::sqlite::SqliteRow;
 use sqlx::{FromRow, Row, SqliteConnection, SqliteExecutor};
@@ -11,7 +12,7 @@ use super::many_rows::{Statement, placeholders, shaped, shapes};
 use super::{StoreError, columns};
 
 /// Which computation of a walk a track comes from.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Run {
     /// With every aid that the data allow; smoothed, once the walk is finished.

@@ -3,15 +3,20 @@
 #![allow(clippy::unwrap_used, reason = "in a test a panic is the message")]
 
 mod backup;
+mod bombs;
 mod charts;
+mod cross_origin;
 mod doors;
 mod faults;
 mod formats;
+mod headers;
 mod inspectors;
+mod intruders;
 mod lab;
 mod live;
 mod marker_imports;
 mod markers;
+mod paths;
 mod people;
 mod processing;
 mod rights;
@@ -21,4 +26,5 @@ mod sessions;
 mod stands;
 mod surroundings;
 mod upload;
+mod watching;
 mod webhooks;

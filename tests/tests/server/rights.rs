@@ -10,6 +10,7 @@ use serde_json::json;
 /// A question mark is a socket that opens for who shows nothing yet, and wants a token in the hello; `people` says it.
 const MATRIX: &[(&str, &str, &str)] = &[
     ("GET", "/healthz", "anybody"),
+    ("GET", "/readyz", "anybody"),
     ("GET", "/metrics", "videsa"),
     ("GET", "/api/v1/openapi.json", "anybody"),
     ("GET", "/api/v1/account", "anybody"),

@@ -1,0 +1,59 @@
+//! A table that somebody mapped: any mapping, any table.
+
+use lodestep_engine::parse::Reading;
+use lodestep_engine::parse::mapping::{
+    Axes, Delimiter, FieldUnit, ForceUnit, Mapping, PressureUnit, RateUnit, Scalar, TimeSource, TimeUnit,
+};
+
+use crate::any_log;
+
+/// Either a mapping in JSON, a zero byte and the table; or eight bytes that choose units and columns with
+/// names of one letter, and the table.
+pub(crate) fn run(bytes: &[u8]) {
+    if bytes.first() == Some(&b'{') {
+        let end = bytes.iter().position(|byte| *byte == 0).unwrap_or(bytes.len());
+        let Ok(reading) = serde_json::from_slice::<Reading>(&bytes[..end]) else { return };
+        let text = serde_json::to_string(&reading).expect("a reading that was read is written");
+        assert_eq!(serde_json::from_str::<Reading>(&text).ok().as_ref(), Some(&reading), "{text}");
+        return any_log::check(&reading, bytes.get(end + 1..).unwrap_or_default(), 7);
+    }
+    let Some((choices, table)) = bytes.split_first_chunk::<8>() else { return };
+    any_log::check(&chosen(choices), table, 1 + usize::from(choices[7]));
+}
+
+fn chosen([parted, time, rate, force, field, pressure, wraps, _]: &[u8; 8]) -> Reading {
+    let pick = |byte: &u8, of: usize| usize::from(*byte) % of;
+    let axes = |names: [&str; 3]| names.map(str::to_owned);
+    let units = [
+        TimeUnit::S,
+        TimeUnit::Ms,
+        TimeUnit::Ticks10Khz,
+        TimeUnit::Us,
+        TimeUnit::Ns,
+        TimeUnit::Samples,
+        TimeUnit::DateTime,
+    ];
+    let fields = [FieldUnit::Ut, FieldUnit::Gauss, FieldUnit::Mgauss, FieldUnit::Counts];
+    let mapping = Mapping {
+        delimiter: Delimiter::ALL[pick(parted, 3)],
+        time: TimeSource {
+            column: (*time < 0x80).then(|| "t".to_owned()),
+            unit: units[pick(time, units.len())],
+            rate_hz: (rate & 2 != 0).then_some(200.0),
+            wraps_at: [None, Some(1_000), Some(u64::from(u32::MAX)), Some(u64::MAX)][pick(wraps, 4)],
+        },
+        gyr: Axes { columns: axes(["a", "b", "c"]), unit: [RateUnit::RadS, RateUnit::DegS][pick(rate, 2)] },
+        acc: Axes { columns: axes(["d", "e", "f"]), unit: [ForceUnit::MS2, ForceUnit::G][pick(force, 2)] },
+        mag: (field & 4 != 0).then(|| Axes { columns: axes(["g", "h", "i"]), unit: fields[pick(field, 4)] }),
+        pressure: (pressure & 4 != 0).then(|| Scalar {
+            column: "p".to_owned(),
+            unit: [PressureUnit::Hpa, PressureUnit::Pa, PressureUnit::Kpa][pick(pressure, 3)],
+        }),
+        skip_rows_without_inertial: force & 2 != 0,
+    };
+    Reading {
+        mapping: Some(mapping),
+        field_ut_per_count: (field & 8 != 0).then_some(0.3),
+        ..Reading::default()
+    }
+}
