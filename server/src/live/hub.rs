@@ -191,8 +191,10 @@ impl Hub {
     pub fn snapshot(&self) -> (u64, Utf8Bytes) {
         let inner = self.lock();
         let seq = inner.seq;
-        let picture = inner.board.picture();
+        // The lines of a thousand trails are simplified for it: on a copy, so that nobody waits for that.
+        let board = inner.board.clone();
         drop(inner);
+        let picture = board.picture();
         let message =
             SnapshotMessage { kind: "snapshot", boot: &self.boot, seq, server_time: utc::now(), picture };
         (seq, to_text(&message))

@@ -161,9 +161,9 @@ mod tests {
             f_b: Vector3::new(0.0, 0.5, 9.75),
             mag_b_ut: None,
             pressure_hpa: Some(890.0),
-            stance: number % 3 == 0,
+            stance: number.is_multiple_of(3),
             zupt_sigma_m_s: 0.25,
-            opens_epoch: number % 2 == 0,
+            opens_epoch: number.is_multiple_of(2),
         };
         KeptStep::new(&step, number / 2)
     }
