@@ -70,18 +70,22 @@ fn two_feet_all_aids(bencher: divan::Bencher<'_, '_>, solution: &str) {
 fn a_marker_live_after_a_quarter_of_an_hour(bencher: divan::Bencher<'_, '_>) {
     let (mut config, walk, visits) = rectangle();
     config.solution = Solution::Trail;
-    let mut session = Session::new(config);
-    let mut events = Vec::new();
     // The visits of every 100 s but the last: that of 900 s, told at 920 s.
-    for (number, (left, right)) in walk.left.iter().zip(&walk.right).take(92_000).enumerate() {
-        session.push(Foot::Left, left, &mut events);
-        session.push(Foot::Right, right, &mut events);
-        if number % 10_000 == 2_000 && (12_000..92_000).contains(&number) {
-            session.visit(visits[number / 10_000 - 1].clone(), &mut events);
+    let walked = || {
+        let mut session = Session::new(config.clone());
+        let mut events = Vec::new();
+        for (number, (left, right)) in walk.left.iter().zip(&walk.right).take(92_000).enumerate() {
+            session.push(Foot::Left, left, &mut events);
+            session.push(Foot::Right, right, &mut events);
+            if number % 10_000 == 2_000 && (12_000..92_000).contains(&number) {
+                session.visit(visits[number / 10_000 - 1].clone(), &mut events);
+            }
+            events.clear();
         }
-        events.clear();
-    }
-    bencher.with_inputs(|| session.clone()).bench_local_values(|mut session| {
+        session
+    };
+    let mut events = Vec::new();
+    bencher.with_inputs(walked).bench_local_values(|mut session| {
         session.visit(visits[8].clone(), &mut events);
         assert!(matches!(events.last(), Some(Event::Revision { points }) if points.len() > 30_000));
         events.clear();

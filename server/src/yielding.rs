@@ -72,7 +72,7 @@ mod tests {
     async fn such_work_has_a_lower_priority_and_nobody_else() {
         let niceness = || rustix::process::getpriority_process(Some(rustix::thread::gettid())).unwrap();
         let here = niceness();
-        assert_eq!(yielding(niceness).await.unwrap(), (here.max(NICENESS)).min(19));
+        assert_eq!(yielding(niceness).await.unwrap(), here.clamp(NICENESS, 19));
         assert_eq!(niceness(), here);
     }
 }

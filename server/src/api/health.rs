@@ -15,7 +15,7 @@ use crate::figures;
 use crate::rights::Right;
 use crate::state::App;
 use crate::store::health::Health;
-use crate::store::{self, StoreError, markers};
+use crate::store::{self, markers};
 
 /// A write that has not come through in this time is one that nobody should wait for.
 const WRITES_WITHIN: Duration = Duration::from_secs(5);
@@ -61,8 +61,7 @@ async fn ready(State(app): State<App>) -> Result<axum::Json<Ready>> {
     if app.stopping.is_cancelled() {
         lacks.push("the server is stopping".to_owned());
     }
-    let write =
-        app.store.writer().run(|db| Box::pin(async move { Ok::<_, StoreError>(store::version(db).await?) }));
+    let write = app.store.writer().run(|db| Box::pin(async move { store::version(db).await }));
     let database_version = match timeout(WRITES_WITHIN, write).await {
         Ok(Ok(version)) if version == store::VERSION => version,
         Ok(Ok(version)) => {

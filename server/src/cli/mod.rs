@@ -46,7 +46,7 @@ const EXIT_CODES: &str = "Exit codes: 0 done; 1 something failed inside, or a re
 #[derive(Debug, Subcommand)]
 enum Verb {
     /// Makes a track of the logs of one walk
-    Process(process::ProcessArgs),
+    Process(Box<process::ProcessArgs>),
     /// Writes the logs of a walk that never was, with its truth
     Simulate(simulate::SimulateArgs),
     /// Scores recordings with the engine's defaults, the same for every file
