@@ -1,7 +1,5 @@
 //! CSV records out of bytes that come in pieces of any size.
 
-use std::sync::LazyLock;
-
 use csv_core::{ReadRecordResult, Reader, ReaderBuilder};
 
 use crate::parse::error::{ParseError, ParseErrorKind, quoted};
@@ -44,16 +42,6 @@ impl<'a> Record<'a> {
     }
 }
 
-/// A reader at the start of a file. Working out its table takes longer than reading a short file with it, so that
-/// the usual one is kept.
-fn reader(delimiter: u8) -> Reader {
-    static BY_COMMAS: LazyLock<Reader> = LazyLock::new(Reader::new);
-    if delimiter == b',' {
-        return BY_COMMAS.clone();
-    }
-    ReaderBuilder::new().delimiter(delimiter).build()
-}
-
 /// A push parser: hands each record to a closure as soon as it is complete.
 pub(super) struct Records {
     reader: Reader,
@@ -75,7 +63,7 @@ impl Records {
     /// Records whose fields are parted by this byte.
     pub(super) fn parted_by(delimiter: u8) -> Records {
         Records {
-            reader: reader(delimiter),
+            reader: ReaderBuilder::new().delimiter(delimiter).build(),
             delimiter,
             bytes: vec![0; MOST_RECORD_BYTES],
             ends: vec![0; MOST_FIELDS],

@@ -17,8 +17,9 @@ use super::sessions::Filter;
 use super::track::{self, Run};
 use super::{
     Store, accounts, anomalies, audit, backup, charts, fault_changes, fault_photos, faults, inspectors, jobs,
-    logs, mappings, marker_changes, marker_imports, marker_residuals, markers, raw_chunks, reports, sessions,
-    sign_ins, stands, stream_visits, tokens, visits,
+    lab_runs, lab_tracks, logs, mappings, marker_changes, marker_imports, marker_residuals, markers,
+    parameter_sets, raw_chunks, reports, sessions, sign_ins, stands, stream_visits, tokens, visits,
+    webhook_deliveries, webhooks,
 };
 
 /// The rows of a database: by table, each row as the SQL text of its columns.
@@ -149,6 +150,10 @@ async fn everything_in_a_released_database_can_be_read() {
             ("fault changes", 9),
             ("photos", 9),
             ("mappings", 10),
+            ("parameter sets", 11),
+            ("lab runs", 11),
+            ("webhooks", 12),
+            ("deliveries", 12),
         ] {
             assert_eq!(read[what] > 0, step >= since, "step {step}: {what}: {read:?}");
         }
@@ -203,6 +208,16 @@ async fn read_everything(store: &Store) -> BTreeMap<&'static str, usize> {
         }
     }
     count("jobs", jobs::list(db, 100).await.unwrap().len());
+    count("parameter sets", parameter_sets::list(db).await.unwrap().len());
+    for session in &all {
+        for run in lab_runs::list(db, &[session.id], 100).await.unwrap() {
+            count("lab runs", lab_tracks::get(db, run.id).await.unwrap().len());
+        }
+    }
+    for hook in webhooks::list(db).await.unwrap() {
+        count("webhooks", 1);
+        count("deliveries", webhook_deliveries::of_webhook(db, hook.id, 100).await.unwrap().len());
+    }
     count("mappings", mappings::list(db).await.unwrap().len());
     count("audit", audit::list(db, &audit::Wanted { limit: 100, ..Default::default() }).await.unwrap().len());
     count("tokens", tokens::list(db, None).await.unwrap().len());

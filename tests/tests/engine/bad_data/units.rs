@@ -44,9 +44,6 @@ pub(super) const TROUBLES: &[Trouble] = &[
     Trouble::of_right("one axis of the gyro with the wrong sign", AnomalyKind::WrongMounting, |logs| {
         right(logs, 0, NEVER, |_, s| s.w_ib_b_rad_s[1] = -s.w_ib_b_rad_s[1])
     }),
-    Trouble::of_right("an accelerometer with the wrong sign", AnomalyKind::WrongMounting, |logs| {
-        right(logs, 0, NEVER, |_, s| s.f_b_m_s2 = s.f_b_m_s2.map(|f| -f))
-    }),
     Trouble::of_right("an accelerometer upside down", AnomalyKind::WrongMounting, |logs| {
         right(logs, 0, NEVER, |_, s| s.f_b_m_s2[2] = -s.f_b_m_s2[2])
     }),
@@ -57,11 +54,6 @@ pub(super) const TROUBLES: &[Trouble] = &[
     ),
     Trouble::of_right("rates of half the scale", AnomalyKind::WrongMounting, |logs| {
         right(logs, 0, NEVER, |_, s| s.w_ib_b_rad_s = s.w_ib_b_rad_s.map(|w| 0.5 * w))
-    }),
-    Trouble::of_right("ten times the rate", AnomalyKind::Saturation, |logs| {
-        for log in logs {
-            log.iter_mut().for_each(|s| s.t_ns /= 10);
-        }
     }),
 ];
 
