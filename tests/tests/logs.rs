@@ -65,7 +65,7 @@ async fn scenario(server: &TestServer, staff: &[Person]) -> (Secrets, String) {
 
     let made = admin.ask(server, Method::POST, "/inspectors", &json!({"name": "Li Na"})).await;
     let inspector_id = made.id().to_owned();
-    let token = json!({"name": "device", "rights": ["read", "walk"]});
+    let token = json!({"name": "device", "rights": ["read", "walk"], "inspector_id": inspector_id});
     let token = admin.ask(server, Method::POST, "/tokens", &token).await;
     let secret = token.body["secret"].as_str().unwrap().to_owned();
     secrets.push(("a token", secret.clone()));
@@ -84,7 +84,12 @@ async fn scenario(server: &TestServer, staff: &[Person]) -> (Secrets, String) {
         let (mut socket, _) = connect_async(server.socket("/live")).await.unwrap();
         let hello = json!({"type": "hello", "inspector_id": inspector_id, "token": token});
         socket.send(Message::text(hello.to_string())).await.unwrap();
-        let answer = socket.next().await.unwrap().unwrap().into_text().unwrap();
+        // A ping may come first.
+        let answer = loop {
+            if let Message::Text(text) = socket.next().await.unwrap().unwrap() {
+                break text;
+            }
+        };
         assert!(answer.contains(first), "{answer}");
         let sample = ImuSample {
             t_ns: 0,

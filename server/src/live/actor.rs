@@ -44,8 +44,8 @@ const MOST_GATHERED: usize = 1_000;
 const SILENT_AFTER: Duration = Duration::from_secs(3);
 /// A session that no device asks for is put away after this long; it comes back from the disk.
 const PUT_AWAY_AFTER: Duration = Duration::from_secs(15 * 60);
-/// New points, and how far the walk has come, are written this often: what they follow from is on disk with each
-/// acknowledgement, and a thousand walks have as many pages on which their points go on.
+/// In a crowd new points, and how far the walk has come, are written this often: what they follow from is on disk with
+/// each acknowledgement, and a thousand walks have as many pages on which their points go on.
 const POINTS_EVERY: Duration = Duration::from_secs(1);
 
 /// What an actor is asked to do.
@@ -332,7 +332,10 @@ impl Actor {
     /// Hands samples and what came out of them to the writer.
     fn record(&mut self, raw: Vec<Samples>, findings: Findings, automatic: Vec<Visit>, then: Then) {
         self.points.extend(findings.points);
-        let all = raw.is_empty() || findings.revised || self.points_at.elapsed() >= POINTS_EVERY;
+        let all = raw.is_empty()
+            || findings.revised
+            || self.points_at.elapsed() >= POINTS_EVERY
+            || !self.app.store.writer().is_crowded();
         let (points, summary) = if all {
             self.points_at = Instant::now();
             (std::mem::take(&mut self.points), Some(self.walk.summary()))
@@ -460,6 +463,9 @@ impl Actor {
             position.state = Motion::Silent;
             position.speed_m_s = 0.0;
             self.app.hub.publish(Change::Position(position.clone()));
+        }
+        if self.underway.is_empty() && !self.points.is_empty() {
+            self.record(Vec::new(), Findings::default(), Vec::new(), Then::default());
         }
         if self.device.is_none() && self.heard_at.elapsed() >= PUT_AWAY_AFTER { Go::Ended } else { Go::On }
     }

@@ -11,7 +11,7 @@ use crate::error::{Error, Result};
 use crate::store::stands::{self, Stand};
 use crate::store::stream_visits::{self, StreamVisit};
 use crate::store::visits::{self, Origin, Visit};
-use crate::store::{StoreError, anomalies, markers, track};
+use crate::store::{StoreError, anomalies, markers, track, webhook_deliveries};
 use crate::utc;
 use crate::wire::Change;
 
@@ -139,5 +139,5 @@ async fn write_visit(
     for found in &findings.anomalies {
         anomalies::insert(&mut *db, session_id, found).await?;
     }
-    Ok(())
+    webhook_deliveries::announce_anomalies(db, session_id, &findings.anomalies).await
 }

@@ -89,7 +89,8 @@ pub(crate) async fn create(
     file_name: Option<String>,
     file: Vec<u8>,
 ) -> Result<ImportView> {
-    let file_name = file_name.map(|name| name.chars().take(FILE_NAME_LENGTH).collect());
+    let file_name =
+        file_name.map(|name| name.chars().filter(|c| !c.is_control()).take(FILE_NAME_LENGTH).collect());
     let now = utc::now();
     let (plan, mut import) = compare(app, &file, Reading::default()).await?;
     (import.file_name, import.created_at, import.created_by) = (file_name, now, Some(caller.who));

@@ -1,6 +1,8 @@
 //! The one writer: a task that owns the only writing connection. Whatever waits while a commit is on
 //! its way to the disk is committed together by the next; each caller hears back after that.
 
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
 use futures_util::future::BoxFuture;
@@ -17,6 +19,8 @@ use super::{StoreError, migrations, write_ahead};
 const QUEUE: usize = 4_096;
 /// Writes in one commit: bounds what a failed commit takes with it, and how long the first waits.
 const GROUP_WRITES: usize = 2_048;
+/// From so many writes in one commit on there is a crowd.
+const CROWDED_WRITES: usize = 64;
 /// Bytes of samples in one commit.
 const GROUP_BYTES: usize = 8 << 20;
 /// After a commit the writer rests as long as it took, at most so long: of many small commits each would write the same
@@ -32,6 +36,7 @@ const PROBE_EVERY: Duration = Duration::from_secs(2);
 pub struct Writer {
     queue: mpsc::Sender<Message>,
     health: watch::Receiver<Health>,
+    crowded: Arc<AtomicBool>,
 }
 
 enum Message {
@@ -75,10 +80,16 @@ impl Writer {
         migrations::run(&mut connection).await?;
         let (queue, messages) = mpsc::channel(QUEUE);
         let (told, health) = watch::channel(Health::Good);
-        tokio::spawn(
-            Groups { options, connection: Some(connection), told, copied_at: Instant::now() }.run(messages),
-        );
-        Ok(Writer { queue, health })
+        let crowded = Arc::new(AtomicBool::new(false));
+        let groups = Groups {
+            options,
+            connection: Some(connection),
+            told,
+            crowded: Arc::clone(&crowded),
+            copied_at: Instant::now(),
+        };
+        tokio::spawn(groups.run(messages));
+        Ok(Writer { queue, health, crowded })
     }
 
     /// Puts a live session's findings on disk.
@@ -101,6 +112,11 @@ impl Writer {
         E: WriteError,
     {
         self.submit(0, work).await
+    }
+
+    /// Whether so many write at once that what can wait should: the last commit held the writes of many.
+    pub(crate) fn is_crowded(&self) -> bool {
+        self.crowded.load(Ordering::Relaxed)
     }
 
     /// How the last write went.
@@ -158,6 +174,7 @@ struct Groups {
     options: SqliteConnectOptions,
     connection: Option<SqliteConnection>,
     told: watch::Sender<Health>,
+    crowded: Arc<AtomicBool>,
     /// When the log was copied into the database file last.
     copied_at: Instant,
 }
@@ -231,6 +248,7 @@ impl Groups {
         };
         metrics::histogram!("lodestep_commit_seconds").record(begun.elapsed().as_secs_f64());
         metrics::counter!("lodestep_writes_total").increment(group.len() as u64);
+        self.crowded.store(group.len() >= CROWDED_WRITES, Ordering::Relaxed);
         if let Err(refusal) = &committed {
             metrics::counter!("lodestep_write_failures_total").increment(group.len() as u64);
             self.give_up(refusal, group.len()).await;

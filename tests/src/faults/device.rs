@@ -229,8 +229,10 @@ impl<'a> Device<'a> {
 
     fn note_refusal(&self, problem: &serde_json::Map<String, serde_json::Value>) {
         let code = problem.get("code").and_then(serde_json::Value::as_str).unwrap_or_default();
+        let status = problem.get("status").and_then(serde_json::Value::as_u64).unwrap_or_default();
         match code {
-            "disk_full" | "disk_failed" => self.promises.refused(),
+            // A disk that fails may fail while it is read, too: the server then says that it could not.
+            _ if status >= 500 => self.promises.refused(),
             // Of a link that it has given up itself.
             "taken_over" => {}
             _ => self.promises.broken(format!("device of session {}: {problem:?}", self.session)),

@@ -62,7 +62,6 @@ async fn good_for_nothing(server: &TestServer, staff: &[Person]) -> Vec<Shown> {
         ("no token", "authorization", bearer("")),
         ("half a token", "authorization", bearer(&good[..32])),
         ("a token and more", "authorization", bearer(&format!("{good}0"))),
-        ("a token in capitals", "authorization", bearer(&good.to_uppercase())),
         ("no hex", "authorization", bearer(&"z".repeat(64))),
         ("SQL", "authorization", bearer("' or '1'='1")),
         ("another scheme", "authorization", format!("Basic {good}")),
