@@ -122,7 +122,7 @@ fn push_unsigned(mut value: u64, out: &mut Vec<u8>) {
     out.push(value as u8);
 }
 
-/// Reads so many samples back; what is wrong with the bytes, where they are not what [`write`] makes.
+/// Reads so many samples back; what is wrong with the bytes, where they are not what `write` makes.
 pub(super) fn read(bytes: &[u8], samples: usize) -> Result<Vec<ImuSample>, &'static str> {
     // Each sample takes a byte at least, so that a wrong count does not ask for memory.
     if samples > bytes.len() {
