@@ -40,6 +40,8 @@ describe("the inspector's page, on a real server", { skip }, () => {
     });
 
     await context.setOffline(true);
+    // Its worker hears of that a moment later.
+    await page.waitForFunction(() => fetch("/healthz", { cache: "no-store" }).then((answer) => !answer.ok, () => true));
     await press("A17");
     await page.getByRole("button", { name: "Start a walk" }).click();
     await page.getByText("Walking for").waitFor();
