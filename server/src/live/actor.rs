@@ -46,7 +46,7 @@ const SILENT_AFTER: Duration = Duration::from_secs(3);
 const PUT_AWAY_AFTER: Duration = Duration::from_secs(15 * 60);
 /// In a crowd new points, and how far the walk has come, are written this often: what they follow from is on disk with
 /// each acknowledgement, and a thousand walks have as many pages on which their points go on.
-const POINTS_EVERY: Duration = Duration::from_secs(1);
+const POINTS_EVERY: Duration = Duration::from_secs(2);
 
 /// What an actor is asked to do.
 #[derive(Debug)]
@@ -189,6 +189,9 @@ impl Actor {
 
     async fn run(mut self, mut inbox: mpsc::Receiver<Command>) {
         let stopping = self.app.stopping.clone();
+        // Asked for once: each new asking takes the lock that all sessions share.
+        let stopped = stopping.cancelled();
+        tokio::pin!(stopped);
         let mut every_second = interval(Duration::from_secs(1));
         every_second.set_missed_tick_behavior(MissedTickBehavior::Delay);
         let mut finishing = false;
@@ -204,7 +207,7 @@ impl Actor {
                     None => Go::Ended,
                 },
                 _ = every_second.tick() => self.on_tick(),
-                () = stopping.cancelled() => Go::Ended,
+                () = &mut stopped => Go::Ended,
             };
             if let Go::Ended = go {
                 break;

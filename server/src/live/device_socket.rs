@@ -7,6 +7,7 @@ use axum::extract::State;
 use axum::extract::ws::{CloseFrame, Message, WebSocket, WebSocketUpgrade, close_code};
 use axum::response::Response;
 use bytes::Bytes;
+use futures_util::SinkExt;
 use lodestep_engine::parse::frame;
 use lodestep_engine::parse::live_message::{Answer, DeviceMessage};
 use serde_json::Value;
@@ -128,6 +129,9 @@ impl Connection {
     /// Carries messages both ways until one side ends.
     async fn follow(&mut self, actor: &mpsc::Sender<Command>, mut answers: mpsc::Receiver<ToDevice>) {
         let stopping = self.app.stopping.clone();
+        // Asked for once: each new asking takes the lock that all devices share.
+        let stopped = stopping.cancelled();
+        tokio::pin!(stopped);
         let (app, caller) = (self.app.clone(), self.caller.clone());
         let unknown = until_unknown(&app, &caller);
         tokio::pin!(unknown);
@@ -138,7 +142,7 @@ impl Connection {
         loop {
             let flow = tokio::select! {
                 answer = answers.recv() => match answer {
-                    Some(ToDevice::Answer(answer)) => self.send(answer).await,
+                    Some(ToDevice::Answer(answer)) => self.send_with_waiting(answer, &mut answers).await,
                     Some(ToDevice::Last(answer)) => return self.end(answer).await,
                     None => return self.close(close_code::AGAIN, "come back with the session's id").await,
                 },
@@ -166,7 +170,7 @@ impl Connection {
                     self.put(Message::Ping(Bytes::new())).await
                 }
                 () = &mut unknown => return self.end(device::told(not_signed_in().into_problem())).await,
-                () = stopping.cancelled() => {
+                () = &mut stopped => {
                     return self.close(close_code::AWAY, "the server is stopping: come back with the session's id").await;
                 }
             };
@@ -224,8 +228,31 @@ impl Connection {
     }
 
     async fn send(&mut self, answer: Answer) -> Flow {
-        let text = serde_json::to_string(&answer).expect("answers hold strings and numbers only");
-        self.put(Message::Text(text.into())).await
+        self.put(text(&answer)).await
+    }
+
+    /// Sends an answer together with those that wait behind it: the two feet's acknowledgements come at once.
+    async fn send_with_waiting(&mut self, first: Answer, answers: &mut mpsc::Receiver<ToDevice>) -> Flow {
+        let mut next = Some(first);
+        while let Some(answer) = next.take() {
+            let fed = timeout(STUCK_AFTER, self.socket.feed(text(&answer))).await;
+            if !matches!(fed, Ok(Ok(()))) {
+                return Flow::Break(());
+            }
+            match answers.try_recv() {
+                Ok(ToDevice::Answer(answer)) => next = Some(answer),
+                Ok(ToDevice::Last(answer)) => {
+                    self.end(answer).await;
+                    return Flow::Break(());
+                }
+                // That it has ended is found out by whoever waits for it.
+                Err(_) => {}
+            }
+        }
+        match timeout(STUCK_AFTER, self.socket.flush()).await {
+            Ok(Ok(())) => Flow::Continue(()),
+            Ok(Err(_)) | Err(_) => Flow::Break(()),
+        }
     }
 
     async fn put(&mut self, message: Message) -> Flow {
@@ -259,6 +286,11 @@ impl Connection {
             let _ = timeout(STUCK_AFTER, drained).await;
         }
     }
+}
+
+fn text(answer: &Answer) -> Message {
+    let text = serde_json::to_string(answer).expect("answers hold strings and numbers only");
+    Message::Text(text.into())
 }
 
 /// The token that a hello shows, where the handshake's headers could not.

@@ -9,8 +9,9 @@ use crate::sessions::stored_grid::{cell_ns, cell_of};
 
 /// At most this many points are shown each second: enough for a walking pace.
 const SHOWN_HZ: i64 = 5;
-/// How long a chosen epoch is remembered for corrections, ns: longer than any rewind of the filter.
-const MEMORY_NS: i64 = 600_000_000_000;
+/// How long a chosen epoch is remembered for corrections, ns: longer than the trail that is corrected live, which is five
+/// minutes and the rest of a sixth.
+const MEMORY_NS: i64 = 400_000_000_000;
 
 /// What becomes of an epoch.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -29,9 +30,27 @@ pub(crate) struct Grid {
     stored_cell_ns: i64,
     /// A multiple of the stored cell, so that a shown point is always a stored one.
     shown_cell_ns: i64,
-    /// Times of the recent stored epochs, oldest first, and whether each was shown.
-    recent: VecDeque<(i64, bool)>,
+    /// The recent stored epochs, oldest first.
+    recent: VecDeque<Chosen>,
     last_shown_ns: Option<i64>,
+}
+
+/// A stored epoch's time, ns, and in the lowest bit whether it was shown: there are thousands of them for each walk.
+#[derive(Clone, Copy, Debug)]
+struct Chosen(i64);
+
+impl Chosen {
+    fn new(t_ns: i64, shown: bool) -> Chosen {
+        Chosen(t_ns << 1 | i64::from(shown))
+    }
+
+    fn t_ns(self) -> i64 {
+        self.0 >> 1
+    }
+
+    fn shown(self) -> bool {
+        self.0 & 1 == 1
+    }
 }
 
 impl Grid {
@@ -47,15 +66,15 @@ impl Grid {
     pub(crate) fn choose(&mut self, t_ns: i64) -> Choice {
         let in_new_cell =
             |last: Option<i64>, cell: i64| last.is_none_or(|last| cell_of(last, cell) < cell_of(t_ns, cell));
-        if !in_new_cell(self.recent.back().map(|chosen| chosen.0), self.stored_cell_ns) {
+        if !in_new_cell(self.recent.back().map(|chosen| chosen.t_ns()), self.stored_cell_ns) {
             return Choice::Skipped;
         }
         let shown = in_new_cell(self.last_shown_ns, self.shown_cell_ns);
         if shown {
             self.last_shown_ns = Some(t_ns);
         }
-        self.recent.push_back((t_ns, shown));
-        while self.recent.front().is_some_and(|oldest| oldest.0 < t_ns - MEMORY_NS) {
+        self.recent.push_back(Chosen::new(t_ns, shown));
+        while self.recent.front().is_some_and(|oldest| oldest.t_ns() < t_ns - MEMORY_NS) {
             self.recent.pop_front();
         }
         if shown { Choice::Shown } else { Choice::Stored }
@@ -63,8 +82,8 @@ impl Grid {
 
     /// What was chosen about an epoch that is now corrected.
     pub(crate) fn chosen(&self, t_ns: i64) -> Choice {
-        match self.recent.binary_search_by_key(&t_ns, |chosen| chosen.0) {
-            Ok(found) if self.recent[found].1 => Choice::Shown,
+        match self.recent.binary_search_by_key(&t_ns, |chosen| chosen.t_ns()) {
+            Ok(found) if self.recent[found].shown() => Choice::Shown,
             Ok(_) => Choice::Stored,
             Err(_) => Choice::Skipped,
         }

@@ -143,10 +143,9 @@ impl Store {
             .busy_timeout(std::time::Duration::from_secs(10));
         let writing = options
             .clone()
-            // Pages that are changed again and again, as those at the end of each walk, are written back once for many
-            // commits: the log may grow to 64 MiB first, and is cut to that afterwards.
-            .pragma("wal_autocheckpoint", "16384")
-            .pragma("journal_size_limit", "67108864")
+            // What the log has grown to in a busy hour is given back afterwards, but for 256 MiB: a thousand inspectors
+            // fill half of that between two copies, and a file that is cut has to grow again.
+            .pragma("journal_size_limit", "268435456")
             // KiB: all the pages of a commit of a thousand walks, so that none goes to the log twice.
             .pragma("cache_size", "-65536")
             // What a statement may have to take back is set aside meanwhile: in memory.

@@ -82,7 +82,7 @@ fn push_decimals(decimals: u8, values: &[f64], out: &mut Vec<u8>) -> bool {
     let mut before = 0_i64;
     let mut negative_zeros = 0_u64;
     for value in values {
-        let whole = (value * scale).round();
+        let whole = nearest_whole(value * scale);
         if whole.is_nan() || whole.abs() >= LARGEST_WHOLE {
             return false;
         }
@@ -104,6 +104,15 @@ fn push_decimals(decimals: u8, values: &[f64], out: &mut Vec<u8>) -> bool {
         }
     }
     true
+}
+
+/// The whole number next to a value, the sign of zero kept; larger ones than [`LARGEST_WHOLE`] come out wrong and are
+/// turned down by their size. Two additions, where the general rounding is a call for each value on an older processor.
+fn nearest_whole(value: f64) -> f64 {
+    // From here to twice as much, doubles are whole numbers.
+    const WHOLE_FROM: f64 = 4_503_599_627_370_496.0;
+    let shift = WHOLE_FROM.copysign(value);
+    if value.abs() < WHOLE_FROM { ((value + shift) - shift).copysign(value) } else { value }
 }
 
 fn is_negative_zero(value: f64) -> bool {

@@ -1,10 +1,12 @@
 //! The database's log: brought to disk at the start, copied into the database file while the server runs.
 
 use futures_util::FutureExt;
-use sqlx::{Row, SqliteConnection};
+use sqlx::sqlite::SqliteConnectOptions;
+use sqlx::{ConnectOptions, Connection, Row, SqliteConnection};
 use tokio::sync::oneshot;
 
 use super::StoreError;
+use super::health::Disk;
 use super::writer::Write;
 
 /// Makes sure that what the log holds is on disk, before anybody is told of it.
@@ -21,6 +23,26 @@ pub(super) async fn settle(db: &mut SqliteConnection) -> Result<(), StoreError> 
     Err(StoreError::Open(
         "expected the database for this server alone, found another program reading an old state of it: end that program and start again".to_owned(),
     ))
+}
+
+/// Copies the log from a connection of its own, while the writer goes on.
+///
+/// What is written meanwhile is copied in another turn, and what is written during that stays to be copied, so the log
+/// cannot begin anew after this alone: the writer copies the little that is left, between two commits.
+pub(super) async fn copy_aside(options: SqliteConnectOptions) -> Result<(), sqlx::Error> {
+    let mut connection = options.connect().await?;
+    let copied = match copy(&mut connection).await {
+        Ok(()) => copy(&mut connection).await,
+        failed => failed,
+    };
+    if let Err(error) = copied {
+        if Disk::of(&error) == Some(Disk::Failing) {
+            // Closing it would ask the disk once more.
+            std::mem::forget(connection);
+        }
+        return Err(error);
+    }
+    connection.close().await
 }
 
 /// Copies as much of the log as no reader needs; waits for nobody.

@@ -9,6 +9,7 @@ use futures_util::future::BoxFuture;
 use sqlx::sqlite::SqliteConnectOptions;
 use sqlx::{ConnectOptions, Connection, SqliteConnection};
 use tokio::sync::{mpsc, oneshot, watch};
+use tokio::task::{JoinError, JoinHandle};
 
 use super::health::{Disk, Health};
 use super::record::{self, PackedRecord, Record};
@@ -26,8 +27,12 @@ const GROUP_BYTES: usize = 8 << 20;
 /// After a commit the writer rests as long as it took, at most so long: of many small commits each would write the same
 /// pages again. A commit that takes a few milliseconds makes nobody wait noticeably.
 const LONGEST_REST: Duration = Duration::from_millis(50);
-/// How often the log is copied into the database file while writes come.
-const COPY_EVERY: Duration = Duration::from_secs(1);
+/// A commit begins at least so long after the one before, for each write of that: in a crowd each touches a page of the
+/// index for every session, whether that has sent one frame or two.
+const ROUND_PER_WRITE: Duration = Duration::from_micros(170);
+/// How often the log is copied into the database file while writes come. Pages that are changed again and again, as those
+/// at the end of each walk, are copied once for many commits.
+const COPY_EVERY: Duration = Duration::from_secs(3);
 /// How often room is looked for on a full disk.
 const PROBE_EVERY: Duration = Duration::from_secs(2);
 
@@ -86,6 +91,7 @@ impl Writer {
             connection: Some(connection),
             told,
             crowded: Arc::clone(&crowded),
+            copying: None,
             copied_at: Instant::now(),
         };
         tokio::spawn(groups.run(messages));
@@ -175,7 +181,9 @@ struct Groups {
     connection: Option<SqliteConnection>,
     told: watch::Sender<Health>,
     crowded: Arc<AtomicBool>,
-    /// When the log was copied into the database file last.
+    /// The log on its way into the database file, beside the commits.
+    copying: Option<JoinHandle<Result<(), sqlx::Error>>>,
+    /// When it was there last.
     copied_at: Instant,
 }
 
@@ -208,11 +216,18 @@ impl Groups {
                 }
             }
             let begun = tokio::time::Instant::now();
+            let round = ROUND_PER_WRITE * group.len() as u32;
             self.commit(group).await;
-            rest_until = Some(begun + begun.elapsed() + begun.elapsed().min(LONGEST_REST));
+            let taken = begun.elapsed();
+            let rest =
+                if round > LONGEST_REST { round.saturating_sub(taken) } else { taken.min(LONGEST_REST) };
+            rest_until = Some(begun + taken + rest);
             if *self.told.borrow() == Health::DiskFailed {
                 messages.close();
             }
+        }
+        if let Some(copying) = self.copying.take() {
+            self.on_copied(copying.await).await;
         }
         // Closing writes the log back into the database file.
         if let Some(connection) = self.connection
@@ -258,8 +273,11 @@ impl Groups {
         for write in group {
             write.work.resolve(committed.clone());
         }
-        if committed.is_ok() && self.copied_at.elapsed() >= COPY_EVERY {
-            self.copy_log().await;
+        if let Some(copying) = self.copying.take_if(|copying| copying.is_finished()) {
+            self.on_copied(copying.await).await;
+        }
+        if committed.is_ok() && self.copying.is_none() && self.copied_at.elapsed() >= COPY_EVERY {
+            self.copying = Some(tokio::spawn(write_ahead::copy_aside(self.options.clone())));
         }
     }
 
@@ -272,6 +290,15 @@ impl Groups {
             slot => slot.insert(self.options.connect().await?),
         };
         let mut transaction = connection.begin_with("begin immediate").await?;
+        if group.len() > 1 && group.iter().all(|write| write.work.record().is_some()) {
+            // With nothing beside them that would have to stay, no copy is kept of each page as it was.
+            if write_records(&mut transaction, group).await? {
+                transaction.commit().await?;
+                return Ok(());
+            }
+            transaction.rollback().await?;
+            transaction = connection.begin_with("begin immediate").await?;
+        }
         let mut rest = group;
         while let Some(first) = rest.first() {
             let together = rest.iter().take_while(|write| write.work.record().is_some()).count();
@@ -347,11 +374,16 @@ impl Groups {
         }
     }
 
-    /// Copies what the log holds into the database file, so that the log can begin anew.
-    async fn copy_log(&mut self) {
+    /// The log has been copied but for what came meanwhile: copies that, so that the log can begin anew.
+    async fn on_copied(&mut self, aside: Result<Result<(), sqlx::Error>, JoinError>) {
         self.copied_at = Instant::now();
         let Some(connection) = &mut self.connection else { return };
-        if let Err(error) = write_ahead::copy(connection).await {
+        let copied = match aside {
+            Ok(Ok(())) => write_ahead::copy(connection).await,
+            Ok(Err(error)) => Err(error),
+            Err(error) => return tracing::error!(%error, "copying the log did not come to its end: {error}"),
+        };
+        if let Err(error) = copied {
             match Disk::of(&error) {
                 // It stays in the log, where it is as safe.
                 Some(Disk::Full) | None => tracing::warn!(%error, "the log could not be copied: {error}"),
@@ -361,20 +393,31 @@ impl Groups {
     }
 }
 
-/// Writes records in statements that they share; `false` when one of them was turned down, and none is written.
+/// Writes records in statements that they share, and none of them when one is turned down: then `false`.
 async fn write_together(transaction: &mut SqliteConnection, records: &mut [Write]) -> Result<bool, Refusal> {
     let mut savepoint = transaction.begin().await?;
-    let packed: Vec<&PackedRecord> = records.iter().filter_map(|write| write.work.record()).collect();
-    if let Err(error) = record::write(&mut savepoint, &packed).await {
-        if let Some(disk) = error.disk() {
-            return Err(Refusal::Disk(disk, error.to_string()));
-        }
+    if write_records(&mut savepoint, records).await? {
+        savepoint.commit().await?;
+        Ok(true)
+    } else {
         savepoint.rollback().await?;
-        return Ok(false);
+        Ok(false)
     }
-    savepoint.commit().await?;
-    for write in records {
-        write.work.was_written();
+}
+
+/// The same, but when one is turned down the caller takes back what was written of the others.
+async fn write_records(db: &mut SqliteConnection, records: &mut [Write]) -> Result<bool, Refusal> {
+    let packed: Vec<&PackedRecord> = records.iter().filter_map(|write| write.work.record()).collect();
+    match record::write(db, &packed).await {
+        Ok(()) => {
+            for write in records {
+                write.work.was_written();
+            }
+            Ok(true)
+        }
+        Err(error) => match error.disk() {
+            Some(disk) => Err(Refusal::Disk(disk, error.to_string())),
+            None => Ok(false),
+        },
     }
-    Ok(true)
 }
