@@ -1,14 +1,16 @@
 //! The long form of the tests of faults; `make soak` runs it on the release build.
 //!
-//! `cargo run --release -p lodestep-tests --example soak -- [kill|stop|sync|write|full|link|restart]… [COUNT]`: without
+//! `cargo run --release -p lodestep-tests --example soak -- [kill|stop|sync|write|full|link|clock|restart]… [COUNT]`: without
 //! names all of them, each as often as `docs/durability.md` tells; a count is for all that are named. Prints a table.
 
 #![allow(clippy::print_stdout, clippy::print_stderr, reason = "a program for the terminal")]
 
+use std::path::PathBuf;
 use std::process::ExitCode;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
+use lodestep_tests::faults::clock::{faketime, step};
 use lodestep_tests::faults::disk_full::{SmallDisk, fill};
 use lodestep_tests::faults::io_error::{Fault, fail, no_strace};
 use lodestep_tests::faults::kill::kill;
@@ -87,6 +89,12 @@ async fn main() -> ExitCode {
     }
     if wanted("link") {
         rows.push(links(count.unwrap_or(20), &mut random).await);
+    }
+    if wanted("clock") {
+        match faketime() {
+            None => println!("A clock that is set: skipped, there is no faketime."),
+            Some(library) => rows.push(clocks(library, count.unwrap_or(200), &mut random).await),
+        }
     }
     if wanted("restart") {
         for (what, minutes) in [
@@ -224,7 +232,8 @@ async fn links(count: u64, random: &mut Random) -> Row {
         scene.begin();
         let outcome = scene.end(Duration::from_secs(180)).await;
         running.terminate().await;
-        wrong.extend(wrong_in_the_end(folder.path(), &scene, &outcome, &walks.expected).await);
+        let (outcome, expected) = (outcome.of_finished_walks(), walks.expected.of_finished_walks());
+        wrong.extend(wrong_in_the_end(folder.path(), &scene, &outcome, &expected).await);
         let done = link.done();
         for (sum, more) in
             all.iter_mut().zip([done.frames, done.lost, done.doubled, done.swapped, done.halved])
@@ -237,4 +246,12 @@ async fn links(count: u64, random: &mut Random) -> Row {
         "of {frames} frames {lost} lost, {doubled} doubled, {swapped} swapped, {halved} cut in the middle"
     );
     Row { what: "a bad link", runs: count, found, wrong, took: begun.elapsed() }
+}
+
+async fn clocks(library: PathBuf, count: u64, random: &mut Random) -> Row {
+    let begun = Instant::now();
+    let walks = Walks::of(LONG).await;
+    let came = step(library, count, &walks.scripts, walks.scale, &walks.expected, random).await;
+    let found = "by a second to ten years, forwards and backwards".to_owned();
+    Row { what: "a clock that is set", runs: came.steps, found, wrong: came.wrong, took: begun.elapsed() }
 }

@@ -21,6 +21,7 @@ mod serve;
 mod simulate;
 mod site_file;
 mod solution;
+mod stopping;
 mod text_columns;
 mod track_output;
 mod visits;

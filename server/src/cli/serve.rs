@@ -5,6 +5,7 @@ use std::io::IsTerminal;
 use anyhow::{Context, Result};
 use clap::{Args, ValueEnum};
 
+use super::stopping::asked_to_stop;
 use crate::config::Config;
 use crate::serve::bind;
 
@@ -53,26 +54,5 @@ pub(super) fn serve(args: ServeArgs) -> Result<()> {
         let listener = bind(&args.config).await?;
         let stop = asked_to_stop()?;
         crate::serve::serve(args.config, listener, stop).await
-    })
-}
-
-/// Ready at the first SIGINT or SIGTERM.
-#[cfg(unix)]
-fn asked_to_stop() -> Result<impl Future<Output = ()> + Send + 'static> {
-    use tokio::signal::unix::{SignalKind, signal};
-    let mut terminate = signal(SignalKind::terminate()).context("SIGTERM cannot be listened for")?;
-    Ok(async move {
-        tokio::select! {
-            _ = tokio::signal::ctrl_c() => {}
-            _ = terminate.recv() => {}
-        }
-    })
-}
-
-/// Ready at the first Ctrl-C.
-#[cfg(not(unix))]
-fn asked_to_stop() -> Result<impl Future<Output = ()> + Send + 'static> {
-    Ok(async {
-        let _ = tokio::signal::ctrl_c().await;
     })
 }

@@ -2,10 +2,11 @@
 //!
 //! [`scene`] is a day's work at once: devices that stream, logs that are handed in, markers that are moved, faults
 //! that are reported, by clients who never give up. Each notes in [`promises`] what it was told is on disk. A
-//! campaign ([`kill`], [`io_error`], [`disk_full`], [`link`]) does its worst to the [`process`] meanwhile, and
+//! campaign ([`kill`], [`io_error`], [`disk_full`], [`link`], [`clock`]) does its worst to the [`process`] meanwhile, and
 //! [`audit`] reads what is on disk. In the end every track must be, to the last bit, that of an undisturbed run.
 
 pub mod audit;
+pub mod clock;
 pub mod device;
 pub mod disk_full;
 pub mod editor;

@@ -26,6 +26,7 @@ use self::delays::Delays;
 use self::device::{Device, Plan, Storm};
 use self::walks::Walks;
 use crate::cli::failure::Failure;
+use crate::cli::stopping::asked_to_stop;
 use crate::cli::{print, progress};
 
 /// The arguments of `lodestep load`.
@@ -105,7 +106,14 @@ pub(super) fn load(args: &LoadArgs) -> Result<()> {
         .context("the threads of the load cannot be started")?;
     let walks = Arc::new(walks::make(args.seed, args.seconds, args.rate_hz, args.frame_ms)?);
     let log = if args.uploads > 0 { Some(uploads::Walk::make(args.seed)?) } else { None };
-    runtime.block_on(run(args, &walks, log))
+    runtime.block_on(async {
+        let stop = asked_to_stop()?;
+        tokio::select! {
+            done = run(args, &walks, log) => done,
+            // The server of its own ends with it.
+            () = stop => Err(anyhow::anyhow!("it was stopped before its end: nothing was compared")),
+        }
+    })
 }
 
 async fn run(args: &LoadArgs, walks: &Arc<Walks>, log: Option<uploads::Walk>) -> Result<()> {
