@@ -21,6 +21,9 @@ pub(crate) const DISK_FULL: &str = "the server's disk is full: nothing of this w
 /// What is told where the disk failed.
 const DISK_FAILED: &str = "the server's disk failed: nothing of this was stored, and the server starts again from what is on disk; keep it and send it again in some seconds";
 
+/// What is told where the server is about to end.
+const STOPPING: &str = "the server is stopping, and nothing of this was stored: keep it and send it again when the server is back";
+
 /// When to try again what the disk refused, s.
 const RETRY_DISK_AFTER_S: u64 = 10;
 
@@ -189,6 +192,9 @@ impl Error {
             }
             Error::Store(error) if error.disk() == Some(Disk::Failing) => {
                 (StatusCode::SERVICE_UNAVAILABLE, "disk_failed".to_owned(), DISK_FAILED.to_owned(), None)
+            }
+            Error::Store(error) if error.is_stopping() => {
+                (StatusCode::SERVICE_UNAVAILABLE, "stopping".to_owned(), STOPPING.to_owned(), None)
             }
             Error::Store(_) | Error::Internal(_) => {
                 let id = Uuid::now_v7();

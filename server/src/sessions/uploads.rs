@@ -21,6 +21,7 @@ use super::upload_turns::Turn;
 use crate::error::{Error, Result};
 use crate::state::App;
 use crate::store::StoreError;
+use crate::store::health::Health;
 use crate::store::logs::{self, Log, LogState};
 use crate::store::sessions::{self, SessionState};
 use crate::utc;
@@ -180,6 +181,11 @@ pub(crate) async fn append(app: &App, log_id: Uuid, offset_bytes: u64, body: Bod
     let log = receiving(app, log_id).await?;
     if log.offset_bytes != offset_bytes {
         return Err(wrong_offset(offset_bytes, log.offset_bytes));
+    }
+    if app.store.health() == Health::DiskFailed {
+        // Whether the last promise reached the disk will be known at the next start. Until then nothing is cut off:
+        // it may hold more than this server believes.
+        return Err(StoreError::DiskFailed("nothing is taken until the next start".to_owned()).into());
     }
     let folder = app.config.uploads();
     let mut file = UploadFile::open_at(&folder, log_id, offset_bytes).await.map_err(disk_error)?;

@@ -96,7 +96,12 @@ pub enum StoreError {
 impl StoreError {
     /// Whether the same request may succeed later.
     pub fn is_passing(&self) -> bool {
-        matches!(self, StoreError::NotCommitted(_) | StoreError::Stopped) || self.disk().is_some()
+        matches!(self, StoreError::NotCommitted(_)) || self.is_stopping() || self.disk().is_some()
+    }
+
+    /// Whether the server is about to end: the readers close first.
+    pub fn is_stopping(&self) -> bool {
+        matches!(self, StoreError::Stopped | StoreError::Database(sqlx::Error::PoolClosed))
     }
 
     /// What it says about the disk; `None`: nothing.

@@ -74,7 +74,6 @@ async fn a_server_that_is_asked_to_stop_at_a_random_moment_ends_in_good_order_an
 }
 
 #[tokio::test]
-#[ignore = "does not always come to an end: not understood yet; `make soak` runs it"]
 async fn a_server_whose_disk_fails_acknowledges_nothing_more_ends_and_goes_on_from_what_is_on_disk() {
     let mut random = random();
     let scripts = scripts(SCALE);
