@@ -329,6 +329,9 @@ async fn the_feed_tells_first_the_picture_and_then_every_change_without_a_hole()
     assert_eq!(snapshot["inspectors"][0]["name"], "Inspector 0");
     for (foot, number, samples) in all {
         device.send_frame(foot, number, samples).await;
+    let log = server.get("/audit?action=fault").await.1;
+    assert_eq!((log.as_array().unwrap().len(), &log[0]["action"]), (1, &json!("fault.reported")), "{log}");
+    assert_eq!((&log[0]["subject"], &log[0]["who"]), (&fault["id"], &json!("somebody at this machine")));
     }
     let mut seq = snapshot["seq"].as_u64().unwrap();
     let end_ns = walk.left.last().unwrap().t_ns;
