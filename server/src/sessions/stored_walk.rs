@@ -2,9 +2,10 @@
 
 use std::collections::HashMap;
 
-use lodestep_engine::event::{Anomaly, AnomalyKind, VisitOutcome};
+use lodestep_engine::event::{Anomaly, VisitOutcome};
 use lodestep_engine::sample::Foot;
 use lodestep_engine::session::{SessionConfig, Solution, Visit};
+use lodestep_engine::trouble::Trouble;
 use tokio::runtime::Handle;
 use uuid::Uuid;
 
@@ -134,17 +135,7 @@ impl Walk {
 
 /// A session that says both feet and holds one is computed with the one, and says so.
 fn missing_foot(foot: Foot) -> Anomaly {
-    Anomaly {
-        kind: AnomalyKind::FootMissing,
-        foot: Some(foot),
-        t_start_ns: 0,
-        t_end_ns: 0,
-        samples: 0,
-        detail: format!(
-            "expected samples of the {} foot, found none: the track was computed without it",
-            foot.name()
-        ),
-    }
+    Trouble::FootNotStored { foot }.anomaly(Some(foot), [0; 2], 0)
 }
 
 /// A visit whose marker has been deleted or renamed measures nothing.
