@@ -2,6 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
+use crate::figures::Figures;
 use crate::sample::Foot;
 
 /// One thing that a session found out. Events come in the order in which they became known.
@@ -128,6 +129,19 @@ pub struct Anomaly {
     pub samples: u64,
     /// What was expected and what was found, in a sentence with units.
     pub detail: String,
+    /// The figures of that sentence, by name; `None` where it was stored before they were kept.
+    #[serde(default)]
+    pub figures: Option<Figures>,
+}
+
+impl Anomaly {
+    /// Whether both say the same, with figures or without.
+    pub fn says_the_same(&self, other: &Anomaly) -> bool {
+        let said = |anomaly: &Anomaly| {
+            (anomaly.kind, anomaly.foot, anomaly.t_start_ns, anomaly.t_end_ns, anomaly.samples)
+        };
+        said(self) == said(other) && self.detail == other.detail
+    }
 }
 
 /// The kinds of sensor trouble that are found.

@@ -114,6 +114,7 @@
 pub mod detect;
 pub mod evaluate;
 pub mod event;
+pub mod figures;
 pub mod geo;
 pub mod identify;
 pub mod ins;
@@ -126,3 +127,4 @@ pub mod session;
 pub mod sim;
 pub mod systems;
 pub mod track;
+pub mod trouble;

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::event::{Anomaly, AnomalyKind, Event};
+use crate::event::Event;
 use crate::identify::Identification;
 use crate::identify::stands::Stands;
 use crate::sample::{Foot, ImuSample};
@@ -12,6 +12,7 @@ use crate::systems::pedestrian::line::FootLine;
 use crate::systems::pedestrian::slow_errors::blocks;
 use crate::systems::pedestrian::start::{self, Starts};
 use crate::systems::pedestrian::tuning::Tuning;
+use crate::trouble::Trouble;
 
 mod aids;
 mod ending;
@@ -322,7 +323,7 @@ impl Session {
             self.lines.iter().filter(|line| line.start().is_none()).map(FootLine::foot).collect();
         self.lines.retain(|line| line.start().is_some());
         for foot in absent {
-            events.push(foot_missing(foot, self.lines[0].first_ns(), "has no samples at all"));
+            events.push(foot_missing(foot, self.lines[0].first_ns(), &Trouble::FootAbsent { foot }));
         }
         let solution = self.config.solution;
         let starts = start::resolve(&self.config, &mut self.lines, events);
@@ -369,7 +370,9 @@ impl Session {
             let since_ns = line.newest_ns().unwrap_or(t_ns);
             let silent = newest_ns - since_ns > lead_ns;
             if line.turns_silent(!line.has_ended() && line.next_ns().is_none() && silent) {
-                events.push(foot_missing(line.foot(), since_ns, "is silent"));
+                let foot = line.foot();
+                let trouble = Trouble::FootSilent { foot, longest_silence_s: seconds(lead_ns) };
+                events.push(foot_missing(foot, since_ns, &trouble));
             }
         }
     }
@@ -396,15 +399,8 @@ impl Session {
     }
 }
 
-fn foot_missing(foot: Foot, t_ns: i64, what: &str) -> Event {
-    Event::Anomaly(Anomaly {
-        kind: AnomalyKind::FootMissing,
-        foot: Some(foot),
-        t_start_ns: t_ns,
-        t_end_ns: t_ns,
-        samples: 0,
-        detail: format!("the {} foot {what}; the other goes on alone", foot.name()),
-    })
+fn foot_missing(foot: Foot, t_ns: i64, trouble: &Trouble) -> Event {
+    Event::Anomaly(trouble.anomaly(Some(foot), [t_ns; 2], 0))
 }
 
 fn seconds(ns: i64) -> f64 {

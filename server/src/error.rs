@@ -77,6 +77,8 @@ pub enum Error {
         code: &'static str,
         /// Expected, found, what to do.
         detail: String,
+        /// Where in the input, when that can be said.
+        place: Option<Place>,
     },
     /// Asked too often.
     #[error("{detail}")]
@@ -105,6 +107,12 @@ pub struct Place {
     /// Column by its name.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub column: Option<String>,
+    /// Letter of the line, counted from 1.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub character: Option<u64>,
+    /// Field of a JSON body, as a path such as `visits[2].marker`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub field: Option<String>,
 }
 
 /// An RFC 9457 problem document.
@@ -163,7 +171,12 @@ impl Error {
 
     /// A status of HTTP's own.
     pub fn http(status: StatusCode, code: &'static str, detail: impl Into<String>) -> Error {
-        Error::Http { status, code, detail: detail.into() }
+        Error::Http { status, code, detail: detail.into(), place: None }
+    }
+
+    /// A status of HTTP's own, about this place.
+    pub fn http_at(status: StatusCode, code: &'static str, detail: impl Into<String>, place: Place) -> Error {
+        Error::Http { status, code, detail: detail.into(), place: Some(place) }
     }
 
     /// What the client is told. A failure of ours is logged here, once, under an id that the client is
@@ -184,7 +197,7 @@ impl Error {
             Error::Invalid { code, place, .. } => {
                 (StatusCode::UNPROCESSABLE_ENTITY, code.to_owned(), detail, place)
             }
-            Error::Http { status, code, .. } => (status, code.to_owned(), detail, None),
+            Error::Http { status, code, place, .. } => (status, code.to_owned(), detail, place),
             Error::TooMany { code, .. } => (StatusCode::TOO_MANY_REQUESTS, code.to_owned(), detail, None),
             // Said once in the log, by the writer, not for each who is refused.
             Error::Store(error) if error.disk() == Some(Disk::Full) => {
@@ -245,8 +258,11 @@ impl From<ParseError> for Error {
     /// What a parser says is already a sentence for the one who sent it.
     fn from(error: ParseError) -> Self {
         let detail = error.to_string();
-        let place = (error.line.is_some() || error.column.is_some())
-            .then(|| Place { line: error.line, column: error.column.clone() });
+        let place = (error.line.is_some() || error.column.is_some()).then(|| Place {
+            line: error.line,
+            column: error.column.clone(),
+            ..Place::default()
+        });
         Error::Invalid { code: error.code(), detail, place }
     }
 }

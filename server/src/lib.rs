@@ -29,6 +29,8 @@ mod csv_cell;
 mod figures;
 mod headers;
 pub mod origin;
+#[cfg(test)]
+mod page_words;
 pub mod utc;
 mod webhooks;
 mod yielding;

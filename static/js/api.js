@@ -322,6 +322,14 @@ export const job = (id) => get(`/jobs/${seg(id)}`);
 
 /** @returns {Promise<{engine_version: string, engine_sha256: string, parameters: import("./lab/parameters.js").Parameter[]}>} */
 export const labParameters = () => get("/lab/parameters");
+/** @returns {Promise<import("./lab/site.js").SiteParameters>} */
+export const siteParameters = () => get("/lab/site-parameters");
+/**
+ * @param {{parameter_set_id: string | null, version?: number}} choice
+ * @returns {Promise<import("./lab/site.js").SiteParameters>}
+ */
+export const chooseSiteParameters = (choice) => send("PUT", "/lab/site-parameters", choice);
+export const siteParametersFile = "/api/v1/lab/site-parameters.json";
 /** @returns {Promise<import("./lab/parameters.js").ParameterSet[]>} */
 export const parameterSets = () => get("/lab/parameter-sets").then(rows);
 /** @param {Record<string, unknown>} body */

@@ -141,4 +141,15 @@ impl TestServer {
             tokio::time::sleep(Duration::from_millis(5)).await;
         }
     }
+    /// Keeps these parameters as a set of their own and makes it the site's; gives the set.
+    pub async fn choose_parameters(&self, parameters: &Value) -> Value {
+        let name = format!("set {}", uuid::Uuid::now_v7());
+        let (status, set) =
+            self.post("/lab/parameter-sets", &json!({ "name": name, "parameters": parameters })).await;
+        assert_eq!(status, 201, "{set}");
+        let choice = json!({ "parameter_set_id": set["id"], "version": set["version"] });
+        let (status, chosen) = self.put("/lab/site-parameters", &choice).await;
+        assert_eq!((status, &chosen["parameters"]), (200, &set["parameters"]), "{chosen}");
+        set
+    }
 }

@@ -61,21 +61,23 @@ fn none(complaints: &[String], rule: &str) {
 }
 
 /// What each part of the engine may use of the others; a part may always use itself.
-const ENGINE_ARROWS: [(&str, &[&str]); 14] = [
+const ENGINE_ARROWS: [(&str, &[&str]); 16] = [
     ("rotation", &[]),
     ("sample", &[]),
-    ("event", &["sample"]),
+    ("figures", &[]),
+    ("event", &["figures", "sample"]),
+    ("trouble", &["event", "figures", "sample"]),
     ("geo", &["rotation"]),
     ("ins", &["geo", "rotation", "sample"]),
     ("measure", &["ins", "geo", "rotation"]),
-    ("detect", &["measure", "event", "rotation", "sample"]),
+    ("detect", &["measure", "event", "rotation", "sample", "trouble"]),
     ("identify", &["detect", "event", "rotation", "session"]),
     ("track", &["event", "geo", "sample"]),
     ("parse", &["geo", "sample", "track"]),
     ("evaluate", &["event", "parse", "track", "rotation", "sample"]),
     ("sim", &["geo", "sample"]),
     ("parameters", &["detect", "identify", "session"]),
-    ("systems", &["measure", "detect", "ins", "geo", "rotation", "event", "sample", "session"]),
+    ("systems", &["measure", "detect", "ins", "geo", "rotation", "event", "sample", "session", "trouble"]),
 ];
 
 #[test]

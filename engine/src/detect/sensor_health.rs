@@ -2,6 +2,7 @@
 
 use crate::event::{Anomaly, AnomalyKind};
 use crate::sample::{Foot, ImuSample};
+use crate::trouble::{Channel, Trouble};
 
 /// Occurrences of one kind that are nearer than this belong together, ns.
 const TOGETHER_NS: i64 = 2_000_000_000;
@@ -10,7 +11,9 @@ const TELL_AGAIN_NS: i64 = 60_000_000_000;
 /// A time stamp so far ahead is believed when the next one says the same, ns: one that is wrong would
 /// make all that follow look as if time went back.
 const DOUBTFUL_JUMP_NS: i64 = 10_000_000_000;
-/// A hundred years either way.
+/// No time stamp is farther from the session's start, years.
+const LONGEST_TIME_YEARS: f64 = 100.0;
+/// The same, either way.
 const LONGEST_TIME_NS: std::ops::RangeInclusive<i64> = -3_155_760_000_000_000_000..=3_155_760_000_000_000_000;
 /// An axis that repeats itself to the bit for so long does not measure, ns.
 const STUCK_NS: i64 = 1_000_000_000;
@@ -66,23 +69,19 @@ impl SensorHealth {
     pub fn admit(&mut self, sample: &ImuSample, told: &mut Vec<Anomaly>) -> Option<ImuSample> {
         let t_ns = sample.t_ns;
         if !LONGEST_TIME_NS.contains(&t_ns) {
-            let detail = "a time stamp is a hundred years from the session's start; the sample is left out";
-            self.note(AnomalyKind::BackwardTime, self.last_t_ns.unwrap_or(0), detail.to_owned(), told);
+            let trouble = Trouble::TimeOfAnotherAge { farthest_years: LONGEST_TIME_YEARS };
+            self.note(trouble, self.last_t_ns.unwrap_or(0), told);
             return None;
         }
         if let Some(last_ns) = self.last_t_ns {
             let step_ns = t_ns - last_ns;
             if step_ns <= 0 {
-                let kind = if step_ns == 0 { AnomalyKind::RepeatedTime } else { AnomalyKind::BackwardTime };
-                let detail = if step_ns == 0 {
-                    "the time stamp equals the one before; the sample is left out".to_owned()
+                let trouble = if step_ns == 0 {
+                    Trouble::RepeatedTime
                 } else {
-                    format!(
-                        "the time goes back by {:.4} s; samples are left out until it passes where it was",
-                        -seconds(step_ns)
-                    )
+                    Trouble::TimeGoesBack { back_by_s: -seconds(step_ns) }
                 };
-                self.note(kind, last_ns, detail, told);
+                self.note(trouble, last_ns, told);
                 return None;
             }
             if step_ns > DOUBTFUL_JUMP_NS && !self.jump_is_confirmed(t_ns) {
@@ -90,31 +89,23 @@ impl SensorHealth {
                 return None;
             }
             if let Some(ahead_ns) = self.jumped_to_ns.take().filter(|jumped_to_ns| *jumped_to_ns > t_ns) {
-                let detail = format!(
-                    "a time stamp is {:.1} s ahead of those around it; the sample is left out",
-                    seconds(ahead_ns - last_ns)
-                );
-                self.note(AnomalyKind::BackwardTime, last_ns, detail, told);
+                self.note(Trouble::TimeAhead { ahead_by_s: seconds(ahead_ns - last_ns) }, last_ns, told);
             }
         }
         self.close_old(t_ns, told);
         let channels = channels(sample);
         if channels.iter().any(|x| !x.is_finite()) {
-            self.note(
-                AnomalyKind::NotFinite,
-                t_ns,
-                "a rate or specific force is not a finite number; the sample is left out".to_owned(),
-                told,
-            );
+            self.note(Trouble::NotFinite, t_ns, told);
             return None;
         }
         if channels[..3].iter().any(|x| x.abs() > IMPOSSIBLE_RATE_RAD_S)
             || channels[3..].iter().any(|x| x.abs() > IMPOSSIBLE_FORCE_M_S2)
         {
-            let detail = format!(
-                "a rate above {IMPOSSIBLE_RATE_RAD_S} rad/s or a specific force above {IMPOSSIBLE_FORCE_M_S2} m/s²; the sample is left out"
-            );
-            self.note(AnomalyKind::Saturation, t_ns, detail, told);
+            let trouble = Trouble::ImpossibleMotion {
+                largest_rate_rad_s: IMPOSSIBLE_RATE_RAD_S,
+                largest_force_m_s2: IMPOSSIBLE_FORCE_M_S2,
+            };
+            self.note(trouble, t_ns, told);
             return None;
         }
         if let Some(last_ns) = self.last_t_ns.replace(t_ns) {
@@ -125,18 +116,12 @@ impl SensorHealth {
         if sample.mag_b_ut.is_some_and(|mag| mag.iter().any(|x| x.is_nan() || x.abs() >= IMPOSSIBLE_FIELD_UT))
         {
             admitted.mag_b_ut = None;
-            let detail =
-                "a magnetic value is not a finite number, or beyond all reason; it counts as missing";
-            self.note(AnomalyKind::NotFinite, t_ns, detail.to_owned(), told);
+            self.note(Trouble::ImpossibleField { largest_field_ut: IMPOSSIBLE_FIELD_UT }, t_ns, told);
         }
         if sample.pressure_hpa.is_some_and(|hpa| !POSSIBLE_PRESSURE_HPA.contains(&hpa)) {
             admitted.pressure_hpa = None;
-            let detail = format!(
-                "a pressure is not between {} and {} hPa; it counts as missing",
-                POSSIBLE_PRESSURE_HPA.start(),
-                POSSIBLE_PRESSURE_HPA.end()
-            );
-            self.note(AnomalyKind::NotFinite, t_ns, detail, told);
+            let (lowest_hpa, highest_hpa) = (*POSSIBLE_PRESSURE_HPA.start(), *POSSIBLE_PRESSURE_HPA.end());
+            self.note(Trouble::ImpossiblePressure { lowest_hpa, highest_hpa }, t_ns, told);
         }
         Some(admitted)
     }
@@ -154,18 +139,9 @@ impl SensorHealth {
     fn watch_interval(&mut self, last_ns: i64, step_ns: i64, told: &mut Vec<Anomaly>) {
         let usual_ns = self.interval_ns;
         if step_ns > (usual_ns * 7 / 2).max(50_000_000) {
-            told.push(Anomaly {
-                kind: AnomalyKind::Gap,
-                foot: Some(self.foot),
-                t_start_ns: last_ns,
-                t_end_ns: last_ns + step_ns,
-                samples: (step_ns / usual_ns.max(1)).max(1) as u64 - 1,
-                detail: format!(
-                    "no samples for {:.3} s, where one comes every {:.4} s",
-                    seconds(step_ns),
-                    seconds(usual_ns)
-                ),
-            });
+            let gap = Trouble::Gap { silence_s: seconds(step_ns), usual_interval_s: seconds(usual_ns) };
+            let samples = (step_ns / usual_ns.max(1)).max(1) as u64 - 1;
+            told.push(gap.anomaly(Some(self.foot), [last_ns, last_ns + step_ns], samples));
         } else {
             // Follows the usual interval, slowly enough not to follow jitter.
             self.interval_ns += (step_ns - usual_ns) / 32;
@@ -182,29 +158,19 @@ impl SensorHealth {
             }
             self.same_for[axis] += 1;
             let smallest_range = if axis < 3 { SMALLEST_RATE_RANGE_RAD_S } else { SMALLEST_FORCE_RANGE_M_S2 };
-            let name = NAMES[axis];
+            let (channel, reading) = (Channel::at(axis), *value);
             if self.same_for[axis] >= 3 && value.abs() > smallest_range && self.same_for[axis] < STUCK_SAMPLES
             {
-                self.note(
-                    AnomalyKind::Saturation,
-                    t_ns,
-                    format!("{name} stays at {value:.2}, the end of its range"),
-                    told,
-                );
+                self.note(Trouble::EndOfRange { channel, reading }, t_ns, told);
             }
             if self.same_for[axis] >= STUCK_SAMPLES && t_ns - self.same_since_ns[axis] >= STUCK_NS {
-                self.note(
-                    AnomalyKind::StuckAxis,
-                    t_ns,
-                    format!("{name} has read {value} without any change for a second and more"),
-                    told,
-                );
+                self.note(Trouble::StuckAxis { channel, reading }, t_ns, told);
             }
         }
     }
 
-    fn note(&mut self, kind: AnomalyKind, t_ns: i64, detail: String, told: &mut Vec<Anomaly>) {
-        let slot = slot(kind);
+    fn note(&mut self, trouble: Trouble, t_ns: i64, told: &mut Vec<Anomaly>) {
+        let slot = slot(trouble.kind());
         if let Some(open) = &mut self.open[slot] {
             // A sample that was left out does not count against the times that follow it.
             open.t_end_ns = open.t_end_ns.max(t_ns);
@@ -214,14 +180,7 @@ impl SensorHealth {
             }
             return;
         }
-        self.open[slot] = Some(Anomaly {
-            kind,
-            foot: Some(self.foot),
-            t_start_ns: t_ns,
-            t_end_ns: t_ns,
-            samples: 1,
-            detail,
-        });
+        self.open[slot] = Some(trouble.anomaly(Some(self.foot), [t_ns; 2], 1));
     }
 
     fn close_old(&mut self, t_ns: i64, told: &mut Vec<Anomaly>) {
@@ -232,9 +191,6 @@ impl SensorHealth {
         }
     }
 }
-
-const NAMES: [&str; 6] =
-    ["gyr_x_rad_s", "gyr_y_rad_s", "gyr_z_rad_s", "acc_x_m_s2", "acc_y_m_s2", "acc_z_m_s2"];
 
 fn channels(sample: &ImuSample) -> [f64; 6] {
     let ([gx, gy, gz], [ax, ay, az]) = (sample.w_ib_b_rad_s, sample.f_b_m_s2);

@@ -3,6 +3,7 @@
 use super::{Session, Walk, foot_missing, seconds};
 use crate::event::Event;
 use crate::systems::pedestrian::line::FootLine;
+use crate::trouble::Trouble;
 
 /// A foot whose log begins or ends so much apart from the other's is told, ns.
 const MISSING_NS: i64 = 1_000_000_000;
@@ -51,14 +52,15 @@ impl Session {
         let newest_ns = self.lines.iter().filter_map(FootLine::newest_ns).max().unwrap_or(0);
         let oldest_ns = self.lines.iter().map(FootLine::first_ns).min().unwrap_or(0);
         for line in &self.lines {
+            let foot = line.foot();
             let (first_ns, last_ns) = (line.first_ns(), line.newest_ns().unwrap_or(0));
             if first_ns - oldest_ns > MISSING_NS {
                 let late_s = seconds(first_ns - oldest_ns);
-                events.push(foot_missing(line.foot(), first_ns, &format!("begins {late_s:.1} s late")));
+                events.push(foot_missing(foot, first_ns, &Trouble::FootLate { foot, late_s }));
             }
             if newest_ns - last_ns > MISSING_NS {
                 let early_s = seconds(newest_ns - last_ns);
-                events.push(foot_missing(line.foot(), last_ns, &format!("ends {early_s:.1} s early")));
+                events.push(foot_missing(foot, last_ns, &Trouble::FootEarly { foot, early_s }));
             }
         }
     }

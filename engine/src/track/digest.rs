@@ -33,6 +33,7 @@ impl Track {
             bits.word(anomaly.t_start_ns as u64);
             bits.word(anomaly.t_end_ns as u64);
             bits.word(anomaly.samples);
+            // Its figures stand in it.
             bits.text(&anomaly.detail);
         }
         bits.finish()
@@ -141,6 +142,7 @@ mod tests {
             t_end_ns: 2,
             samples: 0,
             detail: "a gap".into(),
+            figures: None,
         }));
         track
     }

@@ -1,40 +1,55 @@
 //! What handlers take from a request; what cannot be taken is told as a problem document.
 
-use axum::extract::rejection::{JsonRejection, PathRejection, QueryRejection};
+use axum::body::Bytes;
+use axum::extract::rejection::{PathRejection, QueryRejection};
 use axum::extract::{FromRequest, FromRequestParts, Request};
 use axum::http::request::Parts;
-use axum::http::{StatusCode, Uri};
+use axum::http::{StatusCode, Uri, header};
+use schemars::JsonSchema;
 use serde::de::DeserializeOwned;
 
+use super::json_body;
 use crate::error::Error;
 
 /// A JSON body.
 #[derive(Clone, Copy, Debug)]
 pub struct Json<T>(pub T);
 
-impl<S: Send + Sync, T: DeserializeOwned> FromRequest<S> for Json<T> {
+impl<S: Send + Sync, T: DeserializeOwned + JsonSchema> FromRequest<S> for Json<T> {
     type Rejection = Error;
 
     async fn from_request(request: Request, state: &S) -> Result<Self, Error> {
-        match axum::Json::from_request(request, state).await {
-            Ok(axum::Json(body)) => Ok(Json(body)),
-            Err(JsonRejection::MissingJsonContentType(_)) => Err(Error::http(
+        let kind = request.headers().get(header::CONTENT_TYPE).and_then(|kind| kind.to_str().ok());
+        if !kind.is_some_and(is_json) {
+            let found = kind.map_or("none".to_owned(), |kind| format!("{kind:?}"));
+            return Err(Error::http(
                 StatusCode::UNSUPPORTED_MEDIA_TYPE,
                 "json_expected",
-                "expected a body of content type application/json: set the Content-Type header",
-            )),
-            Err(JsonRejection::JsonSyntaxError(error)) => {
-                Err(Error::http(StatusCode::BAD_REQUEST, "not_json", error.body_text()))
-            }
-            Err(JsonRejection::JsonDataError(error)) => Err(Error::invalid("wrong_field", error.body_text())),
-            Err(other) if other.status() == StatusCode::PAYLOAD_TOO_LARGE => Err(Error::http(
+                format!(
+                    "expected a body of content type application/json, found {found}: set the Content-Type header"
+                ),
+            ));
+        }
+        let body = Bytes::from_request(request, state).await.map_err(|error| match error.status() {
+            StatusCode::PAYLOAD_TOO_LARGE => Error::http(
                 StatusCode::PAYLOAD_TOO_LARGE,
                 "body_too_large",
                 "the body is larger than this route takes: send less at once",
-            )),
-            Err(other) => Err(Error::http(other.status(), "body_not_read", other.body_text())),
-        }
+            ),
+            status => Error::http(
+                status,
+                "body_not_read",
+                "expected the whole body, found that the link broke before its end: send it again",
+            ),
+        })?;
+        json_body::read(&body).map(Json)
     }
+}
+
+/// Whether a content type is JSON's own or one that is written as JSON.
+fn is_json(kind: &str) -> bool {
+    let kind = kind.split(';').next().unwrap_or_default().trim().to_ascii_lowercase();
+    kind == "application/json" || (kind.starts_with("application/") && kind.ends_with("+json"))
 }
 
 /// The variable parts of a path.

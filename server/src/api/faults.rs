@@ -94,7 +94,12 @@ async fn create(
 }
 
 /// Takes a fault that a device tells of on its socket.
-pub(crate) async fn report_live(app: &App, session: &Session, message: FaultMessage) -> Result<Fault> {
+pub(crate) async fn report_live(
+    app: &App,
+    caller: &Caller,
+    session: &Session,
+    message: FaultMessage,
+) -> Result<Fault> {
     let severity = match message.severity.as_str() {
         "low" => Severity::Low,
         "medium" => Severity::Medium,
@@ -117,8 +122,7 @@ pub(crate) async fn report_live(app: &App, session: &Session, message: FaultMess
         text: message.text,
         marker: message.marker,
     };
-    // Whether the device may write this walk was asked when it said hello.
-    report(app, &Caller::itself("a device"), new).await
+    report(app, caller, new).await
 }
 
 async fn show(State(app): State<App>, Path(id): Path<Uuid>) -> Result<axum::Json<Fault>> {

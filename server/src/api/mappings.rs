@@ -3,6 +3,7 @@
 use axum::extract::State;
 use axum::http::StatusCode;
 use lodestep_engine::parse::mapping::Mapping;
+use schemars::JsonSchema;
 use serde::Deserialize;
 use uuid::Uuid;
 
@@ -25,23 +26,24 @@ pub(super) fn routes() -> Routes {
         .gives::<Vec<serde_json::Value>>()
         .post("/mappings", Right::Walk, create)
         .about("Keeps a mapping of columns under a name")
-        .takes::<serde_json::Value>()
+        .takes::<Given>()
         .gives::<serde_json::Value>()
         .get("/mappings/{id}", Right::Read, show)
         .about("One mapping")
         .gives::<serde_json::Value>()
         .put("/mappings/{id}", Right::Walk, change)
         .about("Changes a mapping")
-        .takes::<serde_json::Value>()
+        .takes::<Given>()
         .gives::<serde_json::Value>()
         .delete("/mappings/{id}", Right::Walk, remove)
         .about("Removes a mapping")
 }
 
-#[derive(Deserialize)]
+#[derive(Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 struct Given {
     name: String,
+    #[schemars(with = "serde_json::Map<String, serde_json::Value>")]
     mapping: Mapping,
 }
 

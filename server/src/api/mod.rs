@@ -31,10 +31,12 @@ pub(crate) mod faults;
 mod health;
 mod inspectors;
 mod jobs;
+mod json_body;
 mod lab;
 mod mappings;
 mod marker_imports;
 mod markers;
+mod misfit;
 pub mod openapi;
 mod parameter_sets;
 mod reports;
@@ -44,6 +46,7 @@ mod server;
 mod session_search;
 pub mod sessions;
 mod site;
+mod site_parameters;
 mod stands;
 mod tokens;
 mod tracks;
@@ -83,6 +86,7 @@ pub fn routes(config: &Config) -> Routes {
         .merge(jobs::routes())
         .merge(lab::routes())
         .merge(parameter_sets::routes())
+        .merge(site_parameters::routes())
         .merge(tracks::routes())
         .merge(visits::routes())
         .merge(stands::routes())

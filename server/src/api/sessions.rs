@@ -13,7 +13,7 @@ use super::{Needs, Routes};
 use crate::auth::Caller;
 use crate::error::{Error, Result};
 use crate::rights::Right;
-use crate::sessions::{stand_choice, uploads};
+use crate::sessions::{parameters, stand_choice, uploads};
 use crate::state::App;
 use crate::store::logs::LogState;
 use crate::store::sessions::{self, Filter, Session, SessionState, Start};
@@ -158,6 +158,7 @@ pub(crate) async fn begin(
         start,
         initial_heading_deg: new.initial_heading_deg,
         automatic_visits: new.automatic_visits,
+        site_parameters_id: parameters::of_new_session(app).await?,
         samples: 0,
         epochs: 0,
         duration_s: 0.0,

@@ -133,10 +133,11 @@ async fn finish(
     }
 }
 
-#[derive(Deserialize)]
+#[derive(Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 struct PreviewUpload {
     /// What the log does not say itself.
+    #[schemars(with = "Option<serde_json::Value>")]
     reading: Option<Reading>,
 }
 

@@ -4,12 +4,12 @@ use axum::body::Bytes;
 use axum::extract::State;
 use axum::http::{HeaderMap, StatusCode, header};
 use lodestep_engine::parse::visits_csv;
+use schemars::JsonSchema;
 use serde::Deserialize;
-use serde_json::Value;
 use uuid::Uuid;
 
 use super::extract::Path;
-use super::{Needs, Routes};
+use super::{Needs, Routes, json_body};
 use crate::auth::Caller;
 use crate::error::{Error, Place, Result};
 use crate::rights::Right;
@@ -29,7 +29,7 @@ pub(super) fn routes() -> Routes {
         .gives::<Vec<Visit>>()
         .post("/sessions/{id}/visits", Needs::OwnSession, tell)
         .about("Tells of visits, in JSON or CSV")
-        .takes::<Value>()
+        .takes::<OneOrMore>()
         .gives::<TellVisits>()
         .delete("/sessions/{id}/visits/{visit_id}", Needs::OwnSession, take_back)
         .about("Takes a visit back")
@@ -75,7 +75,7 @@ async fn tell(
     Ok((status, axum::Json(told)))
 }
 
-#[derive(Deserialize)]
+#[derive(Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 struct Row {
     marker: String,
@@ -83,7 +83,7 @@ struct Row {
     t_end_s: f64,
 }
 
-#[derive(Deserialize)]
+#[derive(Deserialize, JsonSchema)]
 #[serde(untagged)]
 enum OneOrMore {
     One(Row),
@@ -91,12 +91,7 @@ enum OneOrMore {
 }
 
 fn from_json(body: &[u8]) -> Result<Vec<Told>> {
-    let rows: OneOrMore = serde_json::from_slice(body).map_err(|error| {
-        Error::invalid(
-            "wrong_field",
-            format!("expected {{\"marker\", \"t_start_s\", \"t_end_s\"}} or a list of these, found something else ({error})"),
-        )
-    })?;
+    let rows: OneOrMore = json_body::read(body)?;
     let rows = match rows {
         OneOrMore::One(row) => vec![row],
         OneOrMore::More(rows) => rows,
@@ -121,13 +116,13 @@ fn to_ns(t_s: f64, column: &str, line: u64) -> Result<i64> {
     Err(Error::invalid_at(
         "bad_time",
         format!("visit {line}: expected {column} in seconds since the session's start, found {t_s}"),
-        Place { line: Some(line), column: Some(column.to_owned()) },
+        Place { line: Some(line), column: Some(column.to_owned()), ..Place::default() },
     ))
 }
 
 fn from_csv(body: &[u8]) -> Result<Vec<Told>> {
     let rows = visits_csv::read(body).map_err(|error| {
-        let place = Place { line: error.line, column: error.column.clone() };
+        let place = Place { line: error.line, column: error.column.clone(), ..Place::default() };
         Error::invalid_at(error.code(), format!("{error}. No visit was stored"), place)
     })?;
     // The header is line 1.

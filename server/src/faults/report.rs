@@ -13,7 +13,7 @@ use crate::state::App;
 use crate::store::faults::{self, Fault, FaultState, Severity};
 use crate::store::sessions::{self, Session};
 use crate::store::webhooks::EventKind;
-use crate::store::{inspectors, markers, webhook_deliveries};
+use crate::store::{audit, inspectors, markers, webhook_deliveries};
 use crate::utc;
 use crate::wire::Change;
 
@@ -119,11 +119,14 @@ pub(crate) async fn report(app: &App, caller: &Caller, new: NewFault) -> Result<
         updated_at: now,
     };
     let row = fault.clone();
+    let caller = caller.clone();
     app.store
         .writer()
         .run(move |db| {
             Box::pin(async move {
                 faults::insert(&mut *db, &row).await?;
+                let after = serde_json::to_value(&row).ok();
+                audit::insert(&mut *db, &caller.did("fault.reported", row.id, None, after)).await?;
                 webhook_deliveries::announce(db, EventKind::FaultReported, &row).await
             })
         })

@@ -38,9 +38,4 @@ impl Progress {
     pub(crate) fn is_stopping(&self) -> bool {
         self.app.stopping.is_cancelled() || self.app.jobs.is_given_up(self.job.id)
     }
-
-    /// Whether somebody walks right now: what nobody waits for makes room.
-    pub(crate) fn makes_room(&self) -> bool {
-        self.app.live.is_busy()
-    }
 }

@@ -24,6 +24,7 @@ use super::device::{self, Device, ToDevice};
 use super::rebuild;
 use super::sequence::{Arrival, Sequence};
 use super::walk::{Findings, Walk};
+use crate::auth::Caller;
 use crate::error::{Error, Result};
 use crate::state::App;
 use crate::store::raw_chunks::Samples;
@@ -63,8 +64,8 @@ pub(crate) enum Command {
     StoredVisits(Vec<Visit>),
     /// A visit was taken back, or automatic mode was switched.
     Again,
-    /// The inspector found a fault.
-    Fault(FaultMessage),
+    /// The inspector found a fault; told by this caller.
+    Fault(FaultMessage, Caller),
     /// The walk is over.
     Finish,
 }
@@ -242,8 +243,8 @@ impl Actor {
             Command::Visit(visit) => self.on_visit(visit).await,
             Command::StoredVisits(visits) => self.on_stored_visits(visits).await,
             Command::Again => self.wants_again = true,
-            Command::Fault(fault) => {
-                if let Go::Ended = self.on_fault(fault).await {
+            Command::Fault(fault, caller) => {
+                if let Go::Ended = self.on_fault(fault, &caller).await {
                     return Go::Ended;
                 }
             }
@@ -430,12 +431,12 @@ impl Actor {
         }
     }
 
-    async fn on_fault(&mut self, message: FaultMessage) -> Go {
+    async fn on_fault(&mut self, message: FaultMessage, caller: &Caller) -> Go {
         // What is underway may hold the inspector's position at that time.
         if let Go::Ended = self.all_on_disk().await {
             return Go::Ended;
         }
-        let told = match api::faults::report_live(&self.app, &self.session, message).await {
+        let told = match api::faults::report_live(&self.app, caller, &self.session, message).await {
             Ok(fault) => device::event(&Change::Fault { fault }),
             Err(error) => device::told(error.into_problem()),
         };

@@ -65,7 +65,7 @@ pub(crate) fn event(change: &impl Serialize) -> Answer {
 
 /// What is wrong with a message or frame.
 pub(crate) fn wrong_message(error: &ParseError) -> Error {
-    let place = Place { line: error.line, column: error.column.clone() };
+    let place = Place { line: error.line, column: error.column.clone(), ..Place::default() };
     Error::invalid_at(error.code(), error.to_string(), place)
 }
 

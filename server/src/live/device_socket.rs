@@ -196,7 +196,7 @@ impl Connection {
                 match message.map_err(|error| device::wrong_message(&error))? {
                     DeviceMessage::Batch(batch) => Command::Batch(batch, utc::now()),
                     DeviceMessage::Visit(visit) => Command::Visit(visit),
-                    DeviceMessage::Fault(fault) => Command::Fault(fault),
+                    DeviceMessage::Fault(fault) => Command::Fault(fault, self.caller.clone()),
                     DeviceMessage::Finish => Command::Finish,
                     DeviceMessage::Hello(_) => {
                         return Err(Error::invalid(

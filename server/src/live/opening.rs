@@ -12,6 +12,7 @@ use crate::error::{Error, Result};
 use crate::rights::Right;
 use crate::sessions::engine_config::engine_config;
 use crate::sessions::identification::identification;
+use crate::sessions::parameters;
 use crate::state::App;
 use crate::store::sessions::{self, Session, SessionState};
 use crate::store::{StoreError, raw_chunks};
@@ -93,5 +94,9 @@ async fn begin(
 pub(super) async fn session_config(app: &App, session: &Session) -> Result<SessionConfig, StoreError> {
     let config = engine_config(&app.site, session, session.feet.clone());
     let identification = identification(app, session).await?;
-    Ok(SessionConfig { max_lead_ns: Some(MAX_LEAD_NS), solution: Solution::Trail, identification, ..config })
+    let parameters = parameters::of_stream(app, session).await?;
+    let mut config =
+        SessionConfig { max_lead_ns: Some(MAX_LEAD_NS), solution: Solution::Trail, identification, ..config };
+    parameters.apply(&mut config);
+    Ok(config)
 }

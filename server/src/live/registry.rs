@@ -47,11 +47,6 @@ impl Registry {
         }
     }
 
-    /// Whether a device streams right now.
-    pub(crate) fn is_busy(&self) -> bool {
-        !self.lock().is_empty()
-    }
-
     /// Gives visits that are on disk to a session that is live on this server; any other will use them
     /// in its next run.
     pub(crate) async fn tell_visits(&self, session_id: Uuid, visits: Vec<Visit>) {

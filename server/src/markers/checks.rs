@@ -5,6 +5,7 @@ use std::collections::HashMap;
 use super::finding::{Findings, Level};
 use super::frame_fit::{Fit, explain, median};
 use super::mapping::Mapping;
+use super::odd::{Against, Odd};
 use super::rows::Row;
 use crate::site::Plan;
 use crate::store::markers::Place;
@@ -55,52 +56,26 @@ pub(super) fn check(
             continue;
         }
         let Row { line, name, place } = row;
-        let mut warn =
-            |code: &str, detail: String| findings.of_line(Level::Warning, code, *line, name, detail);
+        let mut warn = |odd: Odd| findings.of_line(Level::Warning, *line, name, &odd);
         if let Some(old) = old {
             let moved_m = old.plan_distance_m(place);
             let swapped_m = old.plan_distance_m(&Place { e_m: place.n_m, n_m: place.e_m, u_m: None });
             if moved_m > FAR_MOVE_M && swapped_m < FAR_MOVE_M {
-                warn(
-                    "swapped_row",
-                    format!(
-                        "expected a move of at most {FAR_MOVE_M} m, found {moved_m:.1} m, and {swapped_m:.1} m with east and north changed over: correct the row"
-                    ),
-                );
+                warn(Odd::SwappedRow { largest_move_m: FAR_MOVE_M, moved_m, swapped_m });
             } else if moved_m > FAR_MOVE_M {
-                warn(
-                    "far_move",
-                    format!(
-                        "expected a move of at most {FAR_MOVE_M} m, found {moved_m:.1} m: check the survey"
-                    ),
-                );
+                warn(Odd::FarMove { largest_move_m: FAR_MOVE_M, moved_m });
             }
         } else {
             if let Some(like) = plain_names.get(&plain(name)) {
-                warn(
-                    "similar_name",
-                    format!(
-                        "expected a new name, found one that reads like {like:?}: is it the same marker?"
-                    ),
-                );
+                warn(Odd::SimilarName { like: (*like).to_owned() });
             }
             if in_plan * 2 > rows.len() && !plan_names.contains_key(name.as_str()) {
-                warn(
-                    "not_in_plan",
-                    "expected the name of a node, as most of the file has, found another: check the name"
-                        .to_owned(),
-                );
+                warn(Odd::NotInPlan);
             }
         }
         let radius_m = place.e_m.hypot(place.n_m);
         if radius_m > OFF_SITE * plan.ring_radius_m {
-            warn(
-                "off_site",
-                format!(
-                    "expected a place beneath the reflector, found one {radius_m:.0} m from its middle, beyond its ring of {:.0} m: check frame and columns",
-                    plan.ring_radius_m
-                ),
-            );
+            warn(Odd::OffSite { distance_m: radius_m, ring_radius_m: plan.ring_radius_m });
         }
         let mut around = Vec::new();
         for (other, there) in neighbours.near(place) {
@@ -109,12 +84,7 @@ pub(super) fn check(
             }
             let distance_m = place.plan_distance_m(&there);
             if distance_m < TOO_CLOSE_M {
-                warn(
-                    "too_close",
-                    format!(
-                        "expected markers at least {TOO_CLOSE_M} m apart, found {other:?} at {distance_m:.2} m: is it the same marker?"
-                    ),
-                );
+                warn(Odd::TooClose { least_apart_m: TOO_CLOSE_M, other: other.to_owned(), distance_m });
             }
             if let (true, Some(u_m)) = (distance_m < NEIGHBOUR_M, there.u_m) {
                 around.push([there.e_m - place.e_m, there.n_m - place.n_m, u_m]);
@@ -123,12 +93,7 @@ pub(super) fn check(
         if let (Some(u_m), Some(ground_m)) = (place.u_m, ground_m(&around))
             && (u_m - ground_m).abs() > OFF_TERRAIN_M
         {
-            warn(
-                "off_terrain",
-                format!(
-                    "expected a height near the {ground_m:.1} m that the markers around it say, found {u_m:.1} m: check the height and its datum"
-                ),
-            );
+            warn(Odd::OffTerrain { ground_m, height_m: u_m });
         }
     }
 }
@@ -170,7 +135,7 @@ fn of_all(
 ) {
     let known: Vec<_> = rows.iter().filter_map(|row| Some((row.place, *standing.get(&row.name)?))).collect();
     let fit = if known.len() >= 4 {
-        explain(&known, FAR_MOVE_M).map(|fit| (fit, "the table's"))
+        explain(&known, FAR_MOVE_M).map(|fit| (fit, Against::Table(known.len())))
     } else {
         let nodes: HashMap<&str, Place> = plan
             .nodes
@@ -179,57 +144,37 @@ fn of_all(
             .collect();
         let pairs: Vec<_> =
             rows.iter().filter_map(|row| Some((row.place, *nodes.get(row.name.as_str())?))).collect();
-        explain(&pairs, PLAN_TOLERANCE_M).map(|fit| (fit, "the plan's"))
+        explain(&pairs, PLAN_TOLERANCE_M).map(|fit| (fit, Against::Plan(pairs.len())))
     };
-    if let Some((fit, whose)) = fit {
-        let (code, detail, suggested) = told(&fit, whose, mapping);
-        findings.of_file(Level::Warning, code, detail, suggested);
+    if let Some((fit, against)) = fit {
+        let odd = told(&fit, against);
+        let suggested = matches!(odd, Odd::SwappedAxes { .. }).then(|| mapping.swapped());
+        findings.of_file(Level::Warning, &odd, suggested);
     }
     let raised: Vec<f64> = known.iter().filter_map(|(file, table)| Some(file.u_m? - table.u_m?)).collect();
     let typical_m = median(raised.clone());
     let spread_m = median(raised.iter().map(|raise| (raise - typical_m).abs()).collect());
     if raised.len() >= 4 && typical_m.abs() > SHIFTED_HEIGHT_M && spread_m < 0.2 * typical_m.abs() {
-        findings.of_file(
-            Level::Warning,
-            "shifted_heights",
-            format!("expected the table's heights, found them all off by {typical_m:.2} m: check the heights' datum and the site's origin"),
-            None,
-        );
+        findings.of_file(Level::Warning, &Odd::ShiftedHeights { off_by_m: typical_m }, None);
     }
 }
 
-fn told(fit: &Fit, whose: &str, mapping: Mapping) -> (&'static str, String, Option<Mapping>) {
-    let turn = fit.turn_deg;
-    if fit.mirrored && (turn - 90.0).abs() < 5.0 && (fit.scale - 1.0).abs() < 0.05 {
-        let detail = format!(
-            "expected {whose} places, found them with east and north changed over: change the two columns over"
-        );
-        return ("swapped_axes", detail, Some(mapping.swapped()));
+fn told(fit: &Fit, against: Against) -> Odd {
+    let turn_deg = fit.turn_deg;
+    if fit.mirrored && (turn_deg - 90.0).abs() < 5.0 && (fit.scale - 1.0).abs() < 0.05 {
+        return Odd::SwappedAxes { against };
     }
     if fit.mirrored {
-        let detail = format!(
-            "expected {whose} places, found them mirrored and turned by {turn:.1}°: check the signs and the order of the axes"
-        );
-        return ("mirrored", detail, None);
+        return Odd::Mirrored { against, turn_deg };
     }
     if (fit.scale - 1.0).abs() > 0.005 {
-        let detail = format!(
-            "expected {whose} places, found them on another scale, {:.4} of a metre for one: check the unit",
-            fit.scale
-        );
-        return ("other_unit", detail, None);
+        return Odd::OtherUnit { against, scale: fit.scale };
     }
-    if turn.abs() > 0.05 {
-        let detail = format!(
-            "expected {whose} places, found them turned by {turn:.2}°: check which north the file has"
-        );
-        return ("turned", detail, None);
+    if turn_deg.abs() > 0.05 {
+        return Odd::Turned { against, turn_deg };
     }
-    let [east, north] = fit.shift_m;
-    let detail = format!(
-        "expected {whose} places, found them all shifted by {east:.2} m east and {north:.2} m north: check origin and datum"
-    );
-    ("shifted", detail, None)
+    let [east_m, north_m] = fit.shift_m;
+    Odd::Shifted { against, east_m, north_m }
 }
 
 /// The name without what is easily written another way: case, blanks, hyphens, wide letters, leading zeros.

@@ -14,7 +14,7 @@ use crate::store::markers::{self, Marker, Place};
 use crate::wire::Change;
 
 /// Letters in a name.
-const NAME_LENGTH: usize = 100;
+pub(super) const NAME_LENGTH: usize = 100;
 /// Letters in a reason.
 const REASON_LENGTH: usize = 500;
 /// Farther from the site's origin than this, the flat frame is no place to survey in, m.

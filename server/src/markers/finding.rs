@@ -2,10 +2,12 @@
 
 use std::collections::BTreeMap;
 
+use lodestep_engine::figures::Figures;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::mapping::Mapping;
+use super::odd::Odd;
 
 /// Findings of one kind that are told one by one; of more, only the number.
 const MOST_OF_A_KIND: usize = 50;
@@ -23,8 +25,26 @@ pub(crate) struct Finding {
     pub(crate) marker: Option<String>,
     /// Expected, found, what to do.
     pub(crate) detail: String,
+    /// The figures and names of that sentence; `None` in a plan that was stored before they were kept.
+    #[serde(default)]
+    #[schemars(with = "Option<BTreeMap<String, serde_json::Value>>")]
+    pub(crate) figures: Option<Figures>,
     /// The mapping that would make it right, where one would.
     pub(crate) suggested: Option<Mapping>,
+}
+
+impl Finding {
+    fn of(level: Level, odd: &Odd) -> Finding {
+        Finding {
+            code: odd.code().to_owned(),
+            level,
+            line: None,
+            marker: None,
+            detail: odd.sentence(),
+            figures: Some(odd.figures()),
+            suggested: None,
+        }
+    }
 }
 
 /// How bad a finding is.
@@ -49,21 +69,14 @@ pub(crate) struct Findings {
 
 impl Findings {
     /// Adds one about the whole file.
-    pub(super) fn of_file(&mut self, level: Level, code: &str, detail: String, suggested: Option<Mapping>) {
-        self.push(Finding { code: code.to_owned(), level, line: None, marker: None, detail, suggested });
+    pub(super) fn of_file(&mut self, level: Level, odd: &Odd, suggested: Option<Mapping>) {
+        self.push(Finding { suggested, ..Finding::of(level, odd) });
     }
 
     /// Adds one about a line.
-    pub(super) fn of_line(&mut self, level: Level, code: &str, line: u64, marker: &str, detail: String) {
+    pub(super) fn of_line(&mut self, level: Level, line: u64, marker: &str, odd: &Odd) {
         let marker = (!marker.is_empty()).then(|| marker.to_owned());
-        self.push(Finding {
-            code: code.to_owned(),
-            level,
-            line: Some(line),
-            marker,
-            detail,
-            suggested: None,
-        });
+        self.push(Finding { line: Some(line), marker, ..Finding::of(level, odd) });
     }
 
     fn push(&mut self, finding: Finding) {

@@ -9,6 +9,7 @@ mod frame_fit;
 mod import;
 mod imports;
 mod mapping;
+mod odd;
 mod plan;
 mod residuals;
 mod rows;

@@ -11,6 +11,7 @@ use super::checks::check;
 use super::difference::{Difference, difference};
 use super::finding::{Findings, Level};
 use super::mapping::Mapping;
+use super::odd::Odd;
 use super::rows::rows;
 use crate::site;
 use crate::store::marker_imports::Counts;
@@ -53,12 +54,7 @@ pub(super) fn plan(
     let mut compared = (Vec::new(), Counts::default());
     let mapping = mapping.or_else(|| Mapping::guess(&table.columns));
     match mapping {
-        None => findings.of_file(
-            Level::Error,
-            "columns_unknown",
-            "expected columns for name, east and north or for name, latitude and longitude, found none by these names: say which is which".to_owned(),
-            None,
-        ),
+        None => findings.of_file(Level::Error, &Odd::ColumnsUnknown, None),
         Some(mapping) => {
             let standing: HashMap<String, Place> =
                 standing.iter().map(|marker| (marker.name.clone(), marker.place())).collect();
@@ -67,12 +63,7 @@ pub(super) fn plan(
             compared = difference(&read, &standing, whole_table);
             let removed = compared.1.removed;
             if removed > 0 && !findings.has(Level::Error) {
-                findings.of_file(
-                    Level::Warning,
-                    "removes",
-                    format!("expected every marker in a file that is the whole table, found {removed} missing: they will be removed"),
-                    None,
-                );
+                findings.of_file(Level::Warning, &Odd::Removes { missing: removed }, None);
             }
         }
     }

@@ -6,9 +6,10 @@ use lodestep_engine::geo::LocalFrame;
 use lodestep_engine::parse::any_table::{AnyRow, AnyTable};
 use lodestep_engine::parse::markers_csv::MarkerPlace;
 
-use super::edit::{FARTHEST_M, checked_name};
+use super::edit::{FARTHEST_M, NAME_LENGTH, checked_name};
 use super::finding::{Findings, Level};
 use super::mapping::Mapping;
+use super::odd::Odd;
 use crate::store::markers::Place;
 
 /// The share of a file's rows that makes a finding one of the whole file.
@@ -35,12 +36,7 @@ pub(super) fn rows(
     findings: &mut Findings,
 ) -> Vec<Row> {
     if table.rows.is_empty() {
-        findings.of_file(
-            Level::Error,
-            "no_rows",
-            "expected a row for each marker, found none: check that this is the file you meant".to_owned(),
-            None,
-        );
+        findings.of_file(Level::Error, &Odd::NoRows, None);
     }
     if wrong_frame(table, mapping, frame, findings) {
         return Vec::new();
@@ -50,13 +46,7 @@ pub(super) fn rows(
     for row in &table.rows {
         let Some(read) = one(row, table, mapping, frame, findings) else { continue };
         if let Some(line) = lines.insert(read.name.clone(), read.line) {
-            findings.of_line(
-                Level::Error,
-                "repeated_name",
-                read.line,
-                &read.name,
-                format!("expected every marker once, found it in line {line} already: remove one of the two"),
-            );
+            findings.of_line(Level::Error, read.line, &read.name, &Odd::RepeatedName { first_line: line });
             continue;
         }
         rows.push(read);
@@ -76,30 +66,21 @@ fn one(
     let name = match checked_name(cell(name)) {
         Ok(name) => name,
         Err(error) => {
-            findings.of_line(Level::Error, "wrong_name", row.line, "", error.to_string());
+            let (found, sentence) = (shown(cell(name)), error.to_string());
+            let odd = Odd::WrongName { found, longest_letters: NAME_LENGTH, sentence };
+            findings.of_line(Level::Error, row.line, "", &odd);
             return None;
         }
     };
     let mut value = |index: usize, most: f64| {
         let text = cell(index);
-        let column = &table.columns[index];
-        let value = number(text);
-        let wrong = match value {
-            None => ("not_a_number", "a number with a point before its decimals".to_owned()),
-            Some(value) if value.abs() > most => ("out_of_range", format!("a value from −{most} to {most}")),
-            Some(_) => return value,
+        let (column, found) = (table.columns[index].clone(), shown(text));
+        let odd = match number(text) {
+            None => Odd::NotANumber { column, found },
+            Some(value) if value.abs() > most => Odd::ValueOutOfRange { column, found, most },
+            value => return value,
         };
-        let shown: String = text.chars().take(40).collect();
-        findings.of_line(
-            Level::Error,
-            wrong.0,
-            row.line,
-            &name,
-            format!(
-                "expected {} in column {column:?}, found {shown:?}: correct it, or choose another column",
-                wrong.1
-            ),
-        );
+        findings.of_line(Level::Error, row.line, &name, &odd);
         None
     };
     let most = match mapping {
@@ -122,15 +103,8 @@ fn one(
         }
     };
     if e_m.abs() > FARTHEST_M || n_m.abs() > FARTHEST_M {
-        findings.of_line(
-            Level::Error,
-            "out_of_range",
-            row.line,
-            &name,
-            format!(
-                "expected a place within {FARTHEST_M} m of the site's origin, found {e_m:.0} m east and {n_m:.0} m north of it: check frame and columns"
-            ),
-        );
+        let odd = Odd::PlaceOutOfRange { e_m, n_m, farthest_m: FARTHEST_M };
+        findings.of_line(Level::Error, row.line, &name, &odd);
         return None;
     }
     Some(Row { line: row.line, name, place: Place { e_m, n_m, u_m } })
@@ -153,54 +127,35 @@ fn wrong_frame(table: &AnyTable, mapping: Mapping, frame: &LocalFrame, findings:
         (latitude - origin.latitude_deg).abs() < NEAR_DEG
             && (longitude - origin.longitude_deg).abs() < NEAR_DEG
     };
-    match mapping {
-        Mapping::Geographic { .. } if share(&|a, b| near(b, a) && !near(a, b)) => findings.of_file(
-            Level::Error,
-            "swapped_lat_lon",
-            format!(
-                "expected latitudes near {:.2}° and longitudes near {:.2}°, found the one in the other's column: change the two columns over",
-                origin.latitude_deg, origin.longitude_deg
-            ),
-            Some(mapping.swapped()),
-        ),
-        Mapping::Geographic { .. } if share(&|a, b| a.abs() > 90.0 || b.abs() > 180.0) => findings.of_file(
-            Level::Error,
-            "looks_local",
-            "expected degrees, found values that can only be metres: choose the site's frame".to_owned(),
-            Some(mapping.in_the_other_frame()),
-        ),
-        Mapping::Geographic { .. } if share(&|a, b| !near(a, b)) => findings.of_file(
-            Level::Error,
-            "wrong_frame",
-            format!(
-                "expected places near {:.2}° N {:.2}° E, found others: check that this is the file of this site and that the degrees are decimal and on WGS84",
-                origin.latitude_deg, origin.longitude_deg
-            ),
-            None,
-        ),
+    let [latitude_deg, longitude_deg] = [origin.latitude_deg, origin.longitude_deg];
+    let (odd, suggested) = match mapping {
+        Mapping::Geographic { .. } if share(&|a, b| near(b, a) && !near(a, b)) => {
+            (Odd::SwappedLatLon { latitude_deg, longitude_deg }, Some(mapping.swapped()))
+        }
+        Mapping::Geographic { .. } if share(&|a, b| a.abs() > 90.0 || b.abs() > 180.0) => {
+            (Odd::LooksLocal, Some(mapping.in_the_other_frame()))
+        }
+        Mapping::Geographic { .. } if share(&|a, b| !near(a, b)) => {
+            (Odd::OtherSite { latitude_deg, longitude_deg }, None)
+        }
         Mapping::Local { .. } if share(&|a, b| near(b, a) || near(a, b)) => {
             // The mapping's east is its longitude; where the values say otherwise, they are changed over.
             let other = mapping.in_the_other_frame();
             let suggested = if share(&|a, b| near(b, a)) { other } else { other.swapped() };
-            findings.of_file(
-                Level::Error,
-                "looks_geographic",
-                "expected metres from the site's origin, found degrees of latitude and longitude: choose the geographic frame".to_owned(),
-                Some(suggested),
-            );
+            (Odd::LooksGeographic, Some(suggested))
         }
-        Mapping::Local { .. } if share(&|a, b| a.abs() > FARTHEST_M || b.abs() > FARTHEST_M) => findings
-            .of_file(
-                Level::Error,
-                "wrong_frame",
-                format!(
-                    "expected metres from the site's origin, found coordinates farther than {FARTHEST_M} m, such as those of a projected national grid: give them in the site's frame or as latitude and longitude"
-                ),
-                None,
-            ),
+        Mapping::Local { .. } if share(&|a, b| a.abs() > FARTHEST_M || b.abs() > FARTHEST_M) => {
+            (Odd::OtherGrid { farthest_m: FARTHEST_M }, None)
+        }
         _ => return false,
-    }
+    };
+    findings.of_file(Level::Error, &odd, suggested);
     true
+}
+
+/// What stands in a cell, as much of it as a sentence bears.
+fn shown(text: &str) -> String {
+    text.chars().take(40).collect()
 }
 
 /// A number as surveyors' tables have it: a real minus sign and blanks are taken as they are meant.

@@ -245,7 +245,7 @@ fn problem(error: ReadLogError) -> Error {
     let detail = format!("{error}. Nothing of this log was stored");
     match error {
         ReadLogError::Parse(error) => {
-            let place = Place { line: error.line, column: error.column.clone() };
+            let place = Place { line: error.line, column: error.column.clone(), ..Place::default() };
             Error::invalid_at(error.code(), detail, place)
         }
         ReadLogError::Unpack(error) => match error {

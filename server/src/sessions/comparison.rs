@@ -1,4 +1,4 @@
-//! Runs side by side: for each walk its own track, worked out with every default, and the lab runs of it, each figure
+//! Runs side by side: for each walk its own track, worked out with the site's parameters, and the lab runs of it, each figure
 //! with its difference to that.
 
 use std::collections::BTreeMap;
@@ -109,9 +109,9 @@ pub(crate) struct Row {
     #[serde(with = "time::serde::rfc3339")]
     #[schemars(with = "utc::Instant")]
     pub(crate) started_at: OffsetDateTime,
-    /// `None`: the session's own track, with every default.
+    /// `None`: the session's own track.
     pub(crate) run_id: Option<Uuid>,
-    /// As it is shown; `default` for the session's own track.
+    /// As it is shown; for the session's own track the set that was the site's, or `default`.
     pub(crate) run: String,
     /// What differs from the default.
     pub(crate) parameters: BTreeMap<String, f64>,
@@ -158,10 +158,12 @@ pub(crate) async fn compare(store: &Store, session_ids: &[Uuid]) -> Result<Compa
             provenance,
         };
         let provenance = own.as_ref().map(|(_, provenance)| provenance.clone());
+        let from = own.as_ref().map(|(_, from)| from);
+        let set = from.and_then(|from| from.parameter_set.as_ref());
         rows.push(row(
             None,
-            "default".to_owned(),
-            BTreeMap::new(),
+            set.map_or("default".to_owned(), |set| set.name.clone()),
+            from.map(|from| from.parameters.clone()).unwrap_or_default(),
             None,
             own_values.clone(),
             BTreeMap::new(),

@@ -1,7 +1,7 @@
-//! A walk worked out once more with chosen parameters and aids, beside its own track, which stays as it is. With every
-//! default it comes to the session's own track, to the last bit.
+//! A walk worked out once more with chosen parameters and aids, beside its own track, which stays as it is. With the
+//! parameters of that it comes to the session's own track, to the last bit.
 
-use std::time::{Duration, Instant};
+use std::time::Instant;
 
 use futures_util::FutureExt;
 use lodestep_engine::parameters::Parameters;
@@ -9,6 +9,7 @@ use lodestep_engine::session::Aids;
 use tokio::runtime::Handle;
 use uuid::Uuid;
 
+use super::parameters::Wanted;
 use super::process::{ProcessError, blocking, make_automatically};
 use super::provenance::provenance;
 use super::put_in_place::gone_when_dangling;
@@ -36,8 +37,9 @@ pub(crate) async fn compute(
     // A newer engine may know a parameter no longer, or in another range.
     let parameters = Parameters::new(asked.parameters.clone())
         .map_err(|error| ProcessError::Parameters(error.to_string()))?;
-    let mut walk = Walk::read(app, asked.session_id).await?;
+    let mut walk = Walk::read(app, asked.session_id, Wanted::Defaults).await?;
     parameters.apply(&mut walk.config);
+    walk.chosen.parameters = parameters;
     if let Some(kinds) = &asked.aids {
         walk.config.aids = Aids::only(kinds);
     }
@@ -46,7 +48,7 @@ pub(crate) async fn compute(
     }
     let cell_ns = stored_grid::cell_ns(app.config.track_rate_hz);
     let (computed, _, _) = blocking(app, walk, progress, move |store, runtime, walk, progress| {
-        work(store, runtime, walk, &asked, &parameters, cell_ns, progress)
+        work(store, runtime, walk, &asked, cell_ns, progress)
     })
     .await?;
     keep(app, job.id, run_id, computed).await
@@ -65,18 +67,15 @@ fn work(
     runtime: &Handle,
     walk: &mut Walk,
     asked: &LabRun,
-    parameters: &Parameters,
     cell_ns: i64,
     progress: &mut Progress,
 ) -> Result<Outcome, ProcessError> {
     let begun = Instant::now();
     make_automatically(store, runtime, walk, progress)?;
-    let mut room = Room::default();
     let mut run = walk.begin_in_lab(asked.solution);
     let total = walk.samples().max(1) as f64;
     let fed = run::feed(&mut run, walk.samples_in_order(store, runtime), |done| {
         progress.tell("filtering", FILTERED_AT * done as f64 / total);
-        room.make(progress.makes_room());
         !progress.is_stopping()
     });
     if !fed.map_err(ProcessError::Read)? {
@@ -87,42 +86,20 @@ fn work(
     }
     let finished = run.smooth(|share| {
         progress.tell("smoothing", FILTERED_AT + (SMOOTHED_AT - FILTERED_AT) * share);
-        room.make(progress.makes_room());
         !progress.is_stopping()
     });
     if !finished {
         return Err(ProcessError::Stopping);
     }
     progress.tell("storing", SMOOTHED_AT);
-    let process_s = (begun.elapsed() - room.made).as_secs_f64();
+    let process_s = begun.elapsed().as_secs_f64();
     let computed = run.into_computed(cell_ns, process_s);
-    let told = (parameters, asked.solution, &computed.sha256[..]);
+    let told = (&walk.chosen, asked.solution, &computed.sha256[..]);
     Ok(Outcome {
         provenance: provenance(walk, store, runtime, told)?,
         track: lab_tracks::Packed::new(&computed.stored)?,
         figures: computed.figures,
     })
-}
-
-/// While somebody walks, a lab run rests for as long as it has worked: half of one core is left to it.
-#[derive(Default)]
-struct Room {
-    worked_since: Option<Instant>,
-    /// How long it has rested, all together.
-    made: Duration,
-}
-
-impl Room {
-    fn make(&mut self, wanted: bool) {
-        /// Nobody waits for a stride longer than this, s.
-        const LONGEST: Duration = Duration::from_millis(200);
-        if let Some(since) = self.worked_since.filter(|_| wanted) {
-            let rest = since.elapsed().min(LONGEST);
-            std::thread::sleep(rest);
-            self.made += rest;
-        }
-        self.worked_since = Some(Instant::now());
-    }
 }
 
 async fn keep(app: &App, job_id: Uuid, run_id: Uuid, result: Outcome) -> Result<(), ProcessError> {

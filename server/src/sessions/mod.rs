@@ -3,7 +3,7 @@
 //! A log comes in ([`uploads`], [`upload_file`], [`upload_turns`]), is read whole ([`unpack`],
 //! [`read_log`], [`spill`]; [`preview_log`] keeps nothing) and accepted ([`accept_log`]); the samples of both feet
 //! ([`stored_samples`], [`in_time_order`]) are run through the engine ([`run`]), as [`process`] has it:
-//! [`stored_walk`] reads what a walk is computed from, [`put_in_place`] stores the result, [`provenance`] says where
+//! [`stored_walk`] reads what a walk is computed from and [`parameters`] says with which parameters, [`put_in_place`] stores the result, [`provenance`] says where
 //! it comes from. A [`lab_run`] does the same with chosen parameters; [`comparison`] holds such runs against the
 //! session's own track.
 
@@ -14,6 +14,7 @@ pub(crate) mod engine_config;
 pub(crate) mod identification;
 pub(crate) mod in_time_order;
 pub(crate) mod lab_run;
+pub(crate) mod parameters;
 pub(crate) mod preview_log;
 pub(crate) mod process;
 pub(crate) mod provenance;

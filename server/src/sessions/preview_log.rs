@@ -115,7 +115,7 @@ fn read_through(
 }
 
 fn problem(error: ParseError) -> Problem {
-    let place = Place { line: error.line, column: error.column.clone() };
+    let place = Place { line: error.line, column: error.column.clone(), ..Place::default() };
     crate::error::Error::invalid_at(error.code(), error.to_string(), place).into_problem()
 }
 

@@ -5,11 +5,11 @@ use std::time::Instant;
 
 use lodestep_engine::event::{TrackPoint, VisitOutcome};
 use lodestep_engine::identify::automatic_visits;
-use lodestep_engine::parameters::Parameters;
 use lodestep_engine::session::Solution;
 use tokio::runtime::Handle;
 use uuid::Uuid;
 
+use super::parameters::Wanted;
 use super::provenance::provenance;
 use super::put_in_place::{put_beside, put_in_place};
 use super::run::{self, Computed};
@@ -51,7 +51,7 @@ pub(crate) enum ProcessError {
 /// Computes a session's track and stores it in place of the former one; then what it is compared with,
 /// which nobody needs to wait for.
 pub(crate) async fn process(app: &App, session_id: Uuid, progress: Progress) -> Result<(), ProcessError> {
-    let walk = Walk::read(app, session_id).await?;
+    let walk = Walk::read(app, session_id, Wanted::Site).await?;
     let cell_ns = stored_grid::cell_ns(app.config.track_rate_hz);
     let ((main, filtered), walk, mut progress) =
         blocking(app, walk, progress, move |store, runtime, walk, progress| {
@@ -128,7 +128,7 @@ fn compute(
     }
     progress.tell("storing", SMOOTHED_AT);
     let main = main.into_computed(cell_ns, begun.elapsed().as_secs_f64());
-    let told = (&Parameters::default(), Solution::Smoothed, &main.sha256[..]);
+    let told = (&walk.chosen, Solution::Smoothed, &main.sha256[..]);
     let provenance = provenance(walk, store, runtime, told)?;
     Ok(((main, provenance), filtered))
 }
@@ -188,9 +188,10 @@ pub(crate) async fn full_track(
     session_id: Uuid,
     run: Run,
 ) -> Result<(Vec<TrackPoint>, Vec<VisitOutcome>)> {
-    let walk = match Walk::read(app, session_id).await {
+    let walk = match Walk::read(app, session_id, Wanted::AsStored).await {
         Err(ProcessError::SessionGone) => return Err(Error::not_found("session", session_id)),
         Err(ProcessError::Store(error)) => return Err(error.into()),
+        Err(ProcessError::Parameters(why)) => return Err(Error::conflict("wrong_parameter", why)),
         Err(error) => return Err(Error::invalid("no_samples", error.to_string())),
         Ok(walk) => walk,
     };

@@ -1,11 +1,11 @@
 //! Where a result comes from: the engine, what it was told, and hashes of what it read.
 
-use lodestep_engine::parameters::Parameters;
 use lodestep_engine::session::{SessionConfig, Solution, Visit};
 use sha2::{Digest, Sha256};
 use tokio::runtime::Handle;
 
 use super::in_time_order::FootSamples;
+use super::parameters::Chosen;
 use super::process::ProcessError;
 use super::stored_samples::{Recording, StoredSamples};
 use super::stored_walk::Walk;
@@ -22,14 +22,15 @@ pub(super) fn provenance(
     walk: &Walk,
     store: &Store,
     runtime: &Handle,
-    (parameters, solution, track_sha256): (&Parameters, Solution, &str),
+    (chosen, solution, track_sha256): (&Chosen, Solution, &str),
 ) -> Result<Provenance, ProcessError> {
     let inputs = walk.recordings.iter().map(|recording| input(recording, store, runtime));
     let visits: Vec<&Visit> = walk.used_visits().collect();
     Ok(Provenance {
         engine_version: ENGINE_VERSION.to_owned(),
         engine_sha256: ENGINE_SHA256.to_owned(),
-        parameters: parameters.clone().into(),
+        parameters: chosen.parameters.clone().into(),
+        parameter_set: chosen.set.clone(),
         aids: walk.config.aids.kinds(),
         solution,
         inputs: inputs.collect::<Result<_, _>>()?,

@@ -64,7 +64,7 @@ pub(super) async fn put_in_place(
                 let known = store::anomalies::of_session(&mut *db, session_id).await?;
                 let new: Vec<_> = anomalies
                     .iter()
-                    .filter(|found| known.iter().all(|known| known.found != **found))
+                    .filter(|found| known.iter().all(|known| !known.found.says_the_same(found)))
                     .cloned()
                     .collect();
                 store::webhook_deliveries::announce_anomalies(&mut *db, session_id, &new).await?;

@@ -2,15 +2,17 @@
 
 use std::collections::HashMap;
 
-use lodestep_engine::event::{Anomaly, AnomalyKind, VisitOutcome};
+use lodestep_engine::event::{Anomaly, VisitOutcome};
 use lodestep_engine::sample::Foot;
 use lodestep_engine::session::{SessionConfig, Solution, Visit};
+use lodestep_engine::trouble::Trouble;
 use tokio::runtime::Handle;
 use uuid::Uuid;
 
 use super::engine_config::engine_config;
 use super::identification::identification;
 use super::in_time_order::InTimeOrder;
+use super::parameters::{self, Chosen, Wanted};
 use super::process::ProcessError;
 use super::run;
 use super::stored_samples::{self, Recording, StoredSamples};
@@ -24,6 +26,8 @@ use crate::store::{self, Store};
 pub(super) struct Walk {
     pub(super) session: Session,
     pub(super) config: SessionConfig,
+    /// What the configuration says where it is not the default.
+    pub(super) chosen: Chosen,
     pub(super) recordings: Vec<Recording>,
     pub(super) visits: Vec<Visit>,
     /// Visits that automatic mode had made of the walk.
@@ -35,7 +39,7 @@ pub(super) struct Walk {
 }
 
 impl Walk {
-    pub(super) async fn read(app: &App, session_id: Uuid) -> Result<Walk, ProcessError> {
+    pub(super) async fn read(app: &App, session_id: Uuid, wanted: Wanted) -> Result<Walk, ProcessError> {
         let db = app.store.read();
         let session = store::sessions::get(db, session_id).await?.ok_or(ProcessError::SessionGone)?;
         let mut recordings = Vec::new();
@@ -78,7 +82,9 @@ impl Walk {
         let feet = recordings.iter().map(|recording| recording.foot).collect();
         let mut config = engine_config(&app.site, &session, feet);
         config.identification = (!identification.markers.all().is_empty()).then_some(identification);
-        Ok(Walk { session, config, recordings, visits, automatic, outcomes, anomalies })
+        let chosen = parameters::of_walk(app, &session, wanted).await?;
+        chosen.parameters.apply(&mut config);
+        Ok(Walk { session, config, chosen, recordings, visits, automatic, outcomes, anomalies })
     }
 
     /// The visits that automatic mode has made.
@@ -134,17 +140,7 @@ impl Walk {
 
 /// A session that says both feet and holds one is computed with the one, and says so.
 fn missing_foot(foot: Foot) -> Anomaly {
-    Anomaly {
-        kind: AnomalyKind::FootMissing,
-        foot: Some(foot),
-        t_start_ns: 0,
-        t_end_ns: 0,
-        samples: 0,
-        detail: format!(
-            "expected samples of the {} foot, found none: the track was computed without it",
-            foot.name()
-        ),
-    }
+    Trouble::FootNotStored { foot }.anomaly(Some(foot), [0; 2], 0)
 }
 
 /// A visit whose marker has been deleted or renamed measures nothing.

@@ -120,7 +120,11 @@ async fn check(app: &App, told: &[Told]) -> Result<()> {
     let known: HashSet<String> =
         markers::list(app.store.read()).await?.into_iter().map(|marker| marker.name).collect();
     for visit in told {
-        let place = |column: &str| Place { line: Some(visit.line), column: Some(column.to_owned()) };
+        let place = |column: &str| Place {
+            line: Some(visit.line),
+            column: Some(column.to_owned()),
+            ..Place::default()
+        };
         if !known.contains(&visit.marker) {
             return Err(Error::invalid_at(
                 "unknown_marker",

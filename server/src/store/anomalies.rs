@@ -22,6 +22,7 @@ pub struct Anomaly {
 /// The wire's shape of an anomaly.
 mod found {
     use lodestep_engine::event::{Anomaly, AnomalyKind};
+    use lodestep_engine::figures::Figures;
     use lodestep_engine::sample::Foot;
     use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
@@ -33,16 +34,18 @@ mod found {
         t_end_ns: i64,
         samples: u64,
         detail: String,
+        figures: Option<Figures>,
     }
 
     pub(super) fn serialize<S: Serializer>(found: &Anomaly, to: S) -> Result<S::Ok, S::Error> {
-        let Anomaly { kind, foot, t_start_ns, t_end_ns, samples, detail } = found.clone();
-        Shape { anomaly: kind, foot, t_start_ns, t_end_ns, samples, detail }.serialize(to)
+        let Anomaly { kind, foot, t_start_ns, t_end_ns, samples, detail, figures } = found.clone();
+        Shape { anomaly: kind, foot, t_start_ns, t_end_ns, samples, detail, figures }.serialize(to)
     }
 
     pub(super) fn deserialize<'de, D: Deserializer<'de>>(from: D) -> Result<Anomaly, D::Error> {
-        let Shape { anomaly: kind, foot, t_start_ns, t_end_ns, samples, detail } = Shape::deserialize(from)?;
-        Ok(Anomaly { kind, foot, t_start_ns, t_end_ns, samples, detail })
+        let Shape { anomaly: kind, foot, t_start_ns, t_end_ns, samples, detail, figures } =
+            Shape::deserialize(from)?;
+        Ok(Anomaly { kind, foot, t_start_ns, t_end_ns, samples, detail, figures })
     }
 }
 
@@ -57,6 +60,7 @@ impl FromRow<'_, SqliteRow> for Anomaly {
                 t_end_ns: row.try_get("t_end_ns")?,
                 samples: columns::count(row, "samples")?,
                 detail: row.try_get("detail")?,
+                figures: columns::optional_json(row, "figures")?,
             },
         })
     }
@@ -83,8 +87,8 @@ pub async fn insert(
     found: &event::Anomaly,
 ) -> Result<(), StoreError> {
     sqlx::query(
-        "insert into anomalies (session_id, kind, foot, t_start_ns, t_end_ns, samples, detail)
-         values (?1, ?2, ?3, ?4, ?5, ?6, ?7)",
+        "insert into anomalies (session_id, kind, foot, t_start_ns, t_end_ns, samples, detail, figures)
+         values (?1, ?2, ?3, ?4, ?5, ?6, ?7, ?8)",
     )
     .bind(session_id.to_string())
     .bind(columns::to_word(found.kind))
@@ -93,6 +97,7 @@ pub async fn insert(
     .bind(found.t_end_ns)
     .bind(columns::to_column(found.samples))
     .bind(&found.detail)
+    .bind(found.figures.as_ref().map(columns::to_json).transpose()?)
     .execute(db)
     .await?;
     Ok(())
@@ -105,4 +110,24 @@ pub async fn clear(db: impl SqliteExecutor<'_>, session_id: Uuid) -> Result<(), 
         .execute(db)
         .await?;
     Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use lodestep_engine::figures::Figures;
+    use lodestep_engine::trouble::Trouble;
+
+    use super::columns;
+    use crate::page_words::assert_words;
+
+    #[test]
+    fn the_page_has_words_for_every_trouble_in_both_languages() {
+        for trouble in Trouble::one_of_each() {
+            let kind = columns::to_word(trouble.kind());
+            assert_words("anomaly.told", &kind, &trouble.figures());
+            for general in ["anomaly", "anomaly.about"] {
+                assert_words(general, &kind, &Figures::new());
+            }
+        }
+    }
 }

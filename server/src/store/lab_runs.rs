@@ -13,6 +13,7 @@ use time::OffsetDateTime;
 use uuid::Uuid;
 
 use super::jobs::JobState;
+use super::site_parameters::SetVersion;
 use super::{StoreError, columns};
 use crate::utc;
 
@@ -106,6 +107,9 @@ pub struct Provenance {
     pub engine_sha256: String,
     /// Every parameter that is not the default.
     pub parameters: BTreeMap<String, f64>,
+    /// The set that was the site's, where these are the site's.
+    #[serde(default)]
+    pub parameter_set: Option<SetVersion>,
     /// The aids that were used, as far as the data allowed.
     #[schemars(with = "Vec<String>")]
     pub aids: Vec<AidKind>,

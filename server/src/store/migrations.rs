@@ -23,6 +23,11 @@ const STEPS: &[(i64, &str, &str)] = &[
     (11, "lab", include_str!("../../../migrations/0011_lab.sql")),
     (12, "webhooks and notes", include_str!("../../../migrations/0012_webhooks_and_notes.sql")),
     (14, "streams side by side", include_str!("../../../migrations/0014_streams_side_by_side.sql")),
+    (
+        15,
+        "figures and site parameters",
+        include_str!("../../../migrations/0015_figures_and_site_parameters.sql"),
+    ),
 ];
 
 /// The version of the tables that this program reads and writes: the number of the last step.

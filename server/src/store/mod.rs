@@ -29,6 +29,7 @@ pub mod reports;
 pub mod session_search;
 pub mod sessions;
 pub mod sign_ins;
+pub mod site_parameters;
 pub mod stands;
 pub mod stream_visits;
 pub mod tokens;

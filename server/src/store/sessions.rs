@@ -42,6 +42,9 @@ pub struct Session {
     /// Whether a stand that is nearly certain is taken for a visit.
     #[serde(default)]
     pub automatic_visits: bool,
+    /// The choice of the site's parameters with which its stream is computed; `None`: the defaults.
+    #[serde(default)]
+    pub site_parameters_id: Option<i64>,
     /// IMU samples processed, both feet.
     pub samples: u64,
     /// Epochs the engine told.
@@ -109,6 +112,7 @@ impl FromRow<'_, SqliteRow> for Session {
             },
             initial_heading_deg: row.try_get("initial_heading_deg")?,
             automatic_visits: row.try_get("automatic_visits")?,
+            site_parameters_id: row.try_get("site_parameters_id")?,
             samples: columns::count(row, "samples")?,
             epochs: columns::count(row, "epochs")?,
             duration_s: row.try_get("duration_s")?,
@@ -170,8 +174,9 @@ pub async fn insert(db: impl SqliteExecutor<'_>, session: &Session) -> Result<()
     sqlx::query(
         "insert into sessions (
             id, inspector_id, title, state, started_at, ended_at, feet,
-            start_marker, start_e_m, start_n_m, start_u_m, initial_heading_deg, created_at, automatic_visits
-         ) values (?1, ?2, ?3, ?4, ?5, ?6, ?7, ?8, ?9, ?10, ?11, ?12, ?13, ?14)",
+            start_marker, start_e_m, start_n_m, start_u_m, initial_heading_deg, created_at, automatic_visits,
+            site_parameters_id
+         ) values (?1, ?2, ?3, ?4, ?5, ?6, ?7, ?8, ?9, ?10, ?11, ?12, ?13, ?14, ?15)",
     )
     .bind(session.id.to_string())
     .bind(session.inspector_id.to_string())
@@ -187,6 +192,7 @@ pub async fn insert(db: impl SqliteExecutor<'_>, session: &Session) -> Result<()
     .bind(session.initial_heading_deg)
     .bind(utc::to_us(session.created_at))
     .bind(session.automatic_visits)
+    .bind(session.site_parameters_id)
     .execute(db)
     .await?;
     Ok(())

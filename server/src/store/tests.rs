@@ -43,6 +43,7 @@ async fn session(store: &Store) -> Uuid {
         start: Start { marker: Some("A17".into()), position_m: [1.0, -2.0, 3.5] },
         initial_heading_deg: Some(12.5),
         automatic_visits: true,
+        site_parameters_id: None,
         samples: 0,
         epochs: 0,
         duration_s: 0.0,

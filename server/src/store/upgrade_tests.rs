@@ -18,8 +18,8 @@ use super::track::{self, Run};
 use super::{
     Store, accounts, anomalies, audit, backup, charts, fault_changes, fault_photos, faults, inspectors, jobs,
     lab_runs, lab_tracks, logs, mappings, marker_changes, marker_imports, marker_residuals, markers,
-    parameter_sets, raw_chunks, reports, sessions, sign_ins, stands, stream_visits, tokens, visits,
-    webhook_deliveries, webhooks,
+    parameter_sets, raw_chunks, reports, sessions, sign_ins, site_parameters, stands, stream_visits, tokens,
+    visits, webhook_deliveries, webhooks,
 };
 
 /// The rows of a database: by table, each row as the SQL text of its columns.
@@ -154,6 +154,8 @@ async fn everything_in_a_released_database_can_be_read() {
             ("lab runs", 11),
             ("webhooks", 12),
             ("deliveries", 12),
+            ("figures of anomalies", 15),
+            ("site parameters", 15),
         ] {
             assert_eq!(
                 read.get(what).is_some_and(|count| *count > 0),
@@ -189,7 +191,9 @@ async fn read_everything(store: &Store) -> BTreeMap<&'static str, usize> {
         }
         count("visits", visits::of_session(db, session).await.unwrap().len());
         count("stream visits", stream_visits::of_session(db, session).await.unwrap().len());
-        count("anomalies", anomalies::of_session(db, session).await.unwrap().len());
+        let found = anomalies::of_session(db, session).await.unwrap();
+        count("anomalies", found.len());
+        count("figures of anomalies", found.iter().filter(|anomaly| anomaly.found.figures.is_some()).count());
         count("stands", stands::of_session(db, session).await.unwrap().len());
         count("reports", usize::from(reports::get(db, session).await.unwrap().is_some()));
         count("charts", charts::of_session(db, session).await.unwrap().len());
@@ -213,7 +217,10 @@ async fn read_everything(store: &Store) -> BTreeMap<&'static str, usize> {
     }
     count("jobs", jobs::list(db, 100).await.unwrap().len());
     count("parameter sets", parameter_sets::list(db).await.unwrap().len());
+    count("site parameters", usize::from(site_parameters::newest(db).await.unwrap().id > 0));
     for session in &all {
+        let held = site_parameters::chosen(db, session.site_parameters_id).await.unwrap();
+        assert_eq!(held.id, session.site_parameters_id.unwrap_or(0));
         for run in lab_runs::list(db, &[session.id], 100).await.unwrap() {
             count("lab runs", lab_tracks::get(db, run.id).await.unwrap().len());
         }

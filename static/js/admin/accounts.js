@@ -5,6 +5,7 @@ import { html, one, render } from "../html.js";
 import { t } from "../i18n.js";
 import { onSubmit, text } from "../account/view.js";
 import { problemBox } from "../ui/problem.js";
+import { makeAttempt } from "./attempt.js";
 
 const ROLES = ["viewer", "inspector", "dispatcher", "surveyor", "engineer", "admin"];
 
@@ -46,21 +47,8 @@ export function showAccounts(app, box) {
     }
   }
 
-  /**
-   * Does something, says why it could not, and shows what is so then.
-   * @param {() => Promise<unknown>} run
-   */
-  async function attempt(run) {
-    render(answer, html``);
-    try {
-      await run();
-    } catch (error) {
-      render(answer, problemBox(error));
-      // What was picked and refused is taken back.
-      render(list, html``);
-    }
-    show();
-  }
+  // What was picked and refused is taken back.
+  const attempt = makeAttempt(answer, show, () => render(list, html``));
 
   list.addEventListener("change", (event) => {
     const field = /** @type {HTMLInputElement} */ (event.target);

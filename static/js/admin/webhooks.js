@@ -6,6 +6,7 @@ import { dateTime } from "../format.js";
 import { html, one, render } from "../html.js";
 import { t } from "../i18n.js";
 import { problemBox } from "../ui/problem.js";
+import { makeAttempt } from "./attempt.js";
 
 /**
  * @typedef {{id: string, name: string, url: string, events: string[], enabled: boolean, disabled_why: string | null, failing_since: string | null, version: number}} Webhook
@@ -55,19 +56,7 @@ export function showWebhooks(_app, box) {
     }
   }
 
-  /**
-   * Does something, says why it could not, and shows what is so then.
-   * @param {() => Promise<unknown>} run
-   */
-  async function attempt(run) {
-    render(answer, html``);
-    try {
-      await run();
-    } catch (error) {
-      render(answer, problemBox(error));
-    }
-    await show();
-  }
+  const attempt = makeAttempt(answer, show);
 
   /** @param {{secret: string}} made */
   function showSecret(made) {

@@ -120,6 +120,7 @@ function provenance(from) {
   return html`<dl class="mono">
     <dt>${t("lab.engine")}</dt><dd>${from.engine_version} · ${from.engine_sha256.slice(0, 16)}…</dd>
     <dt>${t("lab.parameters")}</dt><dd>${parameters.length === 0 ? t("lab.all_default") : settings(from.parameters)}</dd>
+    ${from.parameter_set && html`<dt>${t("lab.from_set")}</dt><dd>${from.parameter_set.name} (${String(from.parameter_set.version)})</dd>`}
     <dt>${t("report.aid")}</dt><dd>${from.aids.map((/** @type {string} */ aid) => t(`report.aid.${aid}`)).join(", ")}</dd>
     ${from.inputs.map((/** @type {any} */ input) => html`<dt>${t(`foot.${input.foot}`)} · ${t(`lab.source.${input.source}`)}</dt><dd>${input.sha256}</dd>`)}
     <dt>${t("session.visits")} (${String(from.visits)})</dt><dd>${from.visits_sha256}</dd>

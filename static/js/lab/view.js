@@ -7,6 +7,7 @@ import { t, tOr } from "../i18n.js";
 import { problemBox } from "../ui/problem.js";
 import { comparisonTable } from "./comparison.js";
 import { makeParameterTable } from "./parameters.js";
+import { siteCard } from "./site.js";
 
 /**
  * @typedef {import("./parameters.js").ParameterSet} ParameterSet
@@ -19,6 +20,7 @@ export function labView(app, side) {
   render(side, html`<div class="page lab" data-testid="lab"><h1>${t("nav.lab")}</h1><p class="lead">${t("lab.lead")}</p>
     <div class="answer" aria-live="polite"></div>
     <section class="block sets"></section>
+    <section class="block site" data-testid="site-parameters"></section>
     <section class="block"><h2>${t("lab.parameters")}</h2><div class="table"></div></section>
     <section class="block walks"><h2>${t("lab.walks")}</h2>
       <div class="row"><input type="search" class="grow" name="filter" placeholder="${t("lab.filter")}" aria-label="${t("lab.filter")}"><button type="button" data-all>${t("lab.choose_all")}</button><button type="button" data-none>${t("lab.choose_none")}</button></div>
@@ -35,6 +37,8 @@ export function labView(app, side) {
   let sets = [];
   /** @type {ParameterSet | null} */
   let set = null;
+  /** @type {import("./site.js").SiteParameters | null} */
+  let site = null;
   /** @type {any[]} */
   let walks = [];
   /** @type {LabRun[]} those that have not ended */
@@ -69,8 +73,8 @@ export function labView(app, side) {
       ${mayTurn && html`<button type="button" data-save ${(kept === null || isSet()) && "disabled"}>${t("lab.save")}</button><button type="button" data-remove-set ${kept === null && "disabled"}>${t("lab.remove")}</button>`}</div>
       ${kept?.about && html`<p class="muted">${kept.about}</p>`}
       <p class="state">${values.size === 0 ? t("lab.all_default") : t("lab.changed", { n: values.size })}${kept && !isSet() && html` · <span class="warn">${t("lab.not_saved")}</span>`}</p>
-      ${mayTurn && html`<form class="row new-set"><input name="name" class="grow" maxlength="80" required placeholder="${t("lab.set_name")}" aria-label="${t("lab.set_name")}"><input name="about" class="grow" maxlength="1000" placeholder="${t("lab.set_about")}" aria-label="${t("lab.set_about")}"><button>${t("lab.save_as")}</button></form>`}
-      <p class="muted">${t("lab.official")}</p>`);
+      ${mayTurn && html`<form class="row new-set"><input name="name" class="grow" maxlength="80" required placeholder="${t("lab.set_name")}" aria-label="${t("lab.set_name")}"><input name="about" class="grow" maxlength="1000" placeholder="${t("lab.set_about")}" aria-label="${t("lab.set_about")}"><button>${t("lab.save_as")}</button></form>`}`);
+    if (site) render(one(".site", side), siteCard(site, sets, kept !== null && isSet() ? kept : null, mayTurn));
   }
 
   /** @param {ParameterSet | null} other */
@@ -83,7 +87,7 @@ export function labView(app, side) {
   }
 
   async function loadSets() {
-    sets = await api.parameterSets();
+    [sets, site] = await Promise.all([api.parameterSets(), api.siteParameters()]);
     set = sets.find((s) => s.id === set?.id) ?? null;
     if (!gone) showSets();
   }
@@ -197,6 +201,8 @@ export function labView(app, side) {
     if (removed && confirm(t("lab.remove_sure"))) attempt(() => api.removeLabRun(removed).then(compare));
     const kept = set;
     if (kept && read("save") !== null) attempt(() => api.changeParameterSet(kept.id, { name: kept.name, about: kept.about, parameters: given(), version: kept.version }).then(loadSets));
+    if (kept && read("make-site") !== null && confirm(t("lab.make_site_sure", { name: kept.name }))) attempt(() => api.chooseSiteParameters({ parameter_set_id: kept.id, version: kept.version }).finally(loadSets));
+    if (read("site-default") !== null && confirm(t("lab.site_default_sure"))) attempt(() => api.chooseSiteParameters({ parameter_set_id: null }).then(loadSets));
     if (kept && read("remove-set") !== null && confirm(t("lab.remove_set_sure", { name: kept.name }))) {
       attempt(async () => {
         await api.removeParameterSet(kept.id);

@@ -7,6 +7,7 @@ import { html, one, render, setAttribute, setText } from "../html.js";
 import { t, translate, tOr } from "../i18n.js";
 import { offBefore, visitOutcome, visitTime } from "../state/findings.js";
 import { standCards, standClicked } from "../stands/list.js";
+import { sentence } from "../told.js";
 import { problemBox } from "../ui/problem.js";
 import { presenceGlyph } from "../ui/signs.js";
 import { makeFaultForm } from "../faults/form.js";
@@ -117,7 +118,7 @@ export function makeDrawer(app, el) {
     render(one(".visits", el), html`${visits.length === 0 && html`<p class="muted">${t("drawer.none")}</p>`}${visits.map(visitLine)}`);
     const anomalies = (session?.anomalies ?? []).slice(-4).reverse();
     render(one(".anomalies", el), html`${anomalies.length === 0 && html`<p class="muted">${t("drawer.none")}</p>`}${anomalies.map(
-      (a) => html`<p class="alert-line"><b>${tOr(`anomaly.${a.anomaly}`, a.anomaly)}</b>${a.foot && html` · ${t(`foot.${a.foot}`)}`} <span class="muted">${elapsed(a.t_start_ns / 1e9)} · ${tOr(`anomaly.about.${a.anomaly}`, "")} <span lang="en">${a.detail}</span></span></p>`,
+      (a) => html`<p class="alert-line"><b>${tOr(`anomaly.${a.anomaly}`, a.anomaly)}</b>${a.foot && html` · ${t(`foot.${a.foot}`)}`} <span class="muted">${elapsed(a.t_start_ns / 1e9)} · ${tOr(`anomaly.about.${a.anomaly}`, "")} ${sentence(`anomaly.told.${a.anomaly}`, a)}</span></p>`,
     )}`);
   }
 

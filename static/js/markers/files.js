@@ -5,6 +5,7 @@ import * as api from "../api.js";
 import { dateTime, number } from "../format.js";
 import { html, one, render, setText } from "../html.js";
 import { t, tOr } from "../i18n.js";
+import { sentence } from "../told.js";
 import { problemBox } from "../ui/problem.js";
 
 /** @typedef {import("../map/survey.js").Difference} Difference */
@@ -14,7 +15,8 @@ import { problemBox } from "../ui/problem.js";
  *   id: string, state: "compared" | "applied" | "reverted", file_name: string | null, whole_table: boolean, added: number, changed: number, removed: number,
  *   unchanged: number, reason: string, created_at: string, applied_at: string | null, applied_by: string | null, reverted_at: string | null,
  * }} Import
- * @typedef {{code: string, level: "error" | "warning", line: number | null, marker: string | null, detail: string, suggested: Mapping | null}} Finding
+ * @typedef {{code: string, level: "error" | "warning", line: number | null, marker: string | null, detail: string,
+ *   figures?: import("../told.js").Figures | null, suggested: Mapping | null}} Finding
  * @typedef {Import & {
  *   encoding: string, columns: string[], sample: string[][], rows: number, mapping: Mapping | null, findings: Finding[],
  *   finding_counts: Record<string, number>, differences: Difference[],
@@ -112,7 +114,7 @@ export function makeFiles(app, el, on) {
         <span class="tag ${finding.level === "error" ? "bad" : "warn"}">${t(`markers.level.${finding.level}`)}</span>
         <b>${tOr(`markers.finding.${finding.code}`, finding.code)}</b>
         <span class="muted">${finding.line !== null && t("markers.line", { line: finding.line })} ${finding.marker}</span>
-        <p>${tOr(`markers.todo.${finding.code}`, "")} <span class="muted" lang="en">${finding.detail}</span></p>
+        <p>${tOr(`markers.todo.${finding.code}`, "")} <span class="muted">${sentence(`markers.told.${finding.code}`, finding)}</span></p>
         ${finding.suggested && html`<button type="button" data-suggested="${JSON.stringify(finding.suggested)}">${t("markers.use_suggestion")}</button>`}</li>`)}</ul>
       ${Object.entries(view.finding_counts).filter(([code, n]) => n > view.findings.filter((f) => f.code === code).length).map(([code, n]) => html`<p class="muted">${t("markers.more_findings", { n, what: tOr(`markers.finding.${code}`, code) })}</p>`)}`;
   }

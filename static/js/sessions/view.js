@@ -10,6 +10,7 @@ import { readMoment, writeMoment } from "../replay/link.js";
 import { STORED, aidsOf, isOwn, pathLength, runByAids, runNamed } from "../replay/runs.js";
 import { makeReplay, walkOf } from "../replay/screen.js";
 import { standCards, standClicked } from "../stands/list.js";
+import { sentence } from "../told.js";
 import { problemBox } from "../ui/problem.js";
 import { readRoute } from "../ui/router.js";
 import { showHead } from "./head.js";
@@ -318,7 +319,7 @@ export function sessionView(app, side, id, asked, askAgain) {
     render(one(".anomalies", side), html`<h2>${t("session.anomalies")}</h2>${anomalies.length === 0
       ? html`<p class="muted">${t("session.no_anomalies")}</p>`
       : html`<div class="scroll" tabindex="0" role="region" aria-label="${t("session.anomalies")}"><table data-testid="anomalies"><thead><tr><th>${t("session.time")}</th><th>${t("session.what")}</th><th>${t("session.foot")}</th><th>${t("session.found")}</th></tr></thead>
-        <tbody>${anomalies.map((a) => html`<tr><td><button type="button" data-at="${String(a.t_start_ns / 1e9)}">${elapsed(a.t_start_ns / 1e9)}</button></td><td>${tOr(`anomaly.${a.anomaly}`, a.anomaly)}</td><td>${a.foot ? t(`foot.${a.foot}`) : "–"}</td><td>${tOr(`anomaly.about.${a.anomaly}`, "")} <small class="muted" lang="en">${a.detail}</small></td></tr>`)}</tbody></table></div>`}`);
+        <tbody>${anomalies.map((a) => html`<tr><td><button type="button" data-at="${String(a.t_start_ns / 1e9)}">${elapsed(a.t_start_ns / 1e9)}</button></td><td>${tOr(`anomaly.${a.anomaly}`, a.anomaly)}</td><td>${a.foot ? t(`foot.${a.foot}`) : "–"}</td><td>${tOr(`anomaly.about.${a.anomaly}`, "")} <small class="muted">${sentence(`anomaly.told.${a.anomaly}`, a)}</small></td></tr>`)}</tbody></table></div>`}`);
   }
 
   function showFiles() {

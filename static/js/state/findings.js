@@ -9,6 +9,7 @@
  * }} Visit the outcome is there once the visit has been weighed
  * @typedef {{
  *   session_id: string, anomaly: string, foot: string | null, t_start_ns: number, t_end_ns: number, samples: number, detail: string,
+ *   figures?: import("../told.js").Figures | null,
  * }} Anomaly
  * @typedef {{marker: string | null, probability: number, distance_m: number | null}} Candidate
  * @typedef {{

@@ -58,6 +58,27 @@ describe("the laboratory", { skip }, () => {
     await becomes(() => row("marker_sigma_m").locator("input").inputValue(), "0.5");
   });
 
+  test("a set is made the site's, which is told with its version, and the defaults are taken again", async () => {
+    const { page } = tab;
+    const site = page.getByTestId("site-parameters");
+    await site.getByText("every parameter as it is by default").waitFor();
+    await site.getByRole("button", { name: "Make this set the site’s" }).click();
+    await site.getByText("with the set “<b>firm</b>”, version 2").waitFor();
+    await site.getByText("marker_sigma_m = 0.5").waitFor();
+    assert.equal(mock.lab.site.set.version, 2);
+    assert.equal(await site.getByRole("button", { name: "Make this set the site’s" }).isDisabled(), true);
+    // The set goes on; the site's stays what it was.
+    await set("marker_sigma_m", "0.4");
+    await page.getByRole("button", { name: "Save", exact: true }).click();
+    await site.getByText("changed since, to version 3").waitFor();
+    assert.deepEqual(mock.lab.site.parameters, { marker_sigma_m: 0.5 });
+    await set("marker_sigma_m", "0.5");
+    await page.getByRole("button", { name: "Save", exact: true }).click();
+    await site.getByRole("button", { name: "Back to the defaults" }).click();
+    await site.getByText("every parameter as it is by default").waitFor();
+    assert.equal(mock.lab.site.set, null);
+  });
+
   test("walks are worked out with it, and compared with their own tracks", async () => {
     const { page } = tab;
     await page.getByLabel("Spiral, evening").check();

@@ -21,6 +21,8 @@ export class MockLab {
     this.sets = [];
     /** @type {any[]} */
     this.runs = [];
+    /** @type {any} */
+    this.site = { id: 0, set: null, parameters: {}, chosen_at: null, chosen_by: null };
   }
 
   /**
@@ -36,6 +38,14 @@ export class MockLab {
     switch (route) {
       case "GET parameters": return { status: 200, value: { engine_version: "0.1.0", engine_sha256: "e1".repeat(32), parameters: PARAMETERS } };
       case "GET parameter-sets": return { status: 200, value: this.sets };
+      case "GET site-parameters": return { status: 200, value: this.site };
+      case "PUT site-parameters": {
+        const set = this.sets.find((s) => s.id === given.parameter_set_id);
+        if (set && given.version !== set.version) return problem(409, "set_changed", "expected the version that stands, found another");
+        const named = set ? { id: set.id, name: set.name, version: set.version } : null;
+        this.site = { id: this.site.id + 1, set: named, parameters: set?.parameters ?? {}, chosen_at: iso(0), chosen_by: "Chen Wei" };
+        return { status: 200, value: this.site };
+      }
       case "POST parameter-sets": {
         const set = { id: `p${this.sets.length + 1}`, about: "", ...given, version: 1, created_at: iso(0), created_by: null, updated_at: iso(0) };
         this.sets.push(set);

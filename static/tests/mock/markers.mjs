@@ -100,10 +100,10 @@ export class MockMarkers {
       const moved_m = before && Math.hypot(after.e_m - before.e_m, after.n_m - before.n_m);
       if (before && JSON.stringify(before) === JSON.stringify(after)) unchanged += 1;
       else differences.push({ change: before ? "changed" : "added", name, before, after, line: i + 2, moved_m, raised_m: before && after.u_m - before.u_m });
-      if (moved_m > 1) findings.push({ code: "far_move", level: "warning", line: i + 2, marker: name, detail: `expected a move of at most 1 m, found ${moved_m.toFixed(1)} m: check the survey`, suggested: null });
+      if (moved_m > 1) findings.push({ code: "far_move", level: "warning", line: i + 2, marker: name, detail: `expected a move of at most 1 m, found ${moved_m.toFixed(1)} m: check the survey`, figures: { largest_move_m: 1, moved_m }, suggested: null });
     }
-    if (findings.length > 2) findings.unshift({ code: "swapped_axes", level: "warning", line: null, marker: null, detail: "expected the table's places, found them with east and north changed over: change the two columns over", suggested: { ...mapping, e_m: mapping.n_m, n_m: mapping.e_m } });
-    if (!mapping) findings.push({ code: "columns_unknown", level: "error", line: null, marker: null, detail: "expected columns for name, east and north, found none by these names: say which is which", suggested: null });
+    if (findings.length > 2) findings.unshift({ code: "swapped_axes", level: "warning", line: null, marker: null, detail: "expected the table's places, found them with east and north changed over: change the two columns over", figures: { compared_markers: findings.length }, suggested: { ...mapping, e_m: mapping.n_m, n_m: mapping.e_m } });
+    if (!mapping) findings.push({ code: "columns_unknown", level: "error", line: null, marker: null, detail: "expected columns for name, east and north, found none by these names: say which is which", figures: {}, suggested: null });
     const count = (/** @type {string} */ change) => differences.filter((d) => d.change === change).length;
     return Object.assign(one, {
       encoding: "UTF-8", columns: header, sample: lines.slice(0, 5), rows: lines.length, mapping, findings, finding_counts: {}, differences, whole_table,

@@ -49,7 +49,7 @@ export class MockSite {
     }
     if (i === 0) walk.visits.push({ session_id: session.id, id: "v1", marker: "A57", t_start_ns: 478e9, t_end_ns: 482e9, t_applied_ns: 480e9, accepted: true, nis: 1.8, before_minus_marker_m: [2.1, -1.4, 0.2], after_minus_marker_m: [0.2, -0.1, 0], reason: "" });
     if (i === 2) walk.stands.push({ number: 1, t_start_ns: 700e9, t_end_ns: 709e9, lasts: false, position_m: [0, 0, 0], candidates: [{ marker: "A58", probability: 0.62, distance_m: 2.2 }, { marker: "A46", probability: 0.3, distance_m: 7.2 }, { marker: null, probability: 0.08, distance_m: null }] });
-    if (i === 2) walk.anomalies.push({ session_id: session.id, anomaly: "magnetic_field", foot: "left", t_start_ns: 305e9, t_end_ns: 318e9, samples: 1300, detail: "expected 48.1 µT within 8 µT, found 61.0 µT" });
+    if (i === 2) walk.anomalies.push({ session_id: session.id, anomaly: "magnetic_field", foot: "left", t_start_ns: 305e9, t_end_ns: 318e9, samples: 1300, detail: "the field has been outside 40 to 60 µT for 5 stances, now 71 µT", figures: { weakest_ut: 40, strongest_ut: 60, stances: 5, found_ut: 71.25 } });
     this.place(walk);
     return walk;
   }

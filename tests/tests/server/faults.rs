@@ -62,6 +62,30 @@ async fn a_fault_long_after_the_last_known_position_has_none() {
     assert_eq!(fault["candidates"], json!([]));
 }
 
+#[tokio::test]
+async fn a_report_is_written_to_the_audit_log_with_who_reported_it() {
+    let (server, people) = server_with_staff().await;
+    let admin = people.iter().find(|person| person.name == "admin").unwrap();
+    let made = admin.ask(&server, Method::POST, "/inspectors", &json!({ "name": "Li Na" })).await;
+    let dispatcher = people.iter().find(|person| person.name == "dispatcher").unwrap();
+    let body = json!({ "id": uuid::Uuid::now_v7(), "inspector_id": made.id(), "kind": "drainage", "severity": "low" });
+    let fault = dispatcher.ask(&server, Method::POST, "/faults", &body).await;
+    assert_eq!(fault.status, 201, "{fault:?}");
+    // Sent again it makes nothing new, and nothing is written.
+    assert_eq!(dispatcher.ask(&server, Method::POST, "/faults", &body).await.status, 200);
+    let log = admin.get(&server, &format!("/audit?action=fault&subject={}", fault.id())).await.body;
+    let rows = log.as_array().unwrap();
+    assert_eq!(rows.len(), 1, "{log}");
+    assert_eq!((&rows[0]["action"], &rows[0]["before"]), (&json!("fault.reported"), &Value::Null));
+    assert!(rows[0]["who"].as_str().unwrap().contains("dispatcher"), "{log}");
+    assert_eq!(rows[0]["after"]["kind"], "drainage");
+    // What is refused leaves no row.
+    let refused =
+        json!({ "inspector_id": made.id(), "kind": "drainage", "severity": "low", "marker": "nowhere" });
+    assert_eq!(dispatcher.ask(&server, Method::POST, "/faults", &refused).await.status, 422);
+    assert_eq!(admin.get(&server, "/audit?action=fault").await.body.as_array().unwrap().len(), 1);
+}
+
 /// A fault of the scene, and its path.
 async fn fault(server: &TestServer, session: &str) -> (Value, String) {
     let body = json!({ "session_id": session, "kind": "anchor_bolt", "severity": "medium", "text": "lockere Mutter" });

@@ -15,13 +15,13 @@ use reqwest::Method;
 use serde_json::{Value, json};
 
 /// A walk of thirty metres.
-fn walk() -> &'static Walk {
+pub(crate) fn walk() -> &'static Walk {
     static WALK: OnceLock<Walk> = OnceLock::new();
     WALK.get_or_init(|| simulate(&WalkKind::Line { metres: 30.0 }, 6, &Site::fast(), &SensorModel::cmp10a()))
 }
 
 /// A session with both logs, a marker half a metre east of its start, and a visit to it.
-async fn handed_in(server: &TestServer) -> String {
+pub(crate) async fn handed_in(server: &TestServer) -> String {
     let [e, n, u] = walk().start_n_m();
     let marker = json!({ "name": "A1", "e_m": e + 0.5, "n_m": n, "u_m": u });
     assert!(ask(server.client.post(server.api("/markers")).json(&marker)).await.status < 300);
@@ -51,12 +51,63 @@ async fn ended(server: &TestServer, id: &str) -> Value {
 }
 
 /// The one run of one session, computed.
-async fn run(server: &TestServer, body: Value) -> Value {
+pub(crate) async fn run(server: &TestServer, body: Value) -> Value {
     let asked = ask_for(server, body).await;
     assert_eq!(asked.status, 202, "{asked:?}");
     let run = ended(server, asked.body[0]["id"].as_str().unwrap()).await;
     assert_eq!(run["state"], "finished", "{run}");
     run
+}
+
+/// The walk of `handed_in` by the command line, with a file of parameters and more arguments: report and track.
+pub(crate) async fn by_command_line(
+    server: &TestServer,
+    parameters: &[u8],
+    more: &[&str],
+) -> (Value, String) {
+    let folder = tempfile::tempdir().unwrap();
+    let file = |name: &str, bytes: &[u8]| {
+        let path = folder.path().join(name);
+        std::fs::write(&path, bytes).unwrap();
+        path
+    };
+    let site = server.look("/site").await.body;
+    let [e, n, u] = walk().start_n_m();
+    let (track, report) = (folder.path().join("track.csv"), folder.path().join("report.json"));
+    let markers = format!("name,e_m,n_m,u_m\nA1,{},{n},{u}\n", e + 0.5);
+    let mut arguments: Vec<OsString> = vec![
+        "lodestep".into(),
+        "process".into(),
+        "--left".into(),
+        file("left.csv", &log(&walk().left)).into(),
+        "--right".into(),
+        file("right.csv", &log(&walk().right)).into(),
+        "--initial-position".into(),
+        format!("{e},{n},{u}").into(),
+        "--gravity-m-s2".into(),
+        site["gravity_m_s2"].to_string().into(),
+        "--declination-deg".into(),
+        site["declination_deg"].to_string().into(),
+        "--markers".into(),
+        file("markers.csv", markers.as_bytes()).into(),
+        "--visits".into(),
+        file("visits.csv", b"t_start_s,t_end_s,marker\n4,7,A1\n").into(),
+        "--parameters".into(),
+        file("parameters.json", parameters).into(),
+        "--solution".into(),
+        "smoothed".into(),
+        "--rate-hz".into(),
+        "10".into(),
+        "--out".into(),
+        track.clone().into(),
+        "--report".into(),
+        report.clone().into(),
+    ];
+    arguments.extend(more.iter().map(OsString::from));
+    let code = tokio::task::spawn_blocking(move || cli::run(arguments)).await.unwrap();
+    assert_eq!(code, std::process::ExitCode::SUCCESS);
+    let report = serde_json::from_slice(&std::fs::read(report).unwrap()).unwrap();
+    (report, std::fs::read_to_string(track).unwrap())
 }
 
 #[tokio::test]
@@ -89,51 +140,10 @@ async fn a_run_with_parameters_is_the_command_line_s_to_the_last_bit() {
     let tuned = run(&server, json!({ "session_ids": [session_id], "parameters": parameters })).await;
     assert_ne!(tuned["provenance"]["track_sha256"], own["track_sha256"]);
 
-    let folder = tempfile::tempdir().unwrap();
-    let file = |name: &str, bytes: &[u8]| {
-        let path = folder.path().join(name);
-        std::fs::write(&path, bytes).unwrap();
-        path
-    };
-    let site = server.look("/site").await.body;
-    let [e, n, u] = walk().start_n_m();
-    let (track, report) = (folder.path().join("track.csv"), folder.path().join("report.json"));
-    let markers = format!("name,e_m,n_m,u_m\nA1,{},{n},{u}\n", e + 0.5);
     // The file says one of them otherwise: what is set counts.
     let given = json!({ "marker_sigma_m": 3.0, "stance.threshold": 12.5, "imu_noise.height_random_walk_m_sqrt_s": 0.1 });
-    let arguments: Vec<OsString> = vec![
-        "lodestep".into(),
-        "process".into(),
-        "--left".into(),
-        file("left.csv", &log(&walk().left)).into(),
-        "--right".into(),
-        file("right.csv", &log(&walk().right)).into(),
-        "--initial-position".into(),
-        format!("{e},{n},{u}").into(),
-        "--gravity-m-s2".into(),
-        site["gravity_m_s2"].to_string().into(),
-        "--declination-deg".into(),
-        site["declination_deg"].to_string().into(),
-        "--markers".into(),
-        file("markers.csv", markers.as_bytes()).into(),
-        "--visits".into(),
-        file("visits.csv", b"t_start_s,t_end_s,marker\n4,7,A1\n").into(),
-        "--parameters".into(),
-        file("parameters.json", given.to_string().as_bytes()).into(),
-        "--set".into(),
-        "marker_sigma_m=0.1".into(),
-        "--solution".into(),
-        "smoothed".into(),
-        "--rate-hz".into(),
-        "10".into(),
-        "--out".into(),
-        track.clone().into(),
-        "--report".into(),
-        report.clone().into(),
-    ];
-    let code = tokio::task::spawn_blocking(move || cli::run(arguments)).await.unwrap();
-    assert_eq!(code, std::process::ExitCode::SUCCESS);
-    let report: Value = serde_json::from_slice(&std::fs::read(report).unwrap()).unwrap();
+    let (report, track) =
+        by_command_line(&server, given.to_string().as_bytes(), &["--set", "marker_sigma_m=0.1"]).await;
     let from = &tuned["provenance"];
     assert_eq!(report["track_sha256"], from["track_sha256"]);
     for told in ["engine_version", "engine_sha256", "parameters"] {
@@ -148,7 +158,7 @@ async fn a_run_with_parameters_is_the_command_line_s_to_the_last_bit() {
     }
     let path = format!("/sessions/{session_id}/track.csv?run={}", tuned["id"].as_str().unwrap());
     let stored = server.client.get(server.api(&path)).send().await.unwrap().text().await.unwrap();
-    assert!(stored == std::fs::read_to_string(track).unwrap(), "the stored track differs from the file");
+    assert!(stored == track, "the stored track differs from the file");
     let whole =
         server.look(&format!("/sessions/{session_id}/track?run={}", tuned["id"].as_str().unwrap())).await;
     assert_eq!(whole.body["run"], tuned["id"]);

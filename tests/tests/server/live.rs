@@ -14,7 +14,7 @@ use lodestep_tests::device::TestDevice;
 use lodestep_tests::feed::TestFeed;
 use lodestep_tests::hand_in::{ask, log};
 use lodestep_tests::server::TestServer;
-use serde_json::json;
+use serde_json::{Value, json};
 use tokio_tungstenite::tungstenite::client::IntoClientRequest;
 use uuid::Uuid;
 
@@ -181,7 +181,19 @@ struct Outcome {
 /// Streams the whole walk with a visit in it. After `cut_after` batches the link is cut, and with
 /// `restart` the server is stopped and started as well.
 async fn stream_whole_walk(cut_after: Option<usize>, restart: bool) -> Outcome {
+    stream_with_parameters([&json!({}); 2], cut_after, restart).await
+}
+
+/// The same, begun with the first parameters as the site's; the second are chosen before the server is stopped.
+async fn stream_with_parameters(
+    [first, second]: [&Value; 2],
+    cut_after: Option<usize>,
+    restart: bool,
+) -> Outcome {
     let mut server = TestServer::start().await;
+    if *first != json!({}) {
+        server.choose_parameters(first).await;
+    }
     add_marker(&server).await;
     let inspector = server.inspector().await;
     let (mut device, session_id) = TestDevice::begin(&server, &inspector).await;
@@ -206,6 +218,9 @@ async fn stream_whole_walk(cut_after: Option<usize>, restart: bool) -> Outcome {
             // Not all of it is acknowledged when the link goes.
             device.acknowledged(Foot::Left, last - 5).await;
             device.cut();
+            if first != second {
+                server.choose_parameters(second).await;
+            }
             if restart {
                 server = server.restart().await;
             }
@@ -244,6 +259,17 @@ async fn a_server_that_was_started_again_goes_on_to_the_very_same_track() {
     // Before and after the visit was told.
     assert_eq!(stream_whole_walk(Some(61), true).await, uninterrupted);
     assert_eq!(stream_whole_walk(Some(105), true).await, uninterrupted);
+}
+
+#[tokio::test]
+async fn a_stream_keeps_the_parameters_that_were_the_site_s_when_it_began() {
+    let (firm, soft) =
+        (json!({ "marker_sigma_m": 0.05, "stance.threshold": 12.5 }), json!({ "marker_sigma_m": 4.0 }));
+    let uninterrupted = stream_with_parameters([&firm, &firm], None, false).await;
+    assert_ne!(uninterrupted, stream_whole_walk(None, false).await, "they make a difference");
+    for cut in [61, 105] {
+        assert_eq!(stream_with_parameters([&firm, &soft], Some(cut), true).await, uninterrupted);
+    }
 }
 
 #[tokio::test]
@@ -303,6 +329,9 @@ async fn a_fault_from_the_device_is_placed_by_where_the_inspector_was() {
     assert_eq!(fault["candidates"][0]["marker"], "A1");
     let east_m = fault["position_m"][0].as_f64().unwrap();
     assert!(east_m.abs() < 0.5, "standing at the start, {east_m} m east of it");
+    let log = server.get("/audit?action=fault").await.1;
+    assert_eq!((log.as_array().unwrap().len(), &log[0]["action"]), (1, &json!("fault.reported")), "{log}");
+    assert_eq!((&log[0]["subject"], &log[0]["who"]), (&fault["id"], &json!("somebody at this machine")));
 }
 
 #[tokio::test]

@@ -23,6 +23,7 @@ mod rights;
 mod sent_again;
 mod session_search;
 mod sessions;
+mod site_parameters;
 mod stands;
 mod surroundings;
 mod upload;

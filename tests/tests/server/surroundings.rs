@@ -3,6 +3,7 @@
 use lodestep_server::config::Config;
 use lodestep_server::serve;
 use lodestep_tests::server::TestServer;
+use serde_json::json;
 use tokio::net::TcpListener;
 
 #[tokio::test]
@@ -66,6 +67,155 @@ async fn every_answer_carries_the_headers_that_keep_browsers_safe() {
             assert_eq!(header("content-type"), "application/problem+json", "{path}");
         }
     }
+}
+
+#[tokio::test]
+async fn a_body_that_does_not_fit_is_told_what_was_expected_what_was_found_and_where() {
+    let server = TestServer::start().await;
+    let (_, inspector) = server.post("/inspectors", &json!({ "name": "Li Na" })).await;
+    let (_, session) = server.post("/sessions", &json!({ "inspector_id": inspector["id"] })).await;
+    let visits = format!("/sessions/{}/visits", session["id"].as_str().unwrap());
+    let json = "application/json";
+    for (path, kind, body, status, code, place, words) in [
+        // A field that is missing, one of the wrong type, one that nobody knows.
+        (
+            "/inspectors",
+            json,
+            "{}",
+            422,
+            "wrong_field",
+            json!("name"),
+            "expected text, found none in name: add it",
+        ),
+        (
+            "/inspectors",
+            json,
+            "{\n \"name\": 17}",
+            422,
+            "wrong_field",
+            json!("name"),
+            "expected text, found 17 in name",
+        ),
+        (
+            "/inspectors",
+            json,
+            "{\"name\": \"a\", \"nmae\": \"b\"}",
+            422,
+            "wrong_field",
+            json!("nmae"),
+            "expected only the fields name, found \"nmae\" in nmae: leave it out",
+        ),
+        // A word that is none of those there are, an id that is none, a time that is none.
+        (
+            "/faults",
+            json,
+            "{\"kind\": \"leak\", \"severity\": \"awful\"}",
+            422,
+            "wrong_field",
+            json!("severity"),
+            "expected one of low, medium, high, found \"awful\" in severity",
+        ),
+        (
+            "/sessions",
+            json,
+            "{\"inspector_id\": \"Li Na\"}",
+            422,
+            "wrong_field",
+            json!("inspector_id"),
+            "expected an id (a UUID), found \"Li Na\" in inspector_id",
+        ),
+        (
+            "/faults",
+            json,
+            "{\"kind\": \"leak\", \"severity\": \"low\", \"reported_at\": \"yesterday\"}",
+            422,
+            "wrong_field",
+            json!("reported_at"),
+            "expected a time such as 2026-11-28T08:15:00Z",
+        ),
+        // Deep inside, and where one of several shapes is meant.
+        (
+            &visits,
+            json,
+            "[{\"marker\": \"A1\", \"t_start_s\": 1, \"t_end_s\": 2}, {\"marker\": \"A1\", \"t_start_s\": 3}]",
+            422,
+            "wrong_field",
+            json!("[1].t_end_s"),
+            "expected a number, found none in [1].t_end_s: add it",
+        ),
+        (
+            "/inspectors",
+            json,
+            "[]",
+            422,
+            "wrong_field",
+            json!(null),
+            "expected an object with name, found a list of 0",
+        ),
+        // What only reading finds.
+        (
+            "/inspectors",
+            json,
+            "{\"name\": \"a\", \"name\": \"b\"}",
+            422,
+            "wrong_field",
+            json!(null),
+            "breaks a rule (duplicate field `name`) at line 1, character 20",
+        ),
+        // What is no JSON.
+        (
+            "/inspectors",
+            json,
+            "{\"name\": ",
+            400,
+            "not_json",
+            json!(null),
+            "expected JSON that is complete, found its end",
+        ),
+        (
+            "/inspectors",
+            json,
+            "{\"name\":\n \"名\",}",
+            400,
+            "not_json",
+            json!(null),
+            "found \"}\" at line 2, character 6",
+        ),
+        (
+            "/inspectors",
+            json,
+            " \n",
+            400,
+            "not_json",
+            json!(null),
+            "expected a JSON body, found an empty one",
+        ),
+        (
+            "/inspectors",
+            "text/plain",
+            "{}",
+            415,
+            "json_expected",
+            json!(null),
+            "expected a body of content type application/json, found \"text/plain\"",
+        ),
+    ] {
+        let request = server.client.post(server.api(path)).header("content-type", kind).body(body.to_owned());
+        let answer = request.send().await.unwrap();
+        let (found, problem) = (answer.status().as_u16(), answer.json::<serde_json::Value>().await.unwrap());
+        assert_eq!((found, problem["code"].as_str()), (status, Some(code)), "{body}: {problem}");
+        assert_eq!(problem["where"]["field"], place, "{body}: {problem}");
+        assert!(problem["detail"].as_str().unwrap().contains(words), "{body}: {words}: {problem}");
+        if code != "json_expected" && !body.trim().is_empty() {
+            let (line, character) = (&problem["where"]["line"], &problem["where"]["character"]);
+            assert!(line.as_u64() > Some(0) && character.as_u64() > Some(0), "{body}: {problem}");
+        }
+    }
+    // What is secret is not repeated.
+    let body = json!({ "name": "Li Na", "password": 123_456_789 });
+    let (_, problem) = server.post("/account/sign-in", &body).await;
+    assert_eq!(problem["where"]["field"], "password", "{problem}");
+    assert!(!problem["detail"].as_str().unwrap().contains("123456789"), "{problem}");
 }
 
 #[tokio::test]

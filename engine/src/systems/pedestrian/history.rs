@@ -12,8 +12,9 @@ use super::kept_step::KeptStep;
 use super::recording::WayBack;
 use super::smoothing::{Mark, Smoothing, Source};
 use super::steps::{Attic, Steps};
-use crate::event::{Anomaly, AnomalyKind, Event, TrackPoint, VisitOutcome};
+use crate::event::{Event, TrackPoint, VisitOutcome};
 use crate::session::{SensorState, Solution, Visit};
+use crate::trouble::Trouble;
 
 /// A checkpoint is taken this often, ns.
 const CHECKPOINT_NS: i64 = 2_000_000_000;
@@ -381,14 +382,7 @@ impl<const B: usize, const F: usize> History<B, F> {
         for foot in &mut self.filter.feet {
             foot.lost = true;
         }
-        told.push(Event::Anomaly(Anomaly {
-            kind: AnomalyKind::FilterReset,
-            foot: None,
-            t_start_ns: since_ns,
-            t_end_ns: t_ns,
-            samples: 0,
-            detail: "the filter came to a number that is none and went on from the last sound state; look at the samples in this stretch".to_owned(),
-        }));
+        told.push(Event::Anomaly(Trouble::FilterReset.anomaly(None, [since_ns, t_ns], 0)));
         true
     }
 }

@@ -8,7 +8,7 @@ use super::foot::{Foot, Step};
 use super::slow_errors::{
     DEFLECTION, PRESSURE_DRIFT, deviation, deviation_row, surroundings, surroundings_row,
 };
-use crate::event::{AidKind, AidOutcome, Anomaly, AnomalyKind, Event};
+use crate::event::{AidKind, AidOutcome, Event};
 use crate::ins::observation::Observation;
 use crate::measure::height::{height, pressure_height_m};
 use crate::measure::magnetic_heading::magnetic_heading;
@@ -16,6 +16,8 @@ use crate::measure::magnetic_rate::magnetic_rate;
 use crate::measure::zero_angular_rate::zero_angular_rate;
 use crate::measure::zero_velocity::zero_velocity;
 use crate::rotation::heading;
+use crate::sample::Foot as Side;
+use crate::trouble::Trouble;
 
 /// The heading of the linearised filter means nothing beyond this sigma, rad.
 const HEADING_UNCERTAIN_RAD: f64 = 0.5;
@@ -259,17 +261,13 @@ impl<const B: usize, const F: usize> Filter<B, F> {
         }
         foot.odd_field_stances += 1;
         if foot.odd_field_stances == ODD_FIELD_STANCES {
-            told.push(Event::Anomaly(Anomaly {
-                kind: AnomalyKind::MagneticField,
-                foot: Some(setting.feet[sensor]),
-                t_start_ns: foot.stance.since_ns,
-                t_end_ns: foot.t_ns,
-                samples: u64::from(foot.stance.samples),
-                detail: format!(
-                    "the field has been outside {:.0} to {:.0} µT for {ODD_FIELD_STANCES} stances, now {strength_ut:.0} µT: steel nearby, or a magnetometer that needs calibrating; the heading goes on by the gyro",
-                    tuning.weakest_field_ut, tuning.strongest_field_ut
-                ),
-            }));
+            let trouble = Trouble::MagneticField {
+                weakest_ut: tuning.weakest_field_ut,
+                strongest_ut: tuning.strongest_field_ut,
+                stances: ODD_FIELD_STANCES,
+                found_ut: strength_ut,
+            };
+            told.push(of_stance(&trouble, setting.feet[sensor], foot));
         }
     }
 
@@ -290,23 +288,14 @@ impl<const B: usize, const F: usize> Filter<B, F> {
         let before = (tilted(foot), fast(foot));
         foot.tilted_stances = (foot.tilted_stances << 1) | u8::from(tilt_rad > 0.35);
         foot.fast_landings = (foot.fast_landings << 1) | u8::from(speed_m_s > FASTEST_LANDING_M_S);
-        let found = if tilted(foot) && !before.0 {
-            format!("in stance the specific force stands {:.0}° from upright", tilt_rad.to_degrees())
+        let trouble = if tilted(foot) && !before.0 {
+            Trouble::TiltedInStance { tilt_deg: tilt_rad.to_degrees() }
         } else if fast(foot) && !before.1 {
-            format!("the swings end at {speed_m_s:.1} m/s where the foot stands")
+            Trouble::FastLandings { landing_speed_m_s: speed_m_s }
         } else {
             return;
         };
-        told.push(Event::Anomaly(Anomaly {
-            kind: AnomalyKind::WrongMounting,
-            foot: Some(setting.feet[sensor]),
-            t_start_ns: foot.stance.since_ns,
-            t_end_ns: foot.t_ns,
-            samples: u64::from(foot.stance.samples),
-            detail: format!(
-                "{found}: the axes of gyro and accelerometer do not belong together, or the sensor has slipped; check that the log's axes are right-handed and the sensor is tied down"
-            ),
-        }));
+        told.push(of_stance(&trouble, setting.feet[sensor], foot));
     }
 
     pub(super) fn watch_heading(&mut self, setting: &Setting, sensor: usize, told: &mut Vec<Event>) {
@@ -314,18 +303,15 @@ impl<const B: usize, const F: usize> Filter<B, F> {
         let uncertain = sigma > HEADING_UNCERTAIN_RAD;
         if uncertain && !self.heading_uncertain {
             let t_ns = self.feet[sensor].t_ns;
-            told.push(Event::Anomaly(Anomaly {
-                kind: AnomalyKind::HeadingUncertain,
-                foot: Some(setting.feet[sensor]),
-                t_start_ns: t_ns,
-                t_end_ns: t_ns,
-                samples: 0,
-                detail: format!(
-                    "the heading is uncertain by {:.0}° (1σ): only a marker or the magnetometer can mend it",
-                    sigma.to_degrees()
-                ),
-            }));
+            let trouble = Trouble::HeadingUncertain { sigma_heading_deg: sigma.to_degrees() };
+            told.push(Event::Anomaly(trouble.anomaly(Some(setting.feet[sensor]), [t_ns; 2], 0)));
         }
         self.heading_uncertain = uncertain;
     }
+}
+
+/// Trouble that a stance has shown, from its beginning until now.
+fn of_stance(trouble: &Trouble, side: Side, foot: &Foot) -> Event {
+    let samples = u64::from(foot.stance.samples);
+    Event::Anomaly(trouble.anomaly(Some(side), [foot.stance.since_ns, foot.t_ns], samples))
 }

@@ -6,11 +6,12 @@ use super::filter::{Filter, Setting};
 use super::foot::Foot;
 use super::line::FootLine;
 use super::slow_errors::blocks;
-use crate::event::{Alignment, Anomaly, AnomalyKind, Event, HeadingSource};
+use crate::event::{Alignment, Event, HeadingSource};
 use crate::ins::alignment::StandingStart;
 use crate::ins::nav_state::NavState;
 use crate::rotation::{level, wrap};
 use crate::session::SessionConfig;
+use crate::trouble::Trouble;
 
 /// How sure the place of a foot beside the middle of both is, m.
 const FOOT_PLACE_SIGMA_M: f64 = 0.1;
@@ -18,6 +19,8 @@ const FOOT_PLACE_SIGMA_M: f64 = 0.1;
 const UNKNOWN_HEADING_RAD: f64 = 2.0;
 /// Gravity at rest that differs by more than this is not a matter of bias, m/s².
 const IMPOSSIBLE_REST_M_S2: f64 = 0.6;
+/// Who stands so long before walking gives levelling and gyro bias what they need, s.
+const WANTED_STILL_S: f64 = 10.0;
 
 /// The filter at its start, for as many feet as sent samples.
 #[expect(clippy::large_enum_variant, reason = "made once in a session, and taken apart at once")]
@@ -197,29 +200,15 @@ fn tell(
         gyro_bias_b_rad_s: start.gyro_bias_b.into(),
         rest_specific_force_m_s2: rest_m_s2,
     }));
-    let mut anomaly = |kind, detail| {
-        events.push(Event::Anomaly(Anomaly {
-            kind,
-            foot: Some(line.foot()),
-            t_start_ns,
-            t_end_ns,
-            samples: start.used.len() as u64,
-            detail,
-        }));
+    let mut anomaly = |trouble: Trouble| {
+        let samples = start.used.len() as u64;
+        events.push(Event::Anomaly(trouble.anomaly(Some(line.foot()), [t_start_ns, t_end_ns], samples)));
     };
     if !start.still {
-        anomaly(
-            AnomalyKind::NoStillStart,
-            "no still second at the start; the quietest one was used for levelling, the gyro bias is unknown at first: stand still for 10 s before walking".to_owned(),
-        );
+        anomaly(Trouble::NoStillStart { wanted_still_s: WANTED_STILL_S });
     }
-    if (rest_m_s2 - config.gravity_m_s2).abs() > IMPOSSIBLE_REST_M_S2 {
-        anomaly(
-            AnomalyKind::ImpossibleRestGravity,
-            format!(
-                "at rest the specific force is {rest_m_s2:.2} m/s² where gravity is {:.2} m/s²: check the accelerometer's scale and units",
-                config.gravity_m_s2
-            ),
-        );
+    let gravity_m_s2 = config.gravity_m_s2;
+    if (rest_m_s2 - gravity_m_s2).abs() > IMPOSSIBLE_REST_M_S2 {
+        anomaly(Trouble::ImpossibleRestGravity { rest_m_s2, gravity_m_s2 });
     }
 }
