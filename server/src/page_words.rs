@@ -28,6 +28,7 @@ pub(crate) fn assert_words(start: &str, code: &str, figures: &Figures) {
             .map(|(name, _)| name)
             .collect();
         places.sort_unstable();
+        places.dedup();
         assert_eq!(places, named, "{language}: {key}: {sentence}");
     }
 }

@@ -192,12 +192,12 @@ async fn a_body_that_does_not_fit_is_told_what_was_expected_what_was_found_and_w
         ),
         (
             "/inspectors",
-            "text/plain",
+            "application/xml",
             "{}",
             415,
             "json_expected",
             json!(null),
-            "expected a body of content type application/json, found \"text/plain\"",
+            "expected a body of content type application/json, found \"application/xml\"",
         ),
     ] {
         let request = server.client.post(server.api(path)).header("content-type", kind).body(body.to_owned());
