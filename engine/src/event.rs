@@ -164,6 +164,8 @@ pub enum AnomalyKind {
     ImpossibleRestGravity,
     /// The two sensors are mounted in a way that contradicts their motion, or one fell out of place.
     WrongMounting,
+    /// The foot sets off more often than any foot can.
+    ImpossibleCadence,
     /// The session did not start with a still stretch.
     NoStillStart,
     /// The magnetic field is not that of the site.

@@ -119,6 +119,13 @@ pub enum Trouble {
         /// How fast the foot is by its strapdown, m/s.
         landing_speed_m_s: f64,
     },
+    /// The foot sets off more often than any foot can.
+    ImpossibleCadence {
+        /// How often, 1/s.
+        per_s: f64,
+        /// The most that is believed, 1/s.
+        most_per_s: f64,
+    },
     /// The session did not start with a still stretch.
     NoStillStart {
         /// How long one should stand, s.
@@ -204,6 +211,7 @@ impl Trouble {
             }
             Trouble::ImpossibleRestGravity { .. } => AnomalyKind::ImpossibleRestGravity,
             Trouble::TiltedInStance { .. } | Trouble::FastLandings { .. } => AnomalyKind::WrongMounting,
+            Trouble::ImpossibleCadence { .. } => AnomalyKind::ImpossibleCadence,
             Trouble::NoStillStart { .. } => AnomalyKind::NoStillStart,
             Trouble::MagneticField { .. } => AnomalyKind::MagneticField,
             Trouble::FootAbsent { .. }
@@ -246,6 +254,9 @@ impl Trouble {
             Trouble::TiltedInStance { tilt_deg } => figures([("tilt_deg", tilt_deg.into())]),
             Trouble::FastLandings { landing_speed_m_s } => {
                 figures([("landing_speed_m_s", landing_speed_m_s.into())])
+            }
+            Trouble::ImpossibleCadence { per_s, most_per_s } => {
+                figures([("per_s", per_s.into()), ("most_per_s", most_per_s.into())])
             }
             Trouble::NoStillStart { wanted_still_s } => figures([("wanted_still_s", wanted_still_s.into())]),
             Trouble::MagneticField { weakest_ut, strongest_ut, stances, found_ut } => figures([
@@ -304,7 +315,8 @@ impl Trouble {
             }
             Trouble::ImpossibleRestGravity { .. } => Some(Trouble::TiltedInStance { tilt_deg: 40.0 }),
             Trouble::TiltedInStance { .. } => Some(Trouble::FastLandings { landing_speed_m_s: 1.5 }),
-            Trouble::FastLandings { .. } => Some(Trouble::NoStillStart { wanted_still_s: 10.0 }),
+            Trouble::FastLandings { .. } => Some(Trouble::ImpossibleCadence { per_s: 27.0, most_per_s: 8.0 }),
+            Trouble::ImpossibleCadence { .. } => Some(Trouble::NoStillStart { wanted_still_s: 10.0 }),
             Trouble::NoStillStart { .. } => Some(Trouble::MagneticField {
                 weakest_ut: 40.0,
                 strongest_ut: 60.0,

@@ -43,12 +43,12 @@ export async function loadLanguage(name) {
 export const currentLanguage = () => language;
 
 /**
- * The message of a key, its {places} filled in.
+ * The message of a key, its {places} filled in; where one thing is counted, that of `key.one` if there is any.
  * @param {string} key
  * @param {Record<string, string | number>} [values]
  */
 export function t(key, values) {
-  const text = messages[key] ?? key;
+  const text = (values?.n === 1 && messages[`${key}.one`]) || (messages[key] ?? key);
   return values ? text.replace(/\{(\w+)\}/g, (whole, name) => (name in values ? String(values[name]) : whole)) : text;
 }
 

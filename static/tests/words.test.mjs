@@ -35,9 +35,17 @@ test("every key that the page names is there, and every key that is there is use
   // Keys that are put together: `presence.${…}`.
   const built = [...text.matchAll(/`([a-z_.]+\.)\$\{/g)].map((m) => m[1]);
   const quoted = new Set([...text.matchAll(/"([a-z_]+(?:\.[a-z_0-9]+)*)"/g)].map((m) => m[1]));
-  const spare = Object.keys(en).filter((k) => !named.has(k) && !quoted.has(k) && !built.some((b) => k.startsWith(b)));
+  // The singular of a key that counts.
+  const plural = (key) => key.replace(/\.one$/, "");
+  const spare = Object.keys(en).map(plural).filter((k) => !named.has(k) && !quoted.has(k) && !built.some((b) => k.startsWith(b)));
   assert.deepEqual(spare, []);
   for (const start of built) assert.ok(Object.keys(en).some((k) => k.startsWith(start)), `nothing begins with ${start}`);
+});
+
+test("one thing is told in the singular where the language has one", () => {
+  setLanguage("en", { walks: "{n} walks", "walks.one": "{n} walk", chosen: "{n} chosen" });
+  assert.deepEqual([0, 1, 2].map((n) => t("walks", { n })), ["0 walks", "1 walk", "2 walks"]);
+  assert.equal(t("chosen", { n: 1 }), "1 chosen");
 });
 
 test("the language is the chosen one, else the browser's first that is spoken here", () => {

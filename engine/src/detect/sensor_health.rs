@@ -1,5 +1,6 @@
 //! Whether the samples of one sensor can be believed, judged one by one as they come.
 
+use super::cadence::{Cadence, MOST_PER_S};
 use crate::event::{Anomaly, AnomalyKind};
 use crate::sample::{Foot, ImuSample};
 use crate::trouble::{Channel, Trouble};
@@ -32,7 +33,7 @@ const IMPOSSIBLE_FIELD_UT: f64 = 1e5;
 /// From above the highest mountain to below the deepest mine.
 const POSSIBLE_PRESSURE_HPA: std::ops::RangeInclusive<f64> = 250.0..=1300.0;
 
-const KINDS: usize = 7;
+const KINDS: usize = 8;
 
 /// Watches the samples of one foot.
 #[derive(Clone, Debug)]
@@ -45,6 +46,7 @@ pub struct SensorHealth {
     same_for: [u32; 6],
     same_since_ns: [i64; 6],
     interval_ns: i64,
+    cadence: Cadence,
     open: [Option<Anomaly>; KINDS],
 }
 
@@ -59,6 +61,7 @@ impl SensorHealth {
             same_for: [0; 6],
             same_since_ns: [0; 6],
             interval_ns: 10_000_000,
+            cadence: Cadence::new(),
             open: std::array::from_fn(|_| None),
         }
     }
@@ -112,6 +115,9 @@ impl SensorHealth {
             self.watch_interval(last_ns, t_ns - last_ns, told);
         }
         self.watch_axes(t_ns, &channels, told);
+        if let Some(per_s) = self.cadence.take(t_ns, &sample.w_ib_b_rad_s) {
+            self.note(Trouble::ImpossibleCadence { per_s, most_per_s: MOST_PER_S }, t_ns, told);
+        }
         let mut admitted = *sample;
         if sample.mag_b_ut.is_some_and(|mag| mag.iter().any(|x| x.is_nan() || x.abs() >= IMPOSSIBLE_FIELD_UT))
         {
@@ -205,7 +211,8 @@ fn slot(kind: AnomalyKind) -> usize {
         AnomalyKind::StuckAxis => 3,
         AnomalyKind::NotFinite => 4,
         AnomalyKind::MagneticField => 5,
-        _ => 6,
+        AnomalyKind::ImpossibleCadence => 6,
+        _ => 7,
     }
 }
 

@@ -11,6 +11,7 @@ mod motion_capture;
 mod overlay;
 mod rigid_fit;
 mod session_report;
+mod stances;
 mod statistics;
 mod visits;
 
@@ -24,6 +25,7 @@ pub use markers::{CalibrationBin, MarkerScore};
 pub use motion_capture::{MotionCaptureErrors, motion_capture};
 pub use overlay::Overlay;
 pub use session_report::{AidReport, RejectedVisit, SessionReport};
+pub use stances::{FootInstant, StanceErrors, foot_instants, stances};
 pub use statistics::{Spread, median, percentile};
 pub use visits::{VisitErrors, visits};
 

@@ -133,7 +133,7 @@ impl Aligner {
             still_at_first: self.windows.first().is_some_and(|w| w.still),
             gyro_bias_b,
             // A standing person sways; what is left of it after the mean shrinks with time.
-            sigma_gyro_bias_rad_s: if still { 0.004 / (count * interval_s).max(1.0).sqrt() } else { 0.02 },
+            sigma_gyro_bias_rad_s: if still { 0.0015 / (count * interval_s).max(1.0).sqrt() } else { 0.02 },
             f_b: mean(|s| s.f_b_m_s2),
             mag_b_ut,
             interval_s,

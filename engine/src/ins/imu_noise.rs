@@ -35,17 +35,16 @@ impl Default for ImuNoise {
     /// and the sampling of heel strikes act in proportion to the motion: 0.1 % of the rate and 1.3 %
     /// of the acceleration that go one way for 0.1 s. Without them a runner's tilt, which fast
     /// swings spoil, is believed and the biases take the blame.
-    /// As tilt then says less of the gyro bias, that may walk a little more (twice the CMP10A's): a bias
-    /// that jumps is to be found again.
+    /// The biases walk as the CMP10A's do.
     fn default() -> Self {
         ImuNoise {
             angle_random_walk_rad_sqrt_s: 2e-4,
             angle_random_walk_share_sqrt_s: 3e-4,
             velocity_random_walk_m_s_sqrt_s: 0.02,
             velocity_random_walk_share_sqrt_s: 4e-3,
-            gyro_bias_random_walk_rad_s_sqrt_s: 6e-5,
+            gyro_bias_random_walk_rad_s_sqrt_s: 2.6e-5,
             accelerometer_bias_random_walk_m_s2_sqrt_s: 3e-4,
-            height_random_walk_m_sqrt_s: 0.05,
+            height_random_walk_m_sqrt_s: 0.04,
             gyro_bias_correlation_time_s: 3600.0,
             accelerometer_bias_correlation_time_s: 3600.0,
         }

@@ -66,6 +66,14 @@ pub const TABLE: &[Parameter] = &[
         "How long the standing start is waited for, at most."
     ),
     at!(
+        "first_position_sigma_m",
+        "m",
+        Alignment,
+        0.001..100.0,
+        tuning.first_position_sigma_m,
+        "How well the first position is known, on each axis."
+    ),
+    at!(
         "first_magnetic_heading_sigma_rad",
         "rad",
         Alignment,

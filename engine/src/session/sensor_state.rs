@@ -8,6 +8,10 @@ use crate::sample::Foot;
 pub struct SensorState {
     /// Whose.
     pub foot: Foot,
+    /// Time of that sample, ns.
+    pub t_ns: i64,
+    /// Whether the foot is taken to stand.
+    pub stands: bool,
     /// Gyro bias in b, rad/s: reading − true rate.
     pub gyro_bias_b_rad_s: [f64; 3],
     /// Its sigmas, rad/s.

@@ -1,4 +1,4 @@
-//! How a foot goes: the shape of one move for walking, running and stairs, and where on the foot
+//! How a foot goes: the shape of one move for walking, running, stairs and crawling, and where on the foot
 //! the sensor, the toe and the heel are.
 //!
 //! The foot's frame f: x forward, y left, z up, origin on the ground below the sensor. Angles turn it
@@ -21,12 +21,16 @@ const HEEL_M: f64 = -0.13;
 pub(crate) enum Gait {
     /// Level or sloping ground, heel first.
     Walk,
+    /// The same as if looking for something: short steps, little lift, soft landings.
+    Slow,
     /// With a flight phase, short stances and hard landings.
     Run,
     /// Up a stair, a tread a step, the whole foot at once.
     StairsUp,
     /// Down a stair, toes first.
     StairsDown,
+    /// On hands and knees: the toes stay down and are dragged to where the knee goes.
+    Crawl,
 }
 
 /// The shape of one move: fractions are of the move's duration, from the heel's lift to the flat foot.
@@ -63,6 +67,26 @@ impl Gait {
                 landing_pivot_m: HEEL_M,
                 shock_m_s2: 32.0,
             },
+            Gait::Slow => Shape {
+                moving_share: 0.46,
+                push: (0.42, 0.34),
+                landing: (-0.16, 0.86),
+                travel: (0.20, 0.92),
+                climb: (0.20, 0.92),
+                clearance_m: 0.025,
+                landing_pivot_m: HEEL_M,
+                shock_m_s2: 12.0,
+            },
+            Gait::Crawl => Shape {
+                moving_share: 0.48,
+                push: (0.16, 0.30),
+                landing: (-0.10, 0.84),
+                travel: (0.06, 0.94),
+                climb: (0.06, 0.94),
+                clearance_m: 0.006,
+                landing_pivot_m: BALL_M,
+                shock_m_s2: 8.0,
+            },
             Gait::Run => Shape {
                 moving_share: 0.73,
                 push: (1.0, 0.36),
@@ -93,6 +117,20 @@ impl Gait {
                 landing_pivot_m: BALL_M,
                 shock_m_s2: 28.0,
             },
+        }
+    }
+}
+
+/// A crawling foot points its toes down and back, rad.
+const CRAWL_PITCH_RAD: f64 = 0.8;
+
+impl Gait {
+    /// How a foot stands in this gait: pitch against the ground, rad, and how far the point of the ground
+    /// below the sensor's place on the sole is from it, m.
+    pub(crate) fn stands_pitched(self) -> (f64, f64) {
+        match self {
+            Gait::Crawl => (CRAWL_PITCH_RAD, BALL_M * libm::sin(CRAWL_PITCH_RAD)),
+            Gait::Walk | Gait::Slow | Gait::Run | Gait::StairsUp | Gait::StairsDown => (0.0, 0.0),
         }
     }
 }

@@ -1,5 +1,5 @@
 //! A standing foot. It is not perfectly still: skin, shoe and balance let it roll by fractions of a
-//! degree, and it does not stand up as it stood down.
+//! degree, the sole gives, and it does not stand up as it stood down.
 
 use super::gait::{Foothold, Kinematics, rigid_foot};
 use super::jet::Jet;
@@ -43,16 +43,21 @@ pub(crate) struct Rest {
 
 /// 1σ of the change of yaw, pitch and roll in the course of a stance, rad.
 const SETTLING_RAD: [f64; 3] = [0.0010, 0.0040, 0.0035];
+/// How long it takes the sole to give, s,
+const SINKING_S: f64 = 0.15;
+/// but at most this share of the stance.
+const SINKING_SHARE: f64 = 0.45;
 /// Longer stances are standing: slow sway of the whole body, rather than the roll of a step.
 const STANDING_S: f64 = 1.5;
 
 impl Rest {
-    /// A foot that stands; `micro_motion` scales the small motion, and zero leaves it perfectly still.
+    /// A foot that stands; `micro_motion` scales the small motion, and zero leaves it perfectly still but for
+    /// the sole, which gives by `sole_m`.
     pub(crate) fn new(
         from: Foothold,
-        t_from_s: f64,
-        t_to_s: f64,
+        (t_from_s, t_to_s): (f64, f64),
         micro_motion: f64,
+        sole_m: f64,
         random: &mut Random,
     ) -> Rest {
         let duration_s = t_to_s - t_from_s;
@@ -71,6 +76,7 @@ impl Rest {
         for (angle, sigma) in to.angles.iter_mut().zip(SETTLING_RAD) {
             *angle += sigma * micro_motion * random.normal();
         }
+        to.origin_n_m.z -= sole_m;
         let micro = (micro_motion > 0.0).then(|| Box::new(MicroMotion { angles, position }));
         Rest { from, to, t_from_s, t_to_s, micro }
     }
@@ -78,6 +84,9 @@ impl Rest {
     pub(crate) fn at(&self, t_s: f64) -> Kinematics {
         let origin = self.from.origin_n_m;
         let mut position = [origin.x, origin.y, origin.z].map(Jet::constant);
+        let sinking_s = SINKING_S.min(SINKING_SHARE * (self.t_to_s - self.t_from_s));
+        let sunk = Jet::progress(t_s, self.t_from_s, self.t_from_s + sinking_s).ramp();
+        position[2] = position[2] + sunk * (self.to.origin_n_m.z - origin.z);
         let mut angles = self.from.angles.map(Jet::constant);
         if let Some(micro) = &self.micro {
             // In and out within a fifth of a second, or a third of a short stance.

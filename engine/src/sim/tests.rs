@@ -100,6 +100,39 @@ fn a_sensor_on_the_instep_points_down_to_the_toes_and_the_heading_is_its_own() {
 }
 
 #[test]
+fn a_sole_gives_in_each_stance_and_comes_back_with_the_heel() {
+    let walker = Walker { micro_motion: 0.0, sole_m: 0.006, ..Walker::default() };
+    let kind = WalkKind::Line { metres: 12.0 };
+    let walk = Simulator::with_walker(&kind, 1, &Site::fast(), &SensorModel::perfect(), walker).into_walk();
+    let feet: Vec<_> = walk.truth.iter().map(|feet| (feet[0].stance, feet[0].position_n_m[2])).collect();
+    let landings: Vec<usize> = (1..feet.len()).filter(|k| feet[*k].0 && !feet[k - 1].0).collect();
+    assert!(landings.len() > 7);
+    for pair in landings.windows(2) {
+        let lifts = (pair[0]..pair[1]).find(|k| !feet[*k].0).unwrap();
+        // Most of it shows between the first and the last sample of the stance.
+        let sunk_m = feet[pair[0]].1 - feet[lifts - 1].1;
+        assert!((0.0055..0.0061).contains(&sunk_m), "{sunk_m} m");
+    }
+    let risen_m = feet[feet.len() - 1].1 - feet[0].1;
+    assert!((risen_m + 0.006).abs() < 0.004, "no drift but the last sinking: {risen_m} m");
+}
+
+#[test]
+fn a_crawling_foot_points_down_and_goes_half_a_metre_a_second() {
+    let kind = WalkKind::Crawl { metres: 10.0 };
+    let walk = simulate(&kind, 1, &Site::fast(), &SensorModel::perfect());
+    let middle = walk.truth.len() / 2;
+    let pitched = walk.truth[middle - 300..middle + 300].iter().filter(|feet| {
+        // The mounting's 24° and the foot's 46°.
+        let x_n = feet[0].q_b_n * Vector3::x();
+        x_n.z < -0.8
+    });
+    assert!(pitched.count() > 500);
+    let walking_s = walk.truth.len() as f64 / 100.0 - 17.0;
+    assert!((0.4..0.6).contains(&(10.0 / walking_s)), "{walking_s} s");
+}
+
+#[test]
 fn the_earth_turns_under_a_standing_foot() {
     let model = SensorModel { earth_rotation: true, ..SensorModel::perfect() };
     let walker = Walker { micro_motion: 0.0, ..Walker::default() };

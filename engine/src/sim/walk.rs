@@ -31,6 +31,21 @@ pub enum WalkKind {
         /// How long, m.
         metres: f64,
     },
+    /// A straight line, as if looking for something, at half a metre a second.
+    Slow {
+        /// How long, m.
+        metres: f64,
+    },
+    /// A straight line, run.
+    Run {
+        /// How long, m.
+        metres: f64,
+    },
+    /// A straight line on hands and knees, the feet dragged.
+    Crawl {
+        /// How long, m.
+        metres: f64,
+    },
     /// Standing still.
     Standing {
         /// How long, s.
@@ -45,7 +60,8 @@ const LONGEST_STAND_S: f64 = 86_400.0;
 impl FromStr for WalkKind {
     type Err = String;
 
-    /// `rectangle`, `spiral`, `spiral_with_pauses`, `stairs`, `running`, `line:100` (metres) or `standing:60` (seconds).
+    /// `rectangle`, `spiral`, `spiral_with_pauses`, `stairs`, `running`, `line:100`, `slow:40`, `run:100`,
+    /// `crawl:20` (metres) or `standing:60` (seconds).
     fn from_str(text: &str) -> Result<WalkKind, String> {
         let number = |text: &str, most: f64| text.parse::<f64>().ok().filter(|v| *v > 0.0 && *v <= most);
         match text.split_once(':') {
@@ -58,6 +74,9 @@ impl FromStr for WalkKind {
                 _ => None,
             },
             Some(("line", metres)) => number(metres, LONGEST_LINE_M).map(|metres| WalkKind::Line { metres }),
+            Some(("slow", metres)) => number(metres, LONGEST_LINE_M).map(|metres| WalkKind::Slow { metres }),
+            Some(("run", metres)) => number(metres, LONGEST_LINE_M).map(|metres| WalkKind::Run { metres }),
+            Some(("crawl", metres)) => number(metres, LONGEST_LINE_M).map(|metres| WalkKind::Crawl { metres }),
             Some(("standing", seconds)) => {
                 number(seconds, LONGEST_STAND_S).map(|seconds| WalkKind::Standing { seconds })
             }
@@ -65,8 +84,8 @@ impl FromStr for WalkKind {
         }
         .ok_or_else(|| {
             format!(
-                "there is no walk «{text}»: choose rectangle, spiral, spiral_with_pauses, stairs, running, line:METRES (at most \
-                 {LONGEST_LINE_M}) or standing:SECONDS (at most {LONGEST_STAND_S})"
+                "there is no walk «{text}»: choose rectangle, spiral, spiral_with_pauses, stairs, running, line:METRES, slow:METRES, \
+                 run:METRES, crawl:METRES (at most {LONGEST_LINE_M}) or standing:SECONDS (at most {LONGEST_STAND_S})"
             )
         })
     }
@@ -87,6 +106,9 @@ pub struct Walker {
     pub toe_out_rad: f64,
     /// The small motion of a standing foot: 1 is usual, 0 is perfectly still.
     pub micro_motion: f64,
+    /// How far shoe and foot give under the weight after they have come down, m: 0 for none, 0.005 to
+    /// 0.01 for shoes. It comes back when the heel lifts.
+    pub sole_m: f64,
 }
 
 impl Default for Walker {
@@ -99,6 +121,7 @@ impl Default for Walker {
             half_separation_m: 0.056,
             toe_out_rad: 0.10,
             micro_motion: 1.0,
+            sole_m: 0.0,
         }
     }
 }
@@ -117,6 +140,8 @@ impl Walker {
         let tread_m = libm::hypot(TREAD_M.0, TREAD_M.1);
         match gait {
             Gait::Walk => (self.step_m, self.cycle_s),
+            Gait::Slow => (0.55 * self.step_m, 1.4 * self.cycle_s),
+            Gait::Crawl => (0.5 * self.step_m, 1.25 * self.cycle_s),
             Gait::Run => (1.7 * self.step_m, 0.68 * self.cycle_s),
             Gait::StairsUp => (tread_m, 1.15 * self.cycle_s),
             Gait::StairsDown => (tread_m, 1.05 * self.cycle_s),
@@ -137,11 +162,10 @@ impl WalkKind {
                 let lap_m = 0.5 * path.length_m();
                 level(path, &[(lap_m, Gait::Walk), (1.85 * lap_m, Gait::Run)])
             }
-            WalkKind::Line { metres } => {
-                let mut path = Path::from_points([Vector3::zeros()]);
-                path.line_to(Vector3::new(0.0, metres, 0.0));
-                level(path, &[])
-            }
+            WalkKind::Line { metres } => line(metres, Gait::Walk),
+            WalkKind::Slow { metres } => line(metres, Gait::Slow),
+            WalkKind::Run { metres } => line(metres, Gait::Run),
+            WalkKind::Crawl { metres } => line(metres, Gait::Crawl),
             WalkKind::Standing { seconds } => Course {
                 path: Path::from_points([Vector3::zeros(), Vector3::new(0.0, 1.0, 0.0)]),
                 standing_start_s: seconds,
@@ -155,6 +179,14 @@ impl WalkKind {
 
 fn end_of_walk() -> Option<Stop> {
     Some(Stop { seconds: STANDING_END_S, marker: None })
+}
+
+/// Straight to the north, in one gait to the end.
+fn line(metres: f64, gait: Gait) -> Course {
+    let mut path = Path::from_points([Vector3::zeros()]);
+    path.line_to(Vector3::new(0.0, metres, 0.0));
+    let legs = vec![Leg { until_m: path.length_m(), gait, steps: None, stop: end_of_walk() }];
+    Course { path, standing_start_s: STANDING_START_S, legs, stand_until_s: None, starts_at_origin: true }
 }
 
 /// A course in these gaits up to these lengths, walked to the end after that.

@@ -108,6 +108,7 @@ fn kind_name(kind: AnomalyKind) -> &'static str {
         AnomalyKind::NotFinite => "not_finite",
         AnomalyKind::ImpossibleRestGravity => "impossible_rest_gravity",
         AnomalyKind::WrongMounting => "wrong_mounting",
+        AnomalyKind::ImpossibleCadence => "impossible_cadence",
         AnomalyKind::NoStillStart => "no_still_start",
         AnomalyKind::MagneticField => "magnetic_field",
         AnomalyKind::FootMissing => "foot_missing",

@@ -50,6 +50,9 @@ impl Trouble {
             Trouble::FastLandings { landing_speed_m_s } => {
                 wrong_axes(&format!("the swings end at {landing_speed_m_s:.1} m/s where the foot stands"))
             }
+            Trouble::ImpossibleCadence { per_s, most_per_s } => format!(
+                "the foot sets off {per_s:.0} times a second, where none does more than {most_per_s:.0} times: check the unit of the time, the sensor's clock, and that the sensor is tied down"
+            ),
             Trouble::NoStillStart { wanted_still_s } => format!(
                 "no still second at the start; the quietest one was used for levelling, the gyro bias is unknown at first: stand still for {wanted_still_s} s before walking"
             ),

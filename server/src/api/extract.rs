@@ -1,14 +1,16 @@
 //! What handlers take from a request; what cannot be taken is told as a problem document.
 
 use axum::body::Bytes;
-use axum::extract::rejection::{PathRejection, QueryRejection};
-use axum::extract::{FromRequest, FromRequestParts, Request};
+use axum::extract::path::ErrorKind;
+use axum::extract::rejection::PathRejection;
+use axum::extract::{FromRequest, FromRequestParts, RawPathParams, Request};
 use axum::http::request::Parts;
-use axum::http::{StatusCode, Uri, header};
+use axum::http::{StatusCode, header};
 use schemars::JsonSchema;
 use serde::de::DeserializeOwned;
+use uuid::Uuid;
 
-use super::json_body;
+use super::{json_body, query};
 use crate::error::Error;
 
 /// A JSON body.
@@ -61,38 +63,46 @@ impl<S: Send + Sync, T: DeserializeOwned + Send> FromRequestParts<S> for Path<T>
 
     async fn from_request_parts(parts: &mut Parts, state: &S) -> Result<Self, Error> {
         let path = axum::extract::Path::from_request_parts(parts, state).await;
-        path.map(|axum::extract::Path(path)| Path(path)).map_err(|error: PathRejection| {
-            Error::http(
-                StatusCode::NOT_FOUND,
-                "not_an_id",
-                format!("{}: check the id in the path", error.body_text()),
-            )
-        })
+        match path {
+            Ok(axum::extract::Path(path)) => Ok(Path(path)),
+            Err(error) => {
+                let given = RawPathParams::from_request_parts(parts, state).await;
+                Err(wrong_path(error, given.iter().flatten().map(|(_, value)| value)))
+            }
+        }
     }
+}
+
+/// A path whose variable parts, `given`, are not what the route takes.
+fn wrong_path<'g>(error: PathRejection, mut given: impl Iterator<Item = &'g str>) -> Error {
+    let kind = match error {
+        PathRejection::FailedToDeserializePathParams(error) => Some(error.into_kind()),
+        _ => None,
+    };
+    let (expected, found) = match kind {
+        Some(
+            ErrorKind::ParseErrorAtKey { value, .. }
+            | ErrorKind::ParseErrorAtIndex { value, .. }
+            | ErrorKind::ParseError { value, .. },
+        ) => ("a whole number", format!("{value:?}")),
+        Some(ErrorKind::InvalidUtf8InPathParam { .. }) => ("UTF-8", "other bytes".to_owned()),
+        _ => {
+            let other = given.find(|part| Uuid::parse_str(part).is_err() && part.parse::<u64>().is_err());
+            ("an id (a UUID)", other.map_or("another word".to_owned(), |part| format!("{part:?}")))
+        }
+    };
+    let detail = format!("expected {expected}, found {found} in the path: check the id");
+    Error::http(StatusCode::NOT_FOUND, "not_an_id", detail)
 }
 
 /// The query, after the question mark.
 #[derive(Clone, Copy, Debug)]
 pub struct Query<T>(pub T);
 
-impl<S: Send + Sync, T: DeserializeOwned> FromRequestParts<S> for Query<T> {
+impl<S: Send + Sync, T: DeserializeOwned + JsonSchema> FromRequestParts<S> for Query<T> {
     type Rejection = Error;
 
-    async fn from_request_parts(parts: &mut Parts, state: &S) -> Result<Self, Error> {
-        let query = axum::extract::Query::from_request_parts(parts, state).await;
-        query.map(|axum::extract::Query(query)| Query(query)).map_err(wrong_query)
+    async fn from_request_parts(parts: &mut Parts, _state: &S) -> Result<Self, Error> {
+        query::read(parts.uri.query().unwrap_or_default()).map(Query)
     }
-}
-
-/// Reads a query as a handler's [`Query`] would; what no line of a request can hold is told likewise.
-pub fn read_query<T: DeserializeOwned>(query: &str) -> Result<T, Error> {
-    let uri: Uri = format!("/?{query}").parse().map_err(|error: axum::http::uri::InvalidUri| {
-        Error::http(StatusCode::BAD_REQUEST, "wrong_query", error.to_string())
-    })?;
-    let read = axum::extract::Query::try_from_uri(&uri);
-    read.map(|axum::extract::Query(query)| query).map_err(wrong_query)
-}
-
-fn wrong_query(error: QueryRejection) -> Error {
-    Error::http(StatusCode::BAD_REQUEST, "wrong_query", error.body_text())
 }

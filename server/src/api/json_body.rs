@@ -19,9 +19,14 @@ pub(super) fn read<T: DeserializeOwned + JsonSchema>(body: &[u8]) -> Result<T> {
                 "expected a JSON body, found an empty one: send what the route takes, {} where that is nothing",
             );
         }
+        // A field that is wrong or missing stops the reader before it has seen whether all of this is JSON.
+        let (error, value) = match serde_json::from_slice::<Value>(body) {
+            Ok(value) => (error, value),
+            Err(syntax) => (syntax, Value::Null),
+        };
         let place = Spot::of(&error, body);
         match error.classify() {
-            Category::Data => does_not_fit::<T>(body, &error, &place),
+            Category::Data => does_not_fit::<T>(&value, &error, &place),
             Category::Eof => place.not_json(
                 "JSON that is complete",
                 "its end",
@@ -35,10 +40,9 @@ pub(super) fn read<T: DeserializeOwned + JsonSchema>(body: &[u8]) -> Result<T> {
 }
 
 /// Well-formed JSON that the route does not take.
-fn does_not_fit<T: JsonSchema>(body: &[u8], error: &serde_json::Error, spot: &Spot) -> Error {
-    let value: Value = serde_json::from_slice(body).unwrap_or_default();
+fn does_not_fit<T: JsonSchema>(value: &Value, error: &serde_json::Error, spot: &Spot) -> Error {
     let place = Place { line: Some(spot.line), character: Some(spot.character), ..Place::default() };
-    match misfit(&value, schema_for!(T).as_value()) {
+    match misfit(value, schema_for!(T).as_value()) {
         Some(found) => {
             let words = match found.field.as_str() {
                 "" => "in the body".to_owned(),

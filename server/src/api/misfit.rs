@@ -1,4 +1,4 @@
-//! Where a JSON body does not fit what a route takes, by the same schema that describes the API.
+//! Where a JSON body or a query does not fit what a route takes, by the same schema that describes the API.
 
 use serde_json::Value;
 use time::OffsetDateTime;
@@ -226,7 +226,7 @@ impl<'s> Search<'s> {
 }
 
 /// The JSON types that a schema allows; none: all.
-fn types(schema: &Value) -> Vec<&str> {
+pub(super) fn types(schema: &Value) -> Vec<&str> {
     match schema.get("type") {
         Some(Value::String(one)) => vec![one],
         Some(Value::Array(some)) => some.iter().filter_map(Value::as_str).collect(),

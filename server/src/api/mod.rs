@@ -39,6 +39,7 @@ mod markers;
 mod misfit;
 pub mod openapi;
 mod parameter_sets;
+mod query;
 mod reports;
 mod routes;
 mod samples;

@@ -10,7 +10,7 @@ use axum::routing::{MethodFilter, on};
 use schemars::{JsonSchema, Schema, SchemaGenerator};
 use serde::de::DeserializeOwned;
 
-use super::extract;
+use super::query;
 use crate::error::Result;
 use crate::rights::Right;
 use crate::state::App;
@@ -161,7 +161,7 @@ impl Routes {
 
     /// The query that the route before takes.
     pub fn query<Q: JsonSchema + DeserializeOwned>(mut self) -> Routes {
-        let reads: ReadsQuery = |query| extract::read_query::<Q>(query).map(drop);
+        let reads: ReadsQuery = |query| query::read::<Q>(query).map(drop);
         self.last().query = Some(AskedQuery { shape: Q::json_schema, reads });
         self
     }

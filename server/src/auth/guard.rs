@@ -117,12 +117,9 @@ fn part(asked: &Parts) -> &str {
 }
 
 fn id(asked: &Parts) -> Result<Uuid> {
-    Uuid::parse_str(part(asked)).map_err(|error| {
-        Error::http(
-            StatusCode::NOT_FOUND,
-            "not_an_id",
-            format!("{:?} is no id ({error}): check the id in the path", part(asked)),
-        )
+    Uuid::parse_str(part(asked)).map_err(|_| {
+        let detail = format!("expected an id (a UUID), found {:?} in the path: check the id", part(asked));
+        Error::http(StatusCode::NOT_FOUND, "not_an_id", detail)
     })
 }
 

@@ -24,7 +24,7 @@ use crate::cli::{progress, site_file};
 #[derive(Debug, Args)]
 pub(super) struct SimulateArgs {
     /// The walk: rectangle (1.4 km), spiral (3.3 km on FAST's road, a visit every 150 m), stairs,
-    /// running, line:METRES or standing:SECONDS
+    /// running, line:METRES, slow:METRES, run:METRES, crawl:METRES or standing:SECONDS
     #[arg(long, value_name = "WALK")]
     walk: WalkKind,
 

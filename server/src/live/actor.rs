@@ -58,8 +58,8 @@ pub(crate) enum Command {
     Detach(u64),
     /// Samples, and when they came.
     Batch(Batch, OffsetDateTime),
-    /// The inspector stood at a marker.
-    Visit(VisitMessage),
+    /// The inspector stood at a marker; told by this caller.
+    Visit(VisitMessage, Caller),
     /// Visits that were told in another way, and are on disk.
     StoredVisits(Vec<Visit>),
     /// A visit was taken back, or automatic mode was switched.
@@ -227,7 +227,7 @@ impl Actor {
 
     async fn on_command(&mut self, command: Command) -> Go {
         // A visit has its place among the samples: those before it go to the disk before it.
-        if matches!(command, Command::Visit(_) | Command::StoredVisits(_))
+        if matches!(command, Command::Visit(..) | Command::StoredVisits(_))
             && let Go::Ended = self.all_on_disk().await
         {
             return Go::Ended;
@@ -240,7 +240,7 @@ impl Actor {
                 }
             }
             Command::Batch(batch, received_at) => self.on_batch(batch, received_at),
-            Command::Visit(visit) => self.on_visit(visit).await,
+            Command::Visit(visit, caller) => self.on_visit(visit, &caller).await,
             Command::StoredVisits(visits) => self.on_stored_visits(visits).await,
             Command::Again => self.wants_again = true,
             Command::Fault(fault, caller) => {

@@ -195,7 +195,7 @@ impl Connection {
                 let message = DeviceMessage::from_json(text.as_str());
                 match message.map_err(|error| device::wrong_message(&error))? {
                     DeviceMessage::Batch(batch) => Command::Batch(batch, utc::now()),
-                    DeviceMessage::Visit(visit) => Command::Visit(visit),
+                    DeviceMessage::Visit(visit) => Command::Visit(visit, self.caller.clone()),
                     DeviceMessage::Fault(fault) => Command::Fault(fault, self.caller.clone()),
                     DeviceMessage::Finish => Command::Finish,
                     DeviceMessage::Hello(_) => {

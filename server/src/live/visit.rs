@@ -7,23 +7,24 @@ use uuid::Uuid;
 use super::actor::{Actor, Then};
 use super::device;
 use super::walk::Findings;
+use crate::auth::Caller;
 use crate::error::{Error, Result};
 use crate::store::stands::{self, Stand};
 use crate::store::stream_visits::{self, StreamVisit};
 use crate::store::visits::{self, Origin, Visit};
-use crate::store::{StoreError, anomalies, markers, track, webhook_deliveries};
+use crate::store::{StoreError, anomalies, audit, markers, track, webhook_deliveries};
 use crate::utc;
 use crate::wire::Change;
 
 impl Actor {
     /// A visit that the device tells of.
-    pub(super) async fn on_visit(&mut self, message: VisitMessage) {
+    pub(super) async fn on_visit(&mut self, message: VisitMessage, caller: &Caller) {
         match self.visit_of(message).await {
             // It was sent again after a lost link.
             Ok(visit) if self.knows(&visit) => self.answer(device::event(&Change::Visit(visit))),
             Ok(visit) => {
                 let answer = device::event(&Change::Visit(visit.clone()));
-                if let Err(error) = self.take_visit(visit, vec![answer]).await {
+                if let Err(error) = self.take_visit(visit, Some(caller), vec![answer]).await {
                     self.answer(device::told(error.into_problem()));
                 }
             }
@@ -37,7 +38,7 @@ impl Actor {
             if self.knows(&visit) {
                 continue;
             }
-            if let Err(error) = self.take_visit(visit, Vec::new()).await {
+            if let Err(error) = self.take_visit(visit, None, Vec::new()).await {
                 // It is stored: the final run will use it.
                 tracing::warn!(%error, "a visit could not be used in the live track: {error}");
             }
@@ -77,8 +78,13 @@ impl Actor {
         }))
     }
 
-    /// Gives the walk a visit that it does not know.
-    async fn take_visit(&mut self, visit: Visit, answers: Vec<Answer>) -> Result<()> {
+    /// Gives the walk a visit that it does not know; what this caller told goes into the log of changes.
+    async fn take_visit(
+        &mut self,
+        visit: Visit,
+        caller: Option<&Caller>,
+        answers: Vec<Answer>,
+    ) -> Result<()> {
         let marker = markers::get(self.app.store.read(), &visit.marker).await?;
         let marker = marker.ok_or_else(|| Error::not_found("marker", &visit.marker))?;
         let told = StreamVisit {
@@ -102,9 +108,15 @@ impl Actor {
         let findings = self.walk.visit(told.for_engine());
         let mut changes = vec![Change::Visit(told.visit.clone())];
         changes.extend(self.changes(&findings, utc::now()));
+        // In the form that a list of visits has in the log.
+        let entry = caller.map(|caller| {
+            let after = serde_json::to_value([&told.visit]).ok();
+            caller.did("visit.told", self.session.id, None, after)
+        });
         let writer = self.app.store.writer().clone();
-        let write =
-            async move { writer.run(move |db| write_visit(db, told, contradicted, findings).boxed()).await };
+        let write = async move {
+            writer.run(move |db| write_visit(db, told, entry, contradicted, findings).boxed()).await
+        };
         self.submit(write, Then { answers, changes, ..Then::default() });
         Ok(())
     }
@@ -118,12 +130,17 @@ fn is_same(visit: &Visit, marker: &str, t_start_ns: i64) -> bool {
 async fn write_visit(
     db: &mut sqlx::SqliteConnection,
     told: StreamVisit,
+    entry: Option<audit::Entry>,
     contradicted: Vec<Visit>,
     findings: Findings,
 ) -> Result<(), StoreError> {
     let session_id = told.visit.session_id;
     // It is there already when it came by another way.
-    visits::insert(&mut *db, &told.visit).await?;
+    if visits::insert(&mut *db, &told.visit).await?
+        && let Some(entry) = entry
+    {
+        audit::insert(&mut *db, &entry).await?;
+    }
     stream_visits::insert(&mut *db, &told).await?;
     for made in &contradicted {
         stands::undo(&mut *db, session_id, made.t_start_ns).await?;

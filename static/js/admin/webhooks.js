@@ -45,7 +45,7 @@ export function showWebhooks(_app, box) {
     try {
       hooks = await api.webhooks();
       const deliveries = open === null ? [] : await api.webhookDeliveries(open);
-      render(list, hooks.length === 0 ? html`<p class="muted">${t("webhook.none")}</p>` : html`<table data-testid="webhooks"><thead><tr><th>${t("webhook.name")}</th><th>${t("webhook.events")}</th><th>${t("webhook.state")}</th><th><span class="unseen">${t("admin.change")}</span></th></tr></thead>
+      render(list, hooks.length === 0 ? html`<p class="muted">${t("webhook.none")}</p>` : html`<table class="webhooks" data-testid="webhooks"><thead><tr><th>${t("webhook.name")}</th><th>${t("webhook.events")}</th><th>${t("webhook.state")}</th><th><span class="unseen">${t("admin.change")}</span></th></tr></thead>
         <tbody>${hooks.map((hook) => html`<tr data-webhook="${hook.id}"><td><b>${hook.name}</b><br><span class="mono muted">${hook.url}</span></td>
           <td>${hook.events.map((event) => t(`webhook.event.${event}`)).join(", ")}</td><td>${state(hook)}</td>
           <td class="num"><button type="button" data-do="test" ${!hook.enabled && "disabled"}>${t("webhook.test")}</button> <button type="button" data-do="deliveries" aria-expanded="${String(hook.id === open)}">${t("webhook.deliveries")}</button>

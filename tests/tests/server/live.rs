@@ -236,6 +236,10 @@ async fn stream_with_parameters(
             device.acknowledged(Foot::Right, last).await;
         }
     }
+    // However often it was sent.
+    let log = server.get("/audit?action=visit").await.1;
+    assert_eq!((log.as_array().unwrap().len(), &log[0]["subject"]), (1, &json!(session_id)), "{log}");
+    assert_eq!(log[0]["after"][0]["marker"], "A1", "{log}");
     let store = open_store(&server).await;
     let id = Uuid::parse_str(&session_id).unwrap();
     let track: Vec<_> = track::points(store.read(), id, Run::Main).try_collect().await.unwrap();
@@ -264,7 +268,7 @@ async fn a_server_that_was_started_again_goes_on_to_the_very_same_track() {
 #[tokio::test]
 async fn a_stream_keeps_the_parameters_that_were_the_site_s_when_it_began() {
     let (firm, soft) =
-        (json!({ "marker_sigma_m": 0.05, "stance.threshold": 12.5 }), json!({ "marker_sigma_m": 4.0 }));
+        (json!({ "marker_sigma_m": 0.3, "stance.threshold": 12.5 }), json!({ "marker_sigma_m": 4.0 }));
     let uninterrupted = stream_with_parameters([&firm, &firm], None, false).await;
     assert_ne!(uninterrupted, stream_whole_walk(None, false).await, "they make a difference");
     for cut in [61, 105] {

@@ -226,6 +226,7 @@ async fn whatever_goes_wrong_is_told_as_a_problem_document() {
     let json = |body: String| client.post(&url).header("content-type", "application/json").body(body);
     for (request, status, code) in [
         (json("{\"name\":".into()), 400, "not_json"),
+        (json("{\"colour\":\"red\"".into()), 400, "not_json"),
         (json("{\"name\":17}".into()), 422, "wrong_field"),
         (json(format!("{{\"name\":\"{}\"}}", "x".repeat(2_000))), 413, "body_too_large"),
         (client.post(&url).body("name=x"), 415, "json_expected"),

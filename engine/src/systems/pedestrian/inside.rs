@@ -30,6 +30,8 @@ impl<const B: usize, const F: usize> Filter<B, F> {
         };
         SensorState {
             foot: setting.feet[sensor],
+            t_ns: foot.t_ns,
+            stands: foot.stance.stands,
             gyro_bias_b_rad_s: foot.nav.gyro_bias_b.into(),
             sigma_gyro_bias_rad_s: sigma(ErrorState::GyroBias),
             accelerometer_bias_b_m_s2: foot.nav.accelerometer_bias_b.into(),

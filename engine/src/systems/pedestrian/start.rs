@@ -14,7 +14,9 @@ use crate::session::SessionConfig;
 use crate::trouble::Trouble;
 
 /// How sure the place of a foot beside the middle of both is, m.
-const FOOT_PLACE_SIGMA_M: f64 = 0.1;
+const FOOT_PLACE_SIGMA_M: f64 = 0.05;
+/// Sigma of what two magnetometers that stand beside each other differ by: the iron of both, rad.
+const MAGNETIC_DIFFERENCE_SIGMA_RAD: f64 = 0.05;
 /// Sigma of a heading before anything is known of it, rad.
 const UNKNOWN_HEADING_RAD: f64 = 2.0;
 /// Gravity at rest that differs by more than this is not a matter of bias, m/s².
@@ -92,7 +94,7 @@ fn started<const B: usize, const F: usize>(
     for (sensor, blocks) in variances.iter().enumerate() {
         filter.set_first_covariance(sensor, *blocks);
     }
-    filter.set_first_positions(FOOT_PLACE_SIGMA_M, FOOT_PLACE_SIGMA_M);
+    filter.set_first_positions(setting.tuning.first_position_sigma_m, FOOT_PLACE_SIGMA_M);
     filter.set_first_slow_errors(&setting.tuning);
     // A heading by the magnetometer is off by what deviates the field there: weighed as a measurement
     // of a heading of which nothing was known, it is correlated with that as it should be.
@@ -146,7 +148,12 @@ fn first_headings(config: &SessionConfig, lines: &[FootLine]) -> Vec<FirstHeadin
             match (magnetic[0], magnetic[sensor]) {
                 (Some(first_magnetic), Some(own)) => FirstHeading {
                     rad: wrap(first.rad + own - first_magnetic),
-                    sigma_rad: tuning.first_magnetic_heading_sigma_rad,
+                    sigma_rad: match first.source {
+                        HeadingSource::Given => libm::hypot(first.sigma_rad, MAGNETIC_DIFFERENCE_SIGMA_RAD),
+                        HeadingSource::Magnetic | HeadingSource::Assumed => {
+                            tuning.first_magnetic_heading_sigma_rad
+                        }
+                    },
                     source: first.source,
                 },
                 (None, Some(own)) if first.source == HeadingSource::Assumed => FirstHeading {

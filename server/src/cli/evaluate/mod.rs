@@ -1,11 +1,13 @@
 //! `lodestep evaluate`: recordings scored with the engine's defaults, the same for every file.
 
+mod bounds;
 mod honesty;
 mod ladder;
 mod markers;
 mod picture;
 mod recordings;
 mod score;
+mod stance;
 mod text_table;
 
 use std::path::PathBuf;
@@ -72,6 +74,10 @@ enum Study {
     Ladder(ladder::LadderArgs),
     /// Errors over their own sigmas on simulated walks: does the filter know how wrong it is?
     Honesty(honesty::HonestyArgs),
+    /// What the sensor's noise alone would leave of the errors of recorded walks
+    Bounds(bounds::BoundsArgs),
+    /// Standing feet: which contacts are recognised, missed or false, by gait and sample rate
+    Stance(stance::StanceArgs),
     /// Which marker is it? Candidates on simulated walks: right first, calibration, automatic mode
     Markers(markers::MarkersArgs),
 }
@@ -81,6 +87,8 @@ pub(super) fn evaluate(args: &EvaluateArgs) -> Result<()> {
     match &args.study {
         Some(Study::Ladder(args)) => return ladder::ladder(args),
         Some(Study::Honesty(args)) => return honesty::honesty(args),
+        Some(Study::Bounds(args)) => return bounds::bounds(args),
+        Some(Study::Stance(args)) => return stance::stance(args),
         Some(Study::Markers(args)) => return markers::markers(args),
         None => {}
     }

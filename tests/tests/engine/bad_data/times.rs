@@ -28,6 +28,9 @@ pub(super) const TROUBLES: &[Trouble] = &[
             k % 10 == 0
         });
     }),
+    Trouble::of_right("ten times the rate", AnomalyKind::ImpossibleCadence, |logs| {
+        right(logs, 0, NEVER, |_, s| s.t_ns /= 10)
+    }),
     Trouble::of_right("milliseconds taken for seconds", AnomalyKind::Gap, |logs| {
         right(logs, 0, NEVER, |_, s| s.t_ns *= 1_000)
     }),
@@ -160,13 +163,17 @@ fn a_clock_that_is_set_back_for_good_is_named() {
 }
 
 #[test]
-fn ten_times_the_rate_is_named_or_harmless() {
+fn ten_times_the_rate_is_named_for_both_feet() {
     // Samples a tenth of the interval apart: everything happens ten times as fast as it can.
     let mut scenario = short_walk().with_true_heading();
     for log in &mut scenario.logs {
         log.iter_mut().for_each(|sample| sample.t_ns /= 10);
     }
-    scenario.run();
+    let told = scenario.run();
+    for foot in Foot::BOTH {
+        let found = told.anomalies(AnomalyKind::ImpossibleCadence, foot);
+        assert_eq!(found.len(), 1, "{found:?}");
+    }
 }
 
 #[test]

@@ -1,0 +1,134 @@
+//! A query read; what cannot be read is told by what was expected, what was found, where, and what to do.
+
+use axum::http::{StatusCode, Uri};
+use schemars::{JsonSchema, schema_for};
+use serde::de::DeserializeOwned;
+use serde_json::{Map, Number, Value};
+
+use super::misfit::{misfit, types};
+use crate::error::{Error, Place, Result};
+
+/// Reads what stands after the question mark.
+pub(super) fn read<T: DeserializeOwned + JsonSchema>(query: &str) -> Result<T> {
+    // Only what no line of a request can hold does not pass here.
+    let uri: Uri = format!("/?{query}").parse().map_err(|_| {
+        wrong(
+            "expected a query of name=value&…, found letters that an address cannot hold: encode them as %XX",
+            None,
+        )
+    })?;
+    match axum::extract::Query::<T>::try_from_uri(&uri) {
+        Ok(axum::extract::Query(asked)) => Ok(asked),
+        Err(error) => Err(does_not_fit::<T>(&uri, &error.body_text())),
+    }
+}
+
+fn does_not_fit<T: JsonSchema>(uri: &Uri, told: &str) -> Error {
+    let schema = schema_for!(T);
+    let schema = schema.as_value();
+    let pairs = axum::extract::Query::<Vec<(String, String)>>::try_from_uri(uri);
+    let pairs = pairs.map(|axum::extract::Query(pairs)| pairs).unwrap_or_default();
+    let mut asked = Map::new();
+    for (name, text) in pairs {
+        let value = value_of(&text, schema.get("properties").and_then(|known| known.get(&name)));
+        if asked.insert(name.clone(), value).is_some() {
+            return wrong(
+                &format!("expected {name} once in the query, found it twice: leave one out"),
+                Some(name),
+            );
+        }
+    }
+    match misfit(&Value::Object(asked), schema) {
+        Some(found) => {
+            let words = format!("at {} in the query", found.field);
+            wrong(&found.sentence(&words), Some(found.field))
+        }
+        // A rule that no schema tells.
+        None => {
+            let told = told.rsplit_once("query string: ").map_or(told, |(_, told)| told);
+            let detail = format!(
+                "expected a query as /api/v1/openapi.json describes it, found one that breaks a rule ({told}): correct it"
+            );
+            wrong(&detail, None)
+        }
+    }
+}
+
+/// What a text of the query stands for where the schema wants this kind.
+fn value_of(text: &str, schema: Option<&Value>) -> Value {
+    let kinds = schema.map(types).unwrap_or_default();
+    let number = kinds.iter().any(|kind| matches!(*kind, "integer" | "number"));
+    let whole = || text.parse::<i64>().ok().map(Value::from);
+    let real = || text.parse::<f64>().ok().and_then(Number::from_f64).map(Value::Number);
+    let read = match text {
+        "true" | "false" if kinds.contains(&"boolean") => Some(Value::Bool(text == "true")),
+        _ if number => whole().or_else(real),
+        _ => None,
+    };
+    read.unwrap_or_else(|| Value::from(text))
+}
+
+fn wrong(detail: &str, field: Option<String>) -> Error {
+    let place = Place { field, ..Place::default() };
+    Error::http_at(StatusCode::BAD_REQUEST, "wrong_query", detail, place)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[derive(Debug, serde::Deserialize, JsonSchema)]
+    #[serde(deny_unknown_fields)]
+    #[expect(dead_code, reason = "only whether it can be read is asked")]
+    struct Asked {
+        /// How many.
+        limit: Option<u8>,
+        foot: Foot,
+        with_track: Option<bool>,
+        within_m: Option<f64>,
+        at: Option<String>,
+    }
+
+    #[derive(Debug, serde::Deserialize, JsonSchema)]
+    #[serde(rename_all = "snake_case")]
+    enum Foot {
+        Left,
+        Right,
+    }
+
+    #[test]
+    fn what_is_wrong_is_told_with_its_name() {
+        for (query, told) in [
+            (
+                "foot=left&limit=many",
+                "expected a whole number from 0 to 255 or null, found \"many\" at limit in the query: correct it",
+            ),
+            (
+                "foot=left&limit=300",
+                "expected a whole number from 0 to 255 or null, found 300 at limit in the query: correct it",
+            ),
+            ("foot=both", "expected one of left, right, found \"both\" at foot in the query: correct it"),
+            ("limit=3", "expected one of left, right, found none at foot in the query: add it"),
+            (
+                "foot=left&with_track=yes",
+                "expected true or false or null, found \"yes\" at with_track in the query: correct it",
+            ),
+            (
+                "foot=left&colour=red",
+                "expected only the fields at, foot, limit, with_track, within_m, found \"colour\" at colour in the query: leave it out, or correct its name",
+            ),
+            ("foot=left&foot=right", "expected foot once in the query, found it twice: leave one out"),
+        ] {
+            assert_eq!(read::<Asked>(query).unwrap_err().to_string(), told, "{query}");
+        }
+    }
+
+    #[test]
+    fn what_fits_is_read() {
+        for query in
+            ["foot=left", "foot=right&limit=3&with_track=true&within_m=0.5&at=12", "foot=left&within_m=3"]
+        {
+            read::<Asked>(query).unwrap();
+        }
+    }
+}
