@@ -41,7 +41,7 @@ pub struct StanceErrors {
 /// A foot that moves less than this between two contacts has not walked, m.
 const SHORTEST_STRIDE_M: f64 = 0.1;
 /// What was told of an instant holds for so long, ns.
-const TOLD_HOLDS_NS: i64 = 30_000_000;
+const TOLD_HOLDS_NS: i64 = 40_000_000;
 
 /// Holds what was told, in order of time, against the truth.
 pub fn stances(truth: &[FootInstant], told: &[(i64, bool)]) -> StanceErrors {

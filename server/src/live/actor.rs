@@ -3,8 +3,8 @@
 //!
 //! Write first, then tell: what comes out of a batch goes to the writer together with the batch, and
 //! only when that is on disk does the device hear its acknowledgement and the hub of the changes. The
-//! actor does not wait for the disk in between: what comes meanwhile is gathered, and written together next.
-//! Never are batches sent to the disk while others are on their way: if those failed, there would be a hole.
+//! actor does not wait for the disk in between: what comes meanwhile is gathered, and written together next
+//! (`to_disk`).
 
 use std::collections::BTreeMap;
 use std::time::Duration;
@@ -15,7 +15,6 @@ use futures_util::stream::FuturesOrdered;
 use lodestep_engine::event::TrackPoint;
 use lodestep_engine::parse::batch::Batch;
 use lodestep_engine::parse::live_message::{Answer, FaultMessage, NextSequence, VisitMessage};
-use lodestep_engine::sample::Foot;
 use time::OffsetDateTime;
 use tokio::sync::mpsc;
 use tokio::time::{Instant, MissedTickBehavior, interval};
@@ -23,16 +22,16 @@ use tokio::time::{Instant, MissedTickBehavior, interval};
 use super::device::{self, Device, ToDevice};
 use super::rebuild;
 use super::sequence::{Arrival, Sequence};
+use super::to_disk::{Gathered, Then, Written};
 use super::walk::{Findings, Walk};
 use crate::auth::Caller;
 use crate::error::{Error, Result};
 use crate::state::App;
 use crate::store::raw_chunks::Samples;
 use crate::store::sessions::{Session, SessionState};
-use crate::store::stands::Stand;
 use crate::store::stream_visits::StreamVisit;
 use crate::store::visits::{self, Origin, Visit};
-use crate::store::{Record, StoreError, sessions, track};
+use crate::store::{StoreError, sessions, track};
 use crate::utc;
 use crate::wire::{Change, Motion, Position};
 use crate::{api, jobs};
@@ -45,9 +44,6 @@ const MOST_GATHERED: usize = 1_000;
 const SILENT_AFTER: Duration = Duration::from_secs(3);
 /// A session that no device asks for is put away after this long; it comes back from the disk.
 const PUT_AWAY_AFTER: Duration = Duration::from_secs(15 * 60);
-/// In a crowd new points, and how far the walk has come, are written this often: what they follow from is on disk with
-/// each acknowledgement, and a thousand walks have as many pages on which their points go on.
-const POINTS_EVERY: Duration = Duration::from_secs(2);
 
 /// What an actor is asked to do.
 #[derive(Debug)]
@@ -123,43 +119,16 @@ pub(super) struct Actor {
     pub(super) automatic: Vec<Visit>,
     /// Something was decided that changes what came before.
     pub(super) wants_again: bool,
-    device: Option<Device>,
+    pub(super) device: Option<Device>,
     /// What waits for the write before it to reach the disk.
-    gathered: Gathered,
+    pub(super) gathered: Gathered,
     /// Points that wait to be written.
-    points: BTreeMap<i64, TrackPoint>,
-    points_at: Instant,
-    underway: FuturesOrdered<BoxFuture<'static, Written>>,
+    pub(super) points: BTreeMap<i64, TrackPoint>,
+    pub(super) points_at: Instant,
+    pub(super) underway: FuturesOrdered<BoxFuture<'static, Written>>,
     /// Where the inspector was shown last.
     pub(super) newest: Option<Position>,
     heard_at: Instant,
-}
-
-/// Batches that were taken, and what came out of them.
-#[derive(Default)]
-struct Gathered {
-    raw: Vec<Samples>,
-    findings: Findings,
-    automatic: Vec<Visit>,
-    then: Then,
-    samples: usize,
-}
-
-/// A write that has ended, and what was to follow it.
-struct Written {
-    result: Result<()>,
-    submitted_at: Instant,
-    then: Then,
-}
-
-/// What follows when something is on disk.
-#[derive(Default)]
-pub(super) struct Then {
-    /// The last batch of each foot that is in it.
-    pub(super) batches: [Option<u64>; 2],
-    pub(super) answers: Vec<Answer>,
-    pub(super) changes: Vec<Change>,
-    pub(super) finished: bool,
 }
 
 /// Whether the actor goes on.
@@ -319,114 +288,6 @@ impl Actor {
                 gathered.automatic.extend(automatic);
                 gathered.then.changes.extend(changes);
                 gathered.then.batches[foot.index()] = Some(sequence);
-            }
-        }
-    }
-
-    /// Hands what was gathered to the writer, when nothing is on its way.
-    fn write_gathered(&mut self) {
-        if self.gathered.raw.is_empty() {
-            return;
-        }
-        debug_assert!(self.underway.is_empty(), "batches never follow batches that may yet fail");
-        let Gathered { raw, findings, automatic, then, .. } = std::mem::take(&mut self.gathered);
-        self.record(raw, findings, automatic, then);
-    }
-
-    /// Hands samples and what came out of them to the writer.
-    fn record(&mut self, raw: Vec<Samples>, findings: Findings, automatic: Vec<Visit>, then: Then) {
-        self.points.extend(findings.points);
-        let all = raw.is_empty()
-            || findings.revised
-            || self.points_at.elapsed() >= POINTS_EVERY
-            || !self.app.store.writer().is_crowded();
-        let (points, summary) = if all {
-            self.points_at = Instant::now();
-            (std::mem::take(&mut self.points), Some(self.walk.summary()))
-        } else {
-            (BTreeMap::new(), None)
-        };
-        let record = Record {
-            session_id: self.session.id,
-            raw,
-            points: points.into_values().collect(),
-            revised: Vec::new(),
-            stands: findings.stands.values().map(Stand::from).collect(),
-            automatic,
-            visits: findings.visits,
-            anomalies: findings.anomalies,
-            summary,
-        };
-        let writer = self.app.store.writer().clone();
-        self.submit(async move { writer.record(record).await }, then);
-    }
-
-    pub(super) fn submit<E: Into<Error>>(
-        &mut self,
-        write: impl Future<Output = Result<(), E>> + Send + 'static,
-        then: Then,
-    ) {
-        let submitted_at = Instant::now();
-        let written = async move { Written { result: write.await.map_err(Into::into), submitted_at, then } };
-        self.underway.push_back(written.boxed());
-    }
-
-    /// Something is on disk, or is not.
-    fn on_written(&mut self, first: Written) -> Go {
-        let mut acknowledged = [const { None }; 2];
-        let mut next = Some(first);
-        let mut go = Go::On;
-        while let Some(Written { result, submitted_at, then }) = next.take() {
-            metrics::histogram!("lodestep_live_commit_seconds").record(submitted_at.elapsed().as_secs_f64());
-            if let Err(error) = result {
-                // What is on disk and what the walk has taken have parted: start again from the disk. What was taken
-                // after it has not been acknowledged, and comes again.
-                self.gathered = Gathered::default();
-                self.points.clear();
-                let told = device::told(error.into_problem());
-                self.last_answer(told);
-                return Go::Ended;
-            }
-            for foot in Foot::BOTH {
-                if let Some(sequence) = then.batches[foot.index()] {
-                    self.sequences[foot.index()].on_disk(sequence);
-                    acknowledged[foot.index()] = Some(Answer::Ack { foot, sequence });
-                }
-            }
-            self.app.hub.publish_all(then.changes);
-            for answer in then.answers {
-                self.answer(answer);
-            }
-            if then.finished {
-                go = Go::Ended;
-            }
-            // One acknowledgement stands for all batches of one commit.
-            next = self.underway.next().now_or_never().flatten();
-        }
-        for answer in acknowledged.into_iter().flatten() {
-            metrics::counter!("lodestep_live_acks_total").increment(1);
-            self.answer(answer);
-        }
-        if let Go::Ended = go {
-            self.last_answer(Answer::Finished);
-        }
-        go
-    }
-
-    /// Waits until all that was taken, and what came out of it, is on disk.
-    pub(super) async fn all_on_disk(&mut self) -> Go {
-        loop {
-            while let Some(written) = self.underway.next().await {
-                if let Go::Ended = self.on_written(written) {
-                    return Go::Ended;
-                }
-            }
-            if !self.gathered.raw.is_empty() {
-                self.write_gathered();
-            } else if !self.points.is_empty() {
-                self.record(Vec::new(), Findings::default(), Vec::new(), Then::default());
-            } else {
-                return Go::On;
             }
         }
     }

@@ -26,6 +26,7 @@ mod grid;
 mod opening;
 mod rebuild;
 mod sequence;
+mod to_disk;
 mod visit;
 mod walk;
 

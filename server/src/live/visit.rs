@@ -4,8 +4,9 @@ use futures_util::future::FutureExt;
 use lodestep_engine::parse::live_message::{Answer, VisitMessage};
 use uuid::Uuid;
 
-use super::actor::{Actor, Then};
+use super::actor::Actor;
 use super::device;
+use super::to_disk::Then;
 use super::walk::Findings;
 use crate::auth::Caller;
 use crate::error::{Error, Result};

@@ -91,7 +91,7 @@ pub(super) fn stance(args: &StanceArgs) -> Result<()> {
          walks one in which it is slower than 0.4 m/s. *Missed* are contacts in which the foot was never taken to stand, *false* are stances \
          that lie whole in a swing. *Held* is the share of the contacts in which the foot is taken to stand, and the speed the true one in all \
          that time, rms. *Rises* is how far the foot truly rises while it is held, on the mean: a filter that holds it does not see that. *Distance* \
-         is the error of the path's length, *height* what the height grows too much by in a contact. *Late* is how long after a sample the engine knows. Simulated CMP10A noise, {} seeds a row. Made by \
+         is the error of the path's length where that is known, *height* what the height grows too much by in a contact. *Late* is how long after a sample the engine knows. Simulated CMP10A noise, {} seeds a row. Made by \
          `lodestep evaluate stance --seeds {}`.\n\n\
          | walk | Hz | walks | contacts | missed | false | held, % | speed held, m/s | rises, mm | distance, % | height, mm | late, ms |\n\
          |---|---|---|---|---|---|---|---|---|---|---|---|\n",
@@ -104,7 +104,7 @@ pub(super) fn stance(args: &StanceArgs) -> Result<()> {
                 simulated(&mut row, &kind, sole_m, seed, rate_hz);
                 bar.inc(1);
             }
-            row.print(name, rate_hz, &mut out);
+            row.print(name, rate_hz, &row.distance(), &mut out);
         }
     }
     let walks = found.into_iter().map(Recorded::read).collect::<Result<Vec<_>>>()?;
@@ -120,7 +120,7 @@ pub(super) fn stance(args: &StanceArgs) -> Result<()> {
                 bar.inc(u64::from(every == 1));
             }
             if let Some(rate_hz) = median(&rates_hz) {
-                row.print(&format!("recorded, {name}"), rate_hz, &mut out);
+                row.print(&format!("recorded, {name}"), rate_hz, "–", &mut out);
             }
         }
         slowest_m_s = fastest_m_s;
@@ -140,11 +140,16 @@ impl Row {
         self.late_s.push(told.late_s);
     }
 
-    fn print(&self, name: &str, rate_hz: f64, out: &mut String) {
+    /// Error of the path's length, percent.
+    fn distance(&self) -> String {
+        format!("{:+.2}", 100.0 * (self.told_m / self.errors.path_m - 1.0))
+    }
+
+    fn print(&self, name: &str, rate_hz: f64, distance: &str, out: &mut String) {
         let errors = &self.errors;
         writeln!(
             out,
-            "| {name} | {rate_hz:.0} | {} | {} | {} | {} | {:.0} | {:.3} | {:+.1} | {:+.2} | {:+.1} | {:.0} |",
+            "| {name} | {rate_hz:.0} | {} | {} | {} | {} | {:.0} | {:.3} | {:+.1} | {distance} | {:+.1} | {:.0} |",
             self.walks,
             errors.contacts,
             errors.missed,
@@ -152,7 +157,6 @@ impl Row {
             errors.held_percent(),
             errors.held_speed_m_s(),
             1e3 * errors.risen_m(),
-            100.0 * (self.told_m / errors.path_m - 1.0),
             1e3 * self.height_error_m / errors.contacts as f64,
             1e3 * median(&self.late_s).unwrap_or(f64::NAN),
         )
