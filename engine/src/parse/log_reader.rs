@@ -114,14 +114,15 @@ impl LogReader {
             self.begin(true, samples)?;
         }
         let before = samples.len();
-        match self.parser.as_mut() {
-            Some(Parser::Canonical(parser)) => parser.finish(samples)?,
-            Some(Parser::Mapped(parser)) => parser.finish(samples)?,
-            Some(Parser::WitSerial(parser)) => parser.finish(samples)?,
-            None => {}
-        }
+        let end = match self.parser.as_mut() {
+            Some(Parser::Canonical(parser)) => parser.finish(samples),
+            Some(Parser::Mapped(parser)) => parser.finish(samples),
+            Some(Parser::WitSerial(parser)) => parser.finish(samples),
+            None => Ok(()),
+        };
+        // What came before the end is placed and counted, whatever the end is.
         self.place(before, samples);
-        Ok(())
+        end
     }
 
     /// How the log is read, once that is known: after the first 32 KiB, or at its end.
