@@ -42,7 +42,7 @@ describe("the laboratory", { skip }, () => {
     await set("stance.threshold", "12");
     await page.getByText("2 parameters differ from the default").waitFor();
     await row("stance.threshold").getByRole("button").click();
-    await page.getByText("1 parameters differ from the default").waitFor();
+    await page.getByText("1 parameter differs from the default").waitFor();
     await page.locator(".new-set [name=name]").fill("<b>firm</b>");
     await page.locator(".new-set [name=about]").fill("markers are believed");
     await page.getByRole("button", { name: "Keep as a new set" }).click();
