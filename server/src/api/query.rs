@@ -24,8 +24,7 @@ pub(super) fn read<T: DeserializeOwned + JsonSchema>(query: &str) -> Result<T> {
 }
 
 fn does_not_fit<T: JsonSchema>(uri: &Uri, told: &str) -> Error {
-    let schema = schema_for!(T);
-    let schema = schema.as_value();
+    let schema = without_null(schema_for!(T).to_value());
     let pairs = axum::extract::Query::<Vec<(String, String)>>::try_from_uri(uri);
     let pairs = pairs.map(|axum::extract::Query(pairs)| pairs).unwrap_or_default();
     let mut asked = Map::new();
@@ -38,7 +37,7 @@ fn does_not_fit<T: JsonSchema>(uri: &Uri, told: &str) -> Error {
             );
         }
     }
-    match misfit(&Value::Object(asked), schema) {
+    match misfit(&Value::Object(asked), &schema) {
         Some(found) => {
             let words = format!("at {} in the query", found.field);
             wrong(&found.sentence(&words), Some(found.field))
@@ -52,6 +51,19 @@ fn does_not_fit<T: JsonSchema>(uri: &Uri, told: &str) -> Error {
             wrong(&detail, None)
         }
     }
+}
+
+/// The schema without the null that stands for what may be left out: a query leaves it out.
+fn without_null(mut schema: Value) -> Value {
+    let known = schema.get_mut("properties").and_then(Value::as_object_mut);
+    for property in known.into_iter().flat_map(|known| known.values_mut()) {
+        for alternatives in ["type", "anyOf"] {
+            if let Some(all) = property.get_mut(alternatives).and_then(Value::as_array_mut) {
+                all.retain(|one| one != "null" && one.get("type").is_none_or(|kind| kind != "null"));
+            }
+        }
+    }
+    schema
 }
 
 /// What a text of the query stands for where the schema wants this kind.
@@ -101,17 +113,17 @@ mod tests {
         for (query, told) in [
             (
                 "foot=left&limit=many",
-                "expected a whole number from 0 to 255 or null, found \"many\" at limit in the query: correct it",
+                "expected a whole number from 0 to 255, found \"many\" at limit in the query: correct it",
             ),
             (
                 "foot=left&limit=300",
-                "expected a whole number from 0 to 255 or null, found 300 at limit in the query: correct it",
+                "expected a whole number from 0 to 255, found 300 at limit in the query: correct it",
             ),
             ("foot=both", "expected one of left, right, found \"both\" at foot in the query: correct it"),
             ("limit=3", "expected one of left, right, found none at foot in the query: add it"),
             (
                 "foot=left&with_track=yes",
-                "expected true or false or null, found \"yes\" at with_track in the query: correct it",
+                "expected true or false, found \"yes\" at with_track in the query: correct it",
             ),
             (
                 "foot=left&colour=red",
