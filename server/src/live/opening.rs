@@ -15,7 +15,7 @@ use crate::sessions::identification::identification;
 use crate::sessions::parameters;
 use crate::state::App;
 use crate::store::sessions::{self, Session, SessionState};
-use crate::store::{StoreError, raw_chunks};
+use crate::store::{StoreError, stream_chunks};
 
 /// How far one foot may run ahead of the other in a stream before the walk goes on without it, ns.
 const MAX_LEAD_NS: i64 = 1_000_000_000;
@@ -52,8 +52,8 @@ async fn go_on(app: &App, caller: &Caller, session_id: &str) -> Result<Opened> {
         return Ok(Opened::Live(Box::new(session)));
     }
     let next_sequence = NextSequence {
-        left: raw_chunks::next_sequence(db, id, Foot::Left).await?,
-        right: raw_chunks::next_sequence(db, id, Foot::Right).await?,
+        left: stream_chunks::next_sequence(db, id, Foot::Left).await?,
+        right: stream_chunks::next_sequence(db, id, Foot::Right).await?,
     };
     if next_sequence == NextSequence::default() {
         return Err(Error::conflict(

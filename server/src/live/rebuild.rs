@@ -12,7 +12,7 @@ use uuid::Uuid;
 use super::sequence::Sequence;
 use super::walk::{Findings, Walk};
 use crate::store::stream_visits::{self, StreamVisit};
-use crate::store::{Store, StoreError, raw_chunks};
+use crate::store::{Store, StoreError, stream_chunks};
 
 /// A walk, and where its device goes on.
 #[derive(Debug)]
@@ -40,7 +40,7 @@ pub(super) async fn from_store(
     let mut findings = Findings::default();
     let mut next = [0; 2];
     let mut visits = told.iter().peekable();
-    let chunks = raw_chunks::of_stream_as_received(store.read(), session_id);
+    let chunks = stream_chunks::as_received(store.read(), session_id);
     let mut chunks = std::pin::pin!(chunks);
     while let Some(chunk) = chunks.try_next().await? {
         while let Some(earlier) = visits.next_if(|visit| visit.after_samples <= walk.samples_taken()) {

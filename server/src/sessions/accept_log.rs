@@ -201,7 +201,7 @@ async fn accept(app: &App, log: Log, read: ReadLog) -> Result<Log> {
             async move {
                 for chunk in chunks {
                     let chunk = chunk.map_err(disk_error)?;
-                    raw_chunks::insert(&mut *db, row.session_id, Some(row.id), chunk).await?;
+                    raw_chunks::insert(&mut *db, row.session_id, row.id, chunk).await?;
                 }
                 logs::update(&mut *db, &row).await?;
                 Ok::<_, Error>(session_search::count_stored(&mut *db, row.session_id).await?)

@@ -28,6 +28,7 @@ const STEPS: &[(i64, &str, &str)] = &[
         "figures and site parameters",
         include_str!("../../../migrations/0015_figures_and_site_parameters.sql"),
     ),
+    (16, "streams by stretches", include_str!("../../../migrations/0016_streams_by_stretches.sql")),
 ];
 
 /// The version of the tables that this program reads and writes: the number of the last step.

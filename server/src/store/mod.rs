@@ -31,6 +31,7 @@ pub mod sessions;
 pub mod sign_ins;
 pub mod site_parameters;
 pub mod stands;
+pub mod stream_chunks;
 pub mod stream_visits;
 pub mod tokens;
 pub mod track;

@@ -1,18 +1,18 @@
-//! The samples as they were measured: written once, never changed.
+//! The samples as they were measured, in chunks: written once, never changed. What came in logs is asked for here, what
+//! came live in `stream_chunks`.
 
 use futures_util::{Stream, TryStreamExt};
 use lodestep_engine::sample::{Foot, ImuSample};
 use sqlx::sqlite::SqliteRow;
-use sqlx::{Row, SqliteConnection, SqliteExecutor};
+use sqlx::{Row, SqliteExecutor};
 use uuid::Uuid;
 
-use super::many_rows::{placeholders, shaped, shapes};
-use super::{StoreError, columns, sample_columns};
+use super::{StoreError, columns, sample_columns, stream_chunks};
 
 /// 88 bytes a sample, as the first migration tells it, as one zstd frame: how samples were packed until step 14.
 const PLAIN_IN_ZSTD: i64 = 1;
 /// By columns, as `sample_columns` tells it.
-const BY_COLUMNS: i64 = 2;
+pub(super) const BY_COLUMNS: i64 = 2;
 
 /// Bytes of one sample in the first layout: the time and ten channels, eight bytes each.
 const SAMPLE_BYTES: usize = 88;
@@ -36,12 +36,12 @@ pub struct Samples {
 /// Samples packed for their column.
 #[derive(Clone, Debug)]
 pub struct Packed {
-    foot: Foot,
-    first_sequence: u64,
-    sequences: u64,
-    t_first_ns: i64,
-    samples: u64,
-    body: Vec<u8>,
+    pub(super) foot: Foot,
+    pub(super) first_sequence: u64,
+    pub(super) sequences: u64,
+    pub(super) t_first_ns: i64,
+    pub(super) samples: u64,
+    pub(super) body: Vec<u8>,
 }
 
 /// Appends a sample in the layout of encoding 1.
@@ -91,11 +91,11 @@ impl Packed {
     }
 }
 
-/// Adds a chunk; `log_id` is `None` for the live stream.
+/// Adds a chunk of a log.
 pub async fn insert(
     db: impl SqliteExecutor<'_>,
     session_id: Uuid,
-    log_id: Option<Uuid>,
+    log_id: Uuid,
     chunk: Packed,
 ) -> Result<(), StoreError> {
     sqlx::query(
@@ -105,7 +105,7 @@ pub async fn insert(
     )
     .bind(session_id.to_string())
     .bind(chunk.foot.name())
-    .bind(log_id.map(|id| id.to_string()))
+    .bind(log_id.to_string())
     .bind(columns::to_column(chunk.first_sequence))
     .bind(columns::to_column(chunk.sequences))
     .bind(chunk.t_first_ns)
@@ -115,81 +115,6 @@ pub async fn insert(
     .execute(db)
     .await?;
     Ok(())
-}
-
-/// Chunks in one statement.
-const CHUNKS_PER_STATEMENT: usize = 256;
-
-/// Adds chunks of live streams, each with its session's id, in this order.
-pub(super) async fn insert_of_streams(
-    db: &mut SqliteConnection,
-    chunks: Vec<(&str, &Packed)>,
-) -> Result<(), StoreError> {
-    for rows in shapes(&chunks, CHUNKS_PER_STATEMENT) {
-        let sql = format!(
-            "insert into raw_chunks (
-                session_id, foot, first_sequence, sequences, t_first_ns, samples, encoding, body
-             ) values {}",
-            placeholders(rows.len(), 8)
-        );
-        let query = rows.iter().fold(shaped(sql), |query, (session_id, chunk)| {
-            query
-                .bind((*session_id).to_owned())
-                .bind(chunk.foot.name())
-                .bind(columns::to_column(chunk.first_sequence))
-                .bind(columns::to_column(chunk.sequences))
-                .bind(chunk.t_first_ns)
-                .bind(columns::to_column(chunk.samples))
-                .bind(BY_COLUMNS)
-                .bind(chunk.body.clone())
-        });
-        query.execute(&mut *db).await?;
-    }
-    Ok(())
-}
-
-/// The stream's next batch of this foot that is not on disk yet.
-pub async fn next_sequence(
-    db: impl SqliteExecutor<'_>,
-    session_id: Uuid,
-    foot: Foot,
-) -> Result<u64, StoreError> {
-    let query = sqlx::query(
-        "select coalesce(max(first_sequence + sequences), 0) as next from raw_chunks
-         where session_id = ?1 and foot = ?2 and log_id is null",
-    )
-    .bind(session_id.to_string())
-    .bind(foot.name());
-    Ok(columns::count(&query.fetch_one(db).await?, "next")?)
-}
-
-/// The streamed samples of one foot in order, chunk by chunk.
-pub fn of_stream<'a>(
-    db: impl SqliteExecutor<'a> + 'a,
-    session_id: Uuid,
-    foot: Foot,
-) -> impl Stream<Item = Result<Samples, StoreError>> + 'a {
-    sqlx::query(
-        "select * from raw_chunks where session_id = ?1 and foot = ?2 and log_id is null
-         order by first_sequence",
-    )
-    .bind(session_id.to_string())
-    .bind(foot.name())
-    .fetch(db)
-    .map_err(StoreError::from)
-    .and_then(|row| std::future::ready(unpack(&row)))
-}
-
-/// The streamed samples of both feet in the order in which they came, chunk by chunk.
-pub fn of_stream_as_received<'a>(
-    db: impl SqliteExecutor<'a> + 'a,
-    session_id: Uuid,
-) -> impl Stream<Item = Result<Samples, StoreError>> + 'a {
-    sqlx::query("select * from raw_chunks where session_id = ?1 and log_id is null order by id")
-        .bind(session_id.to_string())
-        .fetch(db)
-        .map_err(StoreError::from)
-        .and_then(|row| std::future::ready(unpack(&row)))
 }
 
 /// The samples of a log in order, chunk by chunk.
@@ -225,12 +150,7 @@ pub async fn samples(db: impl SqliteExecutor<'_>, origin: Origin) -> Result<u64,
             sqlx::query("select coalesce(sum(samples), 0) as samples from raw_chunks where log_id = ?1")
                 .bind(log_id.to_string())
         }
-        Origin::Stream { session_id, foot } => sqlx::query(
-            "select coalesce(sum(samples), 0) as samples from raw_chunks
-             where session_id = ?1 and foot = ?2 and log_id is null",
-        )
-        .bind(session_id.to_string())
-        .bind(foot.name()),
+        Origin::Stream { session_id, foot } => stream_chunks::samples(session_id, foot),
     };
     columns::count(&query.fetch_one(db).await?, "samples").map_err(StoreError::from)
 }
@@ -252,14 +172,7 @@ pub async fn next(
         )
         .bind(columns::to_column(from_sequence))
         .bind(log_id.to_string()),
-        Origin::Stream { session_id, foot } => sqlx::query(
-            "select * from raw_chunks
-             where session_id = ?2 and foot = ?3 and log_id is null and first_sequence >= ?1
-             order by first_sequence limit 500",
-        )
-        .bind(columns::to_column(from_sequence))
-        .bind(session_id.to_string())
-        .bind(foot.name()),
+        Origin::Stream { session_id, foot } => stream_chunks::next(session_id, foot, from_sequence),
     };
     let mut rows = query.fetch(db);
     let (mut chunks, mut held) = (Vec::new(), 0);
@@ -290,25 +203,17 @@ pub async fn sequences_between(
         .bind(log_id.to_string())
         .bind(from_ns)
         .bind(to_ns),
-        Origin::Stream { session_id, foot } => sqlx::query(
-            "select min(first_sequence) as first, max(first_sequence) as last from raw_chunks
-             where session_id = ?1 and foot = ?4 and log_id is null and t_first_ns < ?3
-             and first_sequence >= coalesce(
-                (select max(first_sequence) from raw_chunks
-                 where session_id = ?1 and foot = ?4 and log_id is null and t_first_ns <= ?2), 0)",
-        )
-        .bind(session_id.to_string())
-        .bind(from_ns)
-        .bind(to_ns)
-        .bind(foot.name()),
+        Origin::Stream { session_id, foot } => {
+            stream_chunks::sequences_between(session_id, foot, from_ns, to_ns)
+        }
     };
     let row = query.fetch_one(db).await?;
     let (first, last) = (columns::optional_count(&row, "first")?, columns::optional_count(&row, "last")?);
     Ok(first.zip(last))
 }
 
-/// A row's samples.
-fn unpack(row: &SqliteRow) -> Result<Samples, StoreError> {
+/// A row's samples, of either table.
+pub(super) fn unpack(row: &SqliteRow) -> Result<Samples, StoreError> {
     let id: i64 = row.try_get("id")?;
     let damaged = |why: String| StoreError::Damaged { what: format!("raw chunk {id}"), why };
     let (encoding, body) = (row.try_get("encoding")?, row.try_get("body")?);

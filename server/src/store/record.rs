@@ -5,11 +5,11 @@ use lodestep_engine::session::Summary;
 use sqlx::SqliteConnection;
 use uuid::Uuid;
 
-use super::raw_chunks::{self, Packed, Samples};
+use super::raw_chunks::{Packed, Samples};
 use super::stands::{self, Stand};
 use super::track::{self, Run};
 use super::visits::Visit;
-use super::{StoreError, anomalies, sessions, visits, webhook_deliveries};
+use super::{StoreError, anomalies, sessions, stream_chunks, visits, webhook_deliveries};
 
 /// What a live session found out and wants on disk, all or nothing.
 #[derive(Clone, Debug, Default)]
@@ -60,7 +60,7 @@ pub(super) async fn write(db: &mut SqliteConnection, records: &[&PackedRecord]) 
     let ids: Vec<String> = records.iter().map(|packed| packed.record.session_id.to_string()).collect();
     let with_ids = || records.iter().zip(ids.iter().map(String::as_str));
     let raw = with_ids().flat_map(|(packed, id)| packed.raw.iter().map(move |chunk| (id, chunk))).collect();
-    raw_chunks::insert_of_streams(db, raw).await?;
+    stream_chunks::insert(db, raw).await?;
     let points =
         with_ids().flat_map(|(packed, id)| packed.record.points.iter().map(move |point| (id, point)));
     track::upsert_of(db, Run::Main, &points.collect::<Vec<_>>()).await?;

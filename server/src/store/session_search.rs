@@ -3,12 +3,12 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use sqlx::sqlite::SqliteRow;
-use sqlx::{AssertSqlSafe, FromRow, Row, SqlitePool};
+use sqlx::{AssertSqlSafe, FromRow, Row, SqliteConnection, SqlitePool};
 use time::OffsetDateTime;
 use uuid::Uuid;
 
 use super::sessions::{Session, SessionState};
-use super::{StoreError, columns};
+use super::{StoreError, columns, stream_chunks};
 use crate::utc;
 
 /// An end as far as this from the start is large, m: what paper 1 takes for a failure at a marker.
@@ -295,15 +295,16 @@ pub async fn set_note(
 }
 
 /// Counts anew what is stored of a walk's samples.
-pub async fn count_stored(db: impl sqlx::SqliteExecutor<'_>, id: Uuid) -> Result<(), StoreError> {
+pub async fn count_stored(db: &mut SqliteConnection, id: Uuid) -> Result<(), StoreError> {
+    let streamed_bytes = stream_chunks::bytes(db, id).await?;
     sqlx::query(
-        "update sessions set stored_bytes =
-            (select coalesce(sum(length(body)), 0) from raw_chunks where log_id is null and session_id = ?1)
+        "update sessions set stored_bytes = ?2
             + (select coalesce(sum(length(body)), 0) from raw_chunks
                where log_id in (select l.id from logs l where l.session_id = ?1))
          where id = ?1",
     )
     .bind(id.to_string())
+    .bind(streamed_bytes)
     .execute(db)
     .await?;
     Ok(())

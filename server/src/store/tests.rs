@@ -8,10 +8,10 @@ use uuid::Uuid;
 
 use super::health::{Disk, Health};
 use super::inspectors::{self, Inspector};
-use super::raw_chunks::{self, Samples};
+use super::raw_chunks::{self, Origin, Samples};
 use super::sessions::{self, Session, SessionState, Start};
 use super::track::{self, Run};
-use super::{Record, Store, StoreError};
+use super::{Record, Store, StoreError, stream_chunks};
 use crate::utc;
 
 async fn store() -> (TempDir, Store) {
@@ -30,7 +30,11 @@ async fn add(store: &Store, inspector: &Inspector) -> Result<(), StoreError> {
 }
 
 async fn session(store: &Store) -> Uuid {
-    let walker = inspector("walker");
+    session_of(store, "walker").await
+}
+
+async fn session_of(store: &Store, name: &str) -> Uuid {
+    let walker = inspector(name);
     add(store, &walker).await.unwrap();
     let session = Session {
         id: Uuid::now_v7(),
@@ -105,11 +109,75 @@ async fn a_record_comes_back_to_the_last_bit() {
 
     assert_eq!(stored(&store, id).await, points);
     let back: Vec<Samples> =
-        raw_chunks::of_stream(store.read(), id, Foot::Right).try_collect().await.unwrap();
+        stream_chunks::of_foot(store.read(), id, Foot::Right).try_collect().await.unwrap();
     assert_eq!(back, [raw]);
     assert!(back[0].samples[0].f_b_m_s2[1].is_sign_negative(), "even the sign of a zero");
-    assert_eq!(raw_chunks::next_sequence(store.read(), id, Foot::Right).await.unwrap(), 3);
-    assert_eq!(raw_chunks::next_sequence(store.read(), id, Foot::Left).await.unwrap(), 0);
+    assert_eq!(stream_chunks::next_sequence(store.read(), id, Foot::Right).await.unwrap(), 3);
+    assert_eq!(stream_chunks::next_sequence(store.read(), id, Foot::Left).await.unwrap(), 0);
+}
+
+#[tokio::test]
+async fn a_stream_is_found_over_stretches_and_parts_and_goes_with_its_session() {
+    let (_folder, store) = store().await;
+    let (one, other) = (session(&store).await, session_of(&store, "another").await);
+    let record = |session_id, first_sequence: u64| {
+        let of_foot = |foot, offset: u64| Samples {
+            foot,
+            first_sequence,
+            sequences: 1,
+            samples: vec![sample((2 * first_sequence + offset) as i64)],
+        };
+        let raw = vec![of_foot(Foot::Left, 0), of_foot(Foot::Right, 1)];
+        Record { session_id, raw, ..Record::default() }
+    };
+    // As if others had written: the first records lie at the end of a stretch, the next at the end of a part.
+    let others = [4_090, 4_096 * 3 - 3, (1 << 20) - 6, (1 << 21) + 5];
+    for sequence in 0..16 {
+        if sequence % 4 == 0 {
+            let last = others[sequence as usize / 4];
+            let moved = store.writer().run(move |db| {
+                Box::pin(async move {
+                    let of_nobody =
+                        "insert into stream_chunks values (?1, 'nobody', 'left', 0, 1, 0, 0, 2, x'')";
+                    sqlx::query("delete from stream_chunks where session_id = 'nobody'")
+                        .execute(&mut *db)
+                        .await?;
+                    sqlx::query(of_nobody).bind(last).execute(db).await?;
+                    Ok::<_, StoreError>(())
+                })
+            });
+            moved.await.unwrap();
+        }
+        store.writer().record(record(one, sequence)).await.unwrap();
+        store.writer().record(record(other, sequence)).await.unwrap();
+    }
+
+    let db = store.read();
+    for id in [one, other] {
+        let both: Vec<Samples> = stream_chunks::as_received(db, id).try_collect().await.unwrap();
+        let expected: Vec<Samples> = (0..16).flat_map(|sequence| record(id, sequence).raw).collect();
+        assert_eq!(both, expected);
+        for foot in Foot::BOTH {
+            let of_foot: Vec<Samples> = expected.iter().filter(|chunk| chunk.foot == foot).cloned().collect();
+            let read: Vec<Samples> = stream_chunks::of_foot(db, id, foot).try_collect().await.unwrap();
+            assert_eq!(read, of_foot);
+            assert_eq!(stream_chunks::next_sequence(db, id, foot).await.unwrap(), 16);
+            let origin = Origin::Stream { session_id: id, foot };
+            assert_eq!(raw_chunks::samples(db, origin).await.unwrap(), 16);
+            assert_eq!(raw_chunks::next(db, origin, 5, 7).await.unwrap(), of_foot[5..12]);
+            let (from_ns, to_ns) = (of_foot[3].samples[0].t_ns + 1, of_foot[13].samples[0].t_ns);
+            let between = raw_chunks::sequences_between(db, origin, from_ns, to_ns).await.unwrap();
+            assert_eq!(between, Some((3, 12)));
+        }
+    }
+
+    let removed = store.writer().run(move |db| Box::pin(async move { sessions::delete(db, one).await }));
+    assert!(removed.await.unwrap());
+    let left: Vec<Samples> = stream_chunks::as_received(db, other).try_collect().await.unwrap();
+    assert_eq!(left.len(), 32);
+    let of_one = sqlx::query_scalar("select count(*) from stream_chunks where session_id = ?1");
+    let of_one: i64 = of_one.bind(one.to_string()).fetch_one(db).await.unwrap();
+    assert_eq!(of_one, 0);
 }
 
 #[tokio::test]
@@ -286,13 +354,13 @@ async fn a_damaged_chunk_is_named_and_never_taken_for_samples() {
         .writer()
         .run(|db| {
             Box::pin(async move {
-                sqlx::query("update raw_chunks set body = x'28b52ffd00'").execute(db).await?;
+                sqlx::query("update stream_chunks set body = x'28b52ffd00'").execute(db).await?;
                 Ok::<_, StoreError>(())
             })
         })
         .await
         .unwrap();
     let read: Result<Vec<Samples>, _> =
-        raw_chunks::of_stream(store.read(), id, Foot::Left).try_collect().await;
+        stream_chunks::of_foot(store.read(), id, Foot::Left).try_collect().await;
     assert!(matches!(read, Err(StoreError::Damaged { .. })), "{read:?}");
 }

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use futures_util::TryStreamExt;
 use lodestep_engine::sample::Foot;
-use lodestep_server::store::{Store, backup, faults, logs, marker_changes, raw_chunks};
+use lodestep_server::store::{Store, backup, faults, logs, marker_changes, stream_chunks};
 use tempfile::TempDir;
 
 use super::editor::MOVED;
@@ -36,7 +36,7 @@ pub async fn audit(data: &Path, scene: &Scene) -> Vec<String> {
     let db = store.read();
     for (session, script) in scene.sessions.iter().zip(&scene.scripts) {
         for foot in Foot::BOTH {
-            let chunks: Vec<_> = raw_chunks::of_stream(db, *session, foot)
+            let chunks: Vec<_> = stream_chunks::of_foot(db, *session, foot)
                 .try_collect()
                 .await
                 .expect("stored samples can be read");

@@ -9,7 +9,7 @@ use lodestep_engine::parse::live_message::{Answer, DeviceMessage, FaultMessage, 
 use lodestep_engine::sample::{Foot, ImuSample};
 use lodestep_engine::sim::{self, SensorModel, WalkKind};
 use lodestep_server::store::track::{self, Run};
-use lodestep_server::store::{Store, raw_chunks, visits};
+use lodestep_server::store::{Store, stream_chunks, visits};
 use lodestep_tests::device::TestDevice;
 use lodestep_tests::feed::TestFeed;
 use lodestep_tests::hand_in::{ask, log};
@@ -41,7 +41,7 @@ fn batches(walk: &sim::Walk, from: NextSequence) -> impl Iterator<Item = (Foot, 
 
 async fn stored_samples(store: &Store, session_id: &str, foot: Foot) -> Vec<ImuSample> {
     let id = Uuid::parse_str(session_id).unwrap();
-    let chunks: Vec<_> = raw_chunks::of_stream(store.read(), id, foot).try_collect().await.unwrap();
+    let chunks: Vec<_> = stream_chunks::of_foot(store.read(), id, foot).try_collect().await.unwrap();
     chunks.into_iter().flat_map(|chunk| chunk.samples).collect()
 }
 

@@ -1,0 +1,168 @@
+//! The chunks of live streams: in the order in which they were written, whosesoever they are, with an index that goes on at
+//! its end for all sessions together (`migrations/0016_streams_by_stretches.sql` tells why).
+
+use std::collections::BTreeSet;
+
+use futures_util::{Stream, TryStreamExt};
+use lodestep_engine::sample::Foot;
+use sqlx::sqlite::SqliteRow;
+use sqlx::{Row, SqliteConnection, SqliteExecutor};
+use uuid::Uuid;
+
+use super::many_rows::{Statement, placeholders, shaped, shapes};
+use super::raw_chunks::{BY_COLUMNS, Packed, Samples, unpack};
+use super::{StoreError, columns};
+
+/// Chunks in one statement.
+const CHUNKS_PER_STATEMENT: usize = 256;
+
+/// An id less its last so many bits is the part of the table that a chunk lies in.
+const PART_BITS: u32 = 20;
+
+/// The ids of the chunks of session `?1` that fulfil a condition, out of the index alone: a look into each stretch of the parts
+/// in which the session has any.
+macro_rules! ids {
+    ($condition:literal) => {
+        concat!(
+            "(with recursive stretch (n) as (select 0 union all select n + 1 from stretch where n < 255)
+              select chunk.id from stream_parts parts cross join stretch cross join stream_chunks chunk
+              where parts.session_id = ?1 and chunk.id >> 12 = (parts.part << 8) + stretch.n
+              and chunk.session_id = parts.session_id ",
+            $condition,
+            ")"
+        )
+    };
+}
+
+/// Adds chunks, each with its session's id, in this order.
+pub(super) async fn insert(
+    db: &mut SqliteConnection,
+    chunks: Vec<(&str, &Packed)>,
+) -> Result<(), StoreError> {
+    if chunks.is_empty() {
+        return Ok(());
+    }
+    let newest = sqlx::query_scalar("select coalesce(max(id), 0) from stream_chunks");
+    let newest: i64 = newest.fetch_one(&mut *db).await?;
+    let chunks: Vec<(i64, &str, &Packed)> =
+        (newest + 1..).zip(chunks).map(|(id, (session_id, chunk))| (id, session_id, chunk)).collect();
+    for rows in shapes(&chunks, CHUNKS_PER_STATEMENT) {
+        let sql = format!(
+            "insert into stream_chunks (
+                id, session_id, foot, first_sequence, sequences, t_first_ns, samples, encoding, body
+             ) values {}",
+            placeholders(rows.len(), 9)
+        );
+        let query = rows.iter().fold(shaped(sql), |query, &(id, session_id, chunk)| {
+            query
+                .bind(id)
+                .bind(session_id.to_owned())
+                .bind(chunk.foot.name())
+                .bind(columns::to_column(chunk.first_sequence))
+                .bind(columns::to_column(chunk.sequences))
+                .bind(chunk.t_first_ns)
+                .bind(columns::to_column(chunk.samples))
+                .bind(BY_COLUMNS)
+                .bind(chunk.body.clone())
+        });
+        query.execute(&mut *db).await?;
+    }
+    let parts: BTreeSet<(&str, i64)> =
+        chunks.iter().map(|&(id, session_id, _)| (session_id, id >> PART_BITS)).collect();
+    for rows in shapes(&Vec::from_iter(parts), CHUNKS_PER_STATEMENT) {
+        let sql = format!(
+            "insert or ignore into stream_parts (session_id, part) values {}",
+            placeholders(rows.len(), 2)
+        );
+        let query = rows
+            .iter()
+            .fold(shaped(sql), |query, (session_id, part)| query.bind((*session_id).to_owned()).bind(*part));
+        query.execute(&mut *db).await?;
+    }
+    Ok(())
+}
+
+/// The stream's next batch of this foot that is not on disk yet.
+pub async fn next_sequence(
+    db: impl SqliteExecutor<'_>,
+    session_id: Uuid,
+    foot: Foot,
+) -> Result<u64, StoreError> {
+    let query = sqlx::query(concat!(
+        "select first_sequence + sequences as next from stream_chunks where id = (select max(id) from ",
+        ids!("and chunk.foot = ?2"),
+        ")"
+    ));
+    let last = query.bind(session_id.to_string()).bind(foot.name()).fetch_optional(db).await?;
+    Ok(last.map_or(Ok(0), |row| columns::count(&row, "next"))?)
+}
+
+/// The samples of one foot in order, chunk by chunk.
+pub fn of_foot<'a>(
+    db: impl SqliteExecutor<'a> + 'a,
+    session_id: Uuid,
+    foot: Foot,
+) -> impl Stream<Item = Result<Samples, StoreError>> + 'a {
+    let query = sqlx::query(concat!(
+        "select * from stream_chunks where id in ",
+        ids!("and chunk.foot = ?2"),
+        " order by id"
+    ));
+    unpacked(query.bind(session_id.to_string()).bind(foot.name()).fetch(db))
+}
+
+/// The samples of both feet in the order in which they came, chunk by chunk.
+pub fn as_received<'a>(
+    db: impl SqliteExecutor<'a> + 'a,
+    session_id: Uuid,
+) -> impl Stream<Item = Result<Samples, StoreError>> + 'a {
+    let query = sqlx::query(concat!("select * from stream_chunks where id in ", ids!(""), " order by id"));
+    unpacked(query.bind(session_id.to_string()).fetch(db))
+}
+
+fn unpacked<'a>(
+    rows: impl Stream<Item = sqlx::Result<SqliteRow>> + 'a,
+) -> impl Stream<Item = Result<Samples, StoreError>> + 'a {
+    rows.map_err(StoreError::from).and_then(|row| std::future::ready(unpack(&row)))
+}
+
+/// How many bytes the samples of a session take.
+pub(super) async fn bytes(db: &mut SqliteConnection, session_id: Uuid) -> Result<i64, StoreError> {
+    let query = sqlx::query(concat!(
+        "select coalesce(sum(length(body)), 0) from stream_chunks where id in ",
+        ids!("")
+    ));
+    Ok(query.bind(session_id.to_string()).fetch_one(db).await?.try_get(0)?)
+}
+
+/// Asks how many samples there are of a foot.
+pub(super) fn samples(session_id: Uuid, foot: Foot) -> Statement {
+    let query = sqlx::query(concat!(
+        "select coalesce(sum(samples), 0) as samples from stream_chunks where id in ",
+        ids!("and chunk.foot = ?2")
+    ));
+    query.bind(session_id.to_string()).bind(foot.name())
+}
+
+/// Asks for the chunks of a foot that come next, some hundreds.
+pub(super) fn next(session_id: Uuid, foot: Foot, from_sequence: u64) -> Statement {
+    let query = sqlx::query(concat!(
+        "select * from stream_chunks where id in ",
+        ids!("and chunk.foot = ?2 and chunk.first_sequence >= ?3"),
+        " order by id limit 500"
+    ));
+    query.bind(session_id.to_string()).bind(foot.name()).bind(columns::to_column(from_sequence))
+}
+
+/// Asks which chunks of a foot, by their sequence numbers, hold what was measured between two times, ns.
+pub(super) fn sequences_between(session_id: Uuid, foot: Foot, from_ns: i64, to_ns: i64) -> Statement {
+    let query = sqlx::query(concat!(
+        "with chunks as (select first_sequence, t_first_ns from stream_chunks where id in ",
+        ids!("and chunk.foot = ?2"),
+        ")
+         select min(first_sequence) as first, max(first_sequence) as last from chunks
+         where t_first_ns < ?4 and first_sequence >= coalesce(
+            (select max(first_sequence) from chunks where t_first_ns <= ?3), 0)"
+    ));
+    query.bind(session_id.to_string()).bind(foot.name()).bind(from_ns).bind(to_ns)
+}
