@@ -1,5 +1,8 @@
 //! The chunks of live streams: in the order in which they were written, whosesoever they are, with an index that goes on at
 //! its end for all sessions together (`migrations/0016_streams_by_stretches.sql` tells why).
+//!
+//! A batch that is on disk already is refused by the index within a stretch only; over all of a walk the session's actor takes
+//! no number twice (`live/sequence.rs`), and what it takes up again comes from here.
 
 use std::collections::BTreeSet;
 

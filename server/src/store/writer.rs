@@ -27,8 +27,9 @@ const GROUP_BYTES: usize = 8 << 20;
 /// After a commit the writer rests as long as it took, at most so long: of many small commits each would write the same
 /// pages again. A commit that takes a few milliseconds makes nobody wait noticeably.
 const LONGEST_REST: Duration = Duration::from_millis(50);
-/// A commit begins at least so long after the one before, for each write of that: in a crowd each touches a page of the
-/// index for every session, whether that has sent one frame or two.
+/// A commit begins at least so long after the one before, for each write of that: in a crowd each costs a row a foot and an
+/// acknowledgement for every session, whether that has sent one frame or two. 220 µs would save a tenth of the processor, and
+/// make acknowledgements a hundred milliseconds later (docs/load.md).
 const ROUND_PER_WRITE: Duration = Duration::from_micros(170);
 /// How often the log is copied into the database file while writes come. Pages that are changed again and again, as those
 /// at the end of each walk, are copied once for many commits.
