@@ -175,7 +175,7 @@ impl Client {
     }
 
     async fn send_picture(&mut self) -> Result<(), Gone> {
-        let (seq, snapshot) = self.hub.snapshot();
+        let (seq, snapshot) = self.hub.shared_snapshot().await;
         self.send(snapshot).await?;
         self.seen = seq;
         Ok(())

@@ -13,7 +13,7 @@ use std::time::Duration;
 use axum::extract::ws::Utf8Bytes;
 use serde::Serialize;
 use time::OffsetDateTime;
-use tokio::sync::{Notify, watch};
+use tokio::sync::{Mutex as AsyncMutex, Notify, watch};
 use tokio::time::Instant;
 use tokio_util::sync::CancellationToken;
 use uuid::Uuid;
@@ -21,6 +21,7 @@ use uuid::Uuid;
 use super::board::{Board, Picture};
 use crate::utc;
 use crate::wire::{Change, Position};
+use crate::yielding::yielding;
 
 /// How long changes are gathered before they are sent as one message.
 const GATHERED_FOR: Duration = Duration::from_millis(50);
@@ -38,6 +39,8 @@ pub struct Hub {
     inner: Mutex<Inner>,
     work: Notify,
     newest: watch::Sender<u64>,
+    /// The picture that was made last, and when it was begun; whoever makes one holds it.
+    last_picture: AsyncMutex<Option<(Instant, u64, Utf8Bytes)>>,
 }
 
 #[derive(Debug, Default)]
@@ -107,6 +110,7 @@ impl Hub {
             inner: Mutex::new(Inner { board, ..Inner::default() }),
             work: Notify::new(),
             newest: watch::Sender::new(0),
+            last_picture: AsyncMutex::new(None),
         })
     }
 
@@ -185,6 +189,23 @@ impl Hub {
     /// Whether a client that comes back can be told just what it missed.
     pub fn can_resume(&self, boot: &str, seen: u64) -> bool {
         boot == self.boot && self.after(seen) != Next::Picture
+    }
+
+    /// The picture for a client that comes now: [`Self::snapshot`] on a thread that yields to ingest, made once for all
+    /// who came while another was being made. Fifty dashboards that lost their link at once ask at once.
+    pub async fn shared_snapshot(self: &Arc<Self>) -> (u64, Utf8Bytes) {
+        let came = Instant::now();
+        let mut last = self.last_picture.lock().await;
+        if let Some((begun, seq, text)) = &*last
+            && *begun >= came
+        {
+            return (*seq, text.clone());
+        }
+        let (begun, hub) = (Instant::now(), Arc::clone(self));
+        // Where no thread can be had it is made here.
+        let (seq, text) = yielding(move || hub.snapshot()).await.unwrap_or_else(|_no_thread| self.snapshot());
+        *last = Some((begun, seq, text.clone()));
+        (seq, text)
     }
 
     /// The picture as a message, and the number of the last message that is in it.
@@ -335,6 +356,22 @@ mod tests {
         assert_eq!(read(&snapshot)["markers_revision"], 4);
         hub.send_gathered();
         assert_eq!(message_after(&hub, seq)["changes"][0]["revision"], 5);
+    }
+
+    #[tokio::test]
+    async fn those_who_come_together_share_a_picture_and_who_comes_later_gets_a_newer_one() {
+        let hub = Hub::new(Board::default());
+        hub.publish(markers(4));
+        hub.send_gathered();
+        let pictures = futures_util::future::join_all((0..20).map(|_| hub.shared_snapshot())).await;
+        // The first makes one, the second another, for the first may have been begun before it came; the rest share that.
+        let texts: std::collections::HashSet<*const u8> =
+            pictures.iter().map(|(_, text)| text.as_str().as_ptr()).collect();
+        assert!(texts.len() <= 2, "{} pictures", texts.len());
+        hub.publish(markers(5));
+        hub.send_gathered();
+        let (seq, later) = hub.shared_snapshot().await;
+        assert_eq!((seq, read(&later)["markers_revision"].as_i64()), (2, Some(5)));
     }
 
     #[test]
