@@ -20,6 +20,16 @@ use super::script::{Script, Step};
 /// Where the server is now; `None` while it is down.
 pub type Address = watch::Receiver<Option<SocketAddr>>;
 
+/// Where the server is, as soon as it is anywhere. When the scene is over there will be no server any more: whoever still asks
+/// waits to be ended, for trying again for ever would keep a thread that nothing ends.
+pub(super) async fn server(address: &mut Address) -> SocketAddr {
+    let found = address.wait_for(Option::is_some).await.map_or(None, |address| *address);
+    match found {
+        Some(found) => found,
+        None => std::future::pending().await,
+    }
+}
+
 /// Messages that may be without an answer.
 const MOST_UNANSWERED: usize = 60;
 /// Before it tries again.
@@ -153,8 +163,7 @@ impl<'a> Device<'a> {
 
     /// A link on which the welcome has come.
     async fn connect(&mut self) -> Option<Socket> {
-        let address = *self.address.wait_for(Option::is_some).await.ok()?;
-        let url = format!("ws://{}/api/v1/live", address?);
+        let url = format!("ws://{}/api/v1/live", server(&mut self.address).await);
         let linked = timeout(ANSWERS_WITHIN, connect_async(url)).await;
         let Ok(Ok((mut socket, _))) = linked else {
             sleep(TRY_AGAIN_AFTER).await;

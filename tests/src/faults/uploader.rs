@@ -6,7 +6,7 @@ use reqwest::{Client, Method, RequestBuilder};
 use serde_json::{Value, json};
 use uuid::Uuid;
 
-use super::device::Address;
+use super::device::{Address, server};
 use super::promises::Promises;
 use crate::hand_in::{UPLOAD_OFFSET, sha256};
 
@@ -46,8 +46,8 @@ impl Asker {
         path: &str,
         with: impl Fn(RequestBuilder) -> RequestBuilder,
     ) -> Option<Answered> {
-        let address = *self.address.wait_for(Option::is_some).await.ok()?;
-        let request = self.client.request(method, format!("http://{}/api/v1{path}", address?));
+        let address = server(&mut self.address).await;
+        let request = self.client.request(method, format!("http://{address}/api/v1{path}"));
         let request = with(request).timeout(Duration::from_secs(30));
         let answer = request.send().await.ok()?;
         let status = answer.status().as_u16();
