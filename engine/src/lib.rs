@@ -128,3 +128,5 @@ pub mod sim;
 pub mod systems;
 pub mod track;
 pub mod trouble;
+
+mod array;

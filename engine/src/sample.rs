@@ -43,7 +43,7 @@ impl Foot {
 
 /// One reading of one sensor, in SI units and in the sensor's own body frame b, calibrated only as
 /// far as the device does it.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ImuSample {
     /// Time since the session's start, on the session's clock, ns.
     pub t_ns: i64,

@@ -18,9 +18,11 @@ mod aids;
 mod ending;
 #[cfg(test)]
 mod long_walk_tests;
+mod saved_state;
 mod sensor_state;
 
 pub use aids::Aids;
+pub use saved_state::{NotRestored, SOURCES, SavedState};
 pub use sensor_state::SensorState;
 
 /// What a session is told before its first sample.
@@ -152,7 +154,7 @@ enum Walk {
 /// An epoch is a run of samples in which no foot appears twice; but a new one begins only when time
 /// has passed, so that no two have the same time, and feet that fell out of step by a lost sample
 /// are in step again with the next pair of equal times.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
 struct EpochGrouping {
     members: [bool; 2],
     last_ns: i64,

@@ -61,7 +61,8 @@ fn none(complaints: &[String], rule: &str) {
 }
 
 /// What each part of the engine may use of the others; a part may always use itself.
-const ENGINE_ARROWS: [(&str, &[&str]); 16] = [
+const ENGINE_ARROWS: [(&str, &[&str]); 17] = [
+    ("array", &[]),
     ("rotation", &[]),
     ("sample", &[]),
     ("figures", &[]),
@@ -77,7 +78,10 @@ const ENGINE_ARROWS: [(&str, &[&str]); 16] = [
     ("evaluate", &["event", "parse", "track", "rotation", "sample"]),
     ("sim", &["geo", "sample"]),
     ("parameters", &["detect", "identify", "session"]),
-    ("systems", &["measure", "detect", "ins", "geo", "rotation", "event", "sample", "session", "trouble"]),
+    (
+        "systems",
+        &["array", "measure", "detect", "ins", "geo", "rotation", "event", "sample", "session", "trouble"],
+    ),
 ];
 
 #[test]

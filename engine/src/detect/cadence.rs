@@ -2,6 +2,7 @@
 //! another unit, or a sensor that shakes.
 
 use nalgebra::Vector3;
+use serde::{Deserialize, Serialize};
 
 /// A foot that turns faster than this is on its way, rad/s,
 const MOVES_RAD_S: f64 = 2.5;
@@ -16,7 +17,7 @@ const WITHIN_NS: i64 = 3_000_000_000;
 pub(crate) const MOST_PER_S: f64 = TIMES as f64 / (WITHIN_NS as f64 * 1e-9);
 
 /// Counts how often one foot sets off.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub(crate) struct Cadence {
     moves: bool,
     /// When it last set off, the oldest at `next`, ns.

@@ -1,5 +1,7 @@
 //! Whether the samples of one sensor can be believed, judged one by one as they come.
 
+use serde::{Deserialize, Serialize};
+
 use super::cadence::{Cadence, MOST_PER_S};
 use crate::event::{Anomaly, AnomalyKind};
 use crate::sample::{Foot, ImuSample};
@@ -36,7 +38,7 @@ const POSSIBLE_PRESSURE_HPA: std::ops::RangeInclusive<f64> = 250.0..=1300.0;
 const KINDS: usize = 8;
 
 /// Watches the samples of one foot.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct SensorHealth {
     foot: Foot,
     last_t_ns: Option<i64>,

@@ -83,8 +83,10 @@ pub struct StanceDecision {
 }
 
 /// A detector at work on one foot.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct StanceDetector {
+    /// Told again by whoever takes a saved one up.
+    #[serde(skip)]
     tuning: StanceTuning,
     gravity_m_s2: f64,
     half_window: usize,
@@ -102,7 +104,7 @@ pub struct StanceDetector {
 /// One heel strike counts at most this much in the mean of the statistic.
 const MOST_ACTIVE: f64 = 2e4;
 
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 struct Member {
     within_bounds: bool,
     rate_squared: f64,
@@ -126,6 +128,11 @@ impl StanceDetector {
             interval_s,
             activity: 0.0,
         }
+    }
+
+    /// A detector that was saved is told its thresholds again.
+    pub(crate) fn set_tuning(&mut self, tuning: StanceTuning) {
+        self.tuning = tuning;
     }
 
     /// How many samples a decision is late.

@@ -1,6 +1,7 @@
 //! The magnetic field over one stance: its mean, and its mean near both ends.
 
 use nalgebra::{Matrix3, Vector3};
+use serde::{Deserialize, Serialize};
 
 use crate::rotation::cayley;
 
@@ -8,7 +9,7 @@ use crate::rotation::cayley;
 const END_READINGS: usize = 10;
 
 /// What the magnetometer and the gyro have seen since a stance began.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct StanceMagnetics {
     /// Turns the present body frame into that of the stance's start, by the gyro less its bias.
     turn: Matrix3<f64>,
@@ -21,7 +22,7 @@ pub struct StanceMagnetics {
 }
 
 /// A reading turned back into the body frame of the stance's start.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 struct Reading {
     at_s: f64,
     start_frame_ut: Vector3<f64>,

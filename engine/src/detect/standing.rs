@@ -1,6 +1,7 @@
 //! An inspector who stands: all feet on the ground for longer than walking ever has them there.
 
 use nalgebra::Vector3;
+use serde::{Deserialize, Serialize};
 
 use crate::event::TrackPoint;
 
@@ -30,7 +31,7 @@ pub(crate) enum Standing {
 }
 
 /// Watches the points of one session.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub(crate) struct StandingDetector {
     /// Since when all feet stand, and until when they were last seen to, ns.
     still: Option<(i64, i64)>,

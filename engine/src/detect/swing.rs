@@ -1,6 +1,7 @@
 //! Where in a swing the swinging foot passes the standing one.
 
 use nalgebra::Vector3;
+use serde::{Deserialize, Serialize};
 
 /// So much further than at the nearest, and the foot has passed, m² (0.2 m from beside the other).
 const PASSED_SQUARED_M2: f64 = 0.04;
@@ -23,7 +24,7 @@ pub enum Following {
 }
 
 /// The swing of one foot, as far as it has come.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub struct Swing {
     /// Where it began, n, m.
     start_p_n: Vector3<f64>,

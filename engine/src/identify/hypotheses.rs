@@ -9,6 +9,7 @@
 use std::collections::BTreeMap;
 
 use nalgebra::Vector3;
+use serde::{Deserialize, Serialize};
 
 use super::likelihood::weigh;
 use super::markers::Markers;
@@ -26,7 +27,7 @@ const ALIKE_M: f64 = 1.0;
 pub(super) type Mark = Option<usize>;
 
 /// What is seen of one stand.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(super) struct Seen {
     /// How the track came here from the stand before.
     pub(super) stretches: Vec<Stretch>,
@@ -67,6 +68,18 @@ impl Hypotheses {
             came_from: Vec::new(),
         };
         Hypotheses { tuning, seen: Vec::new(), thought: vec![vec![first]] }
+    }
+
+    /// What was seen of the stands so far: all else follows from it.
+    pub(super) fn seen(&self) -> &[Seen] {
+        &self.seen
+    }
+
+    /// All that is thought when this has been seen.
+    pub(super) fn of(seen: Vec<Seen>, markers: &Markers, tuning: IdentificationTuning) -> Hypotheses {
+        let mut hypotheses = Hypotheses { seen, ..Hypotheses::new(tuning) };
+        hypotheses.think_from(0, markers);
+        hypotheses
     }
 
     /// Takes the next stand.

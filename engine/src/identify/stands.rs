@@ -7,6 +7,7 @@
 use std::sync::Arc;
 
 use nalgebra::Vector3;
+use serde::{Deserialize, Serialize};
 
 use super::automatic::{SLACK_NS, holds, nearly_certain};
 use super::candidates::named;
@@ -46,6 +47,22 @@ pub(crate) struct Stands {
     corrected: bool,
 }
 
+/// The stands of one session as they are saved.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub(crate) struct SavedStands {
+    detector: StandingDetector,
+    seen: Vec<Seen>,
+    told: Vec<Stand>,
+    visits: Vec<(Visit, bool)>,
+    used: Vec<(String, i64, bool)>,
+    stretches: Vec<Stretch>,
+    from_n_m: Option<Vector3<f64>>,
+    length_m: f64,
+    length_at: Option<(i64, Vector3<f64>)>,
+    last: Option<TrackPoint>,
+    corrected: bool,
+}
+
 impl Stands {
     pub(crate) fn new(identification: &Identification) -> Stands {
         Stands {
@@ -62,6 +79,54 @@ impl Stands {
             length_at: None,
             last: None,
             corrected: false,
+        }
+    }
+
+    /// What cannot be had from what the session was told.
+    pub(crate) fn saved(&self) -> SavedStands {
+        SavedStands {
+            detector: self.detector.clone(),
+            seen: self.hypotheses.seen().to_vec(),
+            told: self.told.clone(),
+            visits: self.visits.clone(),
+            used: self.used.clone(),
+            stretches: self.stretches.clone(),
+            from_n_m: self.from_n_m,
+            length_m: self.length_m,
+            length_at: self.length_at,
+            last: self.last,
+            corrected: self.corrected,
+        }
+    }
+
+    /// The stands as they were saved, of a session that was told the same.
+    pub(crate) fn restored(identification: &Identification, saved: SavedStands) -> Stands {
+        let SavedStands {
+            detector,
+            seen,
+            told,
+            visits,
+            used,
+            stretches,
+            from_n_m,
+            length_m,
+            length_at,
+            last,
+            corrected,
+        } = saved;
+        Stands {
+            hypotheses: Hypotheses::of(seen, &identification.markers, identification.tuning.clone()),
+            detector,
+            told,
+            visits,
+            used,
+            stretches,
+            from_n_m,
+            length_m,
+            length_at,
+            last,
+            corrected,
+            ..Stands::new(identification)
         }
     }
 

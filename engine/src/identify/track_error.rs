@@ -4,6 +4,7 @@
 //! error between stands has a small model of its own, whose figures were measured (`tuning`).
 
 use nalgebra::{SMatrix, SVector, Vector2, Vector3};
+use serde::{Deserialize, Serialize};
 
 use super::tuning::IdentificationTuning;
 
@@ -20,7 +21,7 @@ pub(super) struct TrackError {
 }
 
 /// A stretch of the track between two corrections or stands, and the correction at its end.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub(super) struct Stretch {
     /// From its beginning to its end as the track has it, m.
     pub(super) displacement_n_m: Vector3<f64>,

@@ -2,6 +2,7 @@
 //! the first step.
 
 use nalgebra::{Matrix3, Vector3};
+use serde::{Deserialize, Serialize};
 
 use crate::rotation::{cayley, level};
 use crate::sample::ImuSample;
@@ -18,7 +19,7 @@ const LARGEST_BIAS_RAD_S: f64 = 0.12;
 const STILL_SPECIFIC_FORCE_M_S2: f64 = 0.35;
 
 /// What a standing start tells.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct StandingStart {
     /// The stretch that was used, as indices of the samples given.
     pub used: std::ops::Range<usize>,

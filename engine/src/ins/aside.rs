@@ -6,6 +6,7 @@
 //! and nothing is run again.
 
 use nalgebra::{RowVector3, SMatrix, SVector};
+use serde::{Deserialize, Serialize};
 
 use super::block_covariance::BlockCovariance;
 use super::observation::Observation;
@@ -13,7 +14,7 @@ use super::rows::Rows;
 use super::sensor_map::Five;
 
 /// One error of the past beside the `B` vectors of now.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub(crate) struct Aside<const B: usize> {
     /// Its covariance with all errors of now.
     pub(super) row: Rows<1, B>,

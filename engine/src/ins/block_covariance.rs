@@ -8,6 +8,8 @@
 //! to another, and that goes several numbers at a time.
 
 use nalgebra::{Matrix3, SMatrix, Vector3};
+use serde::de::Error;
+use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
 use super::rows::{Rows, add_multiples, add_product, dots};
 use super::sensor_map::Five;
@@ -18,6 +20,36 @@ pub struct BlockCovariance<const B: usize> {
     /// `upper[i][r]` is row r of the blocks (i, j) for all j. What lies below the diagonal, j < i, is
     /// room to work in: nobody counts on what is there.
     upper: [[[[f64; 3]; B]; 3]; B],
+}
+
+impl<const B: usize> Serialize for BlockCovariance<B> {
+    /// The blocks on and above the diagonal, row by row.
+    fn serialize<S: Serializer>(&self, to: S) -> Result<S::Ok, S::Error> {
+        let rows = self.upper.iter().enumerate().flat_map(|(i, rows)| rows.iter().map(move |row| &row[i..]));
+        let cells: Vec<[f64; 3]> = rows.flatten().copied().collect();
+        cells.serialize(to)
+    }
+}
+
+impl<'de, const B: usize> Deserialize<'de> for BlockCovariance<B> {
+    fn deserialize<D: Deserializer<'de>>(from: D) -> Result<Self, D::Error> {
+        let cells = Vec::<[f64; 3]>::deserialize(from)?;
+        let expected = 3 * B * (B + 1) / 2;
+        if cells.len() != expected {
+            return Err(D::Error::custom(format!(
+                "expected {expected} rows of blocks, found {}",
+                cells.len()
+            )));
+        }
+        let mut covariance = BlockCovariance::zeros();
+        let mut cells = cells.into_iter();
+        for (i, rows) in covariance.upper.iter_mut().enumerate() {
+            for cell in rows.iter_mut().flat_map(|row| &mut row[i..]) {
+                *cell = cells.next().unwrap_or_default();
+            }
+        }
+        Ok(covariance)
+    }
 }
 
 impl<const B: usize> BlockCovariance<B> {

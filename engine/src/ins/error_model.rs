@@ -1,6 +1,7 @@
 //! How the errors of one sensor grow: the transition of paper 1, §2.2, applied block by block.
 
 use nalgebra::{Matrix3, Vector3};
+use serde::{Deserialize, Serialize};
 
 use super::block_covariance::BlockCovariance;
 use super::imu_noise::ImuNoise;
@@ -17,7 +18,7 @@ use super::sensor_map::SensorMap;
 /// holds for an accelerometer bias of the other sign. The position goes by the mean of the velocity
 /// before and after; what else is of second order in the interval (100 ms in a swing, 180 ms at most where a
 /// foot stands) is left out.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Transition {
     dt_s: f64,
     c_nb_dt: Matrix3<f64>,

@@ -2,6 +2,7 @@
 //! sensor and no nominal state.
 
 use nalgebra::{Matrix3, RowVector3, SMatrix, SVector, Vector3};
+use serde::{Deserialize, Serialize};
 
 use super::aside::Aside;
 use super::block_covariance::BlockCovariance;
@@ -12,12 +13,13 @@ use super::observation::Observation;
 use super::tape::{AsideInUpdate, Tape};
 
 /// The error filter of `B` three-vectors (10 for two feet, 5 for one).
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Eskf<const B: usize> {
     /// Covariance of the error state. Read it; what changes it after the start goes through the filter,
     /// which takes it down for a smoother.
     pub covariance: BlockCovariance<B>,
     /// What has happened since somebody last took it, if anybody wants to know.
+    #[serde(skip)]
     pub(crate) tape: Tape,
     /// An error of the past that is yet to be measured.
     pub(super) aside: Option<Aside<B>>,

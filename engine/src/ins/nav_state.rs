@@ -1,12 +1,13 @@
 //! The nominal state of one sensor: where the strapdown believes it to be.
 
 use nalgebra::{Matrix3, Vector3};
+use serde::{Deserialize, Serialize};
 
 use super::layout::ErrorState;
 use crate::rotation::cayley;
 
 /// Attitude, velocity, position and sensor biases of one sensor.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct NavState {
     /// Turns the body frame into the navigation frame.
     pub c_nb: Matrix3<f64>,

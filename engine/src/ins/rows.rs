@@ -1,11 +1,34 @@
 //! Linear functions of the errors, a row of numbers each.
 
 use nalgebra::{Matrix3, SMatrix, SVector, Vector3};
+use serde::de::Error;
+use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
 /// `M` linear functions of the errors of `B` three-vectors: an M × 3B matrix. A row lies in memory as one
 /// piece, so that loops along it take several numbers at a time on every processor.
 #[derive(Clone, Copy, Debug)]
 pub struct Rows<const M: usize, const B: usize>(pub(super) [[[f64; 3]; B]; M]);
+
+impl<const M: usize, const B: usize> Serialize for Rows<M, B> {
+    fn serialize<S: Serializer>(&self, to: S) -> Result<S::Ok, S::Error> {
+        self.0.as_flattened().serialize(to)
+    }
+}
+
+impl<'de, const M: usize, const B: usize> Deserialize<'de> for Rows<M, B> {
+    fn deserialize<D: Deserializer<'de>>(from: D) -> Result<Self, D::Error> {
+        let cells = Vec::<[f64; 3]>::deserialize(from)?;
+        let mut rows = Rows::zeros();
+        if cells.len() != M * B {
+            return Err(D::Error::custom(format!(
+                "expected {M} rows of {B} vectors, found {} vectors",
+                cells.len()
+            )));
+        }
+        rows.0.as_flattened_mut().copy_from_slice(&cells);
+        Ok(rows)
+    }
+}
 
 impl<const M: usize, const B: usize> Rows<M, B> {
     /// All zero.

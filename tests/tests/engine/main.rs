@@ -8,6 +8,7 @@ mod honesty;
 mod memory;
 mod order_of_arrival;
 mod recorded_walks;
+mod saved_state;
 mod scenario;
 mod simulated_walks;
 mod smoothed;

@@ -12,7 +12,7 @@ use lodestep_engine::sim::{SensorModel, WalkKind};
 
 use crate::scenario::{SECOND_NS, Scenario};
 
-fn identification() -> Identification {
+pub(crate) fn identification() -> Identification {
     let anchors = terrain::anchors(&Site::fast()).into_iter();
     let markers = anchors.map(|anchor| {
         let [e, n, u] = anchor.position_n_m;

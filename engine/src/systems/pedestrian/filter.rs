@@ -4,6 +4,7 @@
 //! in `position`.
 
 use nalgebra::{Matrix3, Vector3};
+use serde::{Deserialize, Serialize};
 
 use super::foot::{Foot, Step};
 use super::slow_errors::{Slow, deviation, stride, surroundings};
@@ -47,9 +48,10 @@ pub(crate) struct Setting {
 
 /// The state of everything that changes from sample to sample, for `F` feet with `B`
 /// three-vectors of error ([`super::slow_errors::blocks`]); a copy of it is a checkpoint.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub(crate) struct Filter<const B: usize, const F: usize> {
     pub(crate) eskf: Eskf<B>,
+    #[serde(with = "crate::array")]
     pub(crate) feet: [Foot; F],
     pub(crate) walked: Walked,
     pub(crate) slow: Slow,

@@ -1,6 +1,7 @@
 //! What is kept of one foot.
 
 use nalgebra::{Matrix3, Vector3};
+use serde::{Deserialize, Serialize};
 
 use super::filter::seconds;
 use super::tuning::Tuning;
@@ -10,7 +11,7 @@ use crate::ins::error_model::Transition;
 use crate::ins::nav_state::NavState;
 
 /// A sample with the decision about its stance, ready for the filter.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 pub(crate) struct Step {
     /// Number of the sensor: its place in the joint state.
     pub(crate) sensor: usize,
@@ -33,7 +34,7 @@ pub(crate) struct Step {
 }
 
 /// One foot: its strapdown, and what the present stance or swing has shown so far.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub(crate) struct Foot {
     pub(crate) nav: NavState,
     pub(crate) transition: Transition,
@@ -62,7 +63,7 @@ pub(crate) struct Foot {
 }
 
 /// The present stance, or the last one.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub(crate) struct Stance {
     /// Whether the foot stands.
     pub(crate) stands: bool,

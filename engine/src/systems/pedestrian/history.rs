@@ -16,6 +16,10 @@ use crate::event::{Event, TrackPoint, VisitOutcome};
 use crate::session::{SensorState, Solution, Visit};
 use crate::trouble::Trouble;
 
+mod saved;
+
+pub(crate) use saved::SavedHistory;
+
 /// A checkpoint is taken this often, ns.
 const CHECKPOINT_NS: i64 = 2_000_000_000;
 /// The newest so many are kept, of older ones one in so long, ns: a visit of some time ago makes little more be run
@@ -47,6 +51,12 @@ pub(crate) struct History<const B: usize, const F: usize> {
     seen: u64,
     visits: Vec<(Visit, bool)>,
     t_ns: i64,
+    /// A stretch of the trail has begun since somebody last asked.
+    stretch_begun: bool,
+    /// Of one that was restored: time of the newest step that it does not know, ns.
+    unknown_until_ns: Option<i64>,
+    /// A visit would have gone back to before that.
+    lacks_past: bool,
 }
 
 /// The filter at a moment to which it may be taken back.
@@ -94,6 +104,9 @@ impl<const B: usize, const F: usize> History<B, F> {
             seen: 0,
             visits: Vec::new(),
             t_ns: i64::MIN,
+            stretch_begun: false,
+            unknown_until_ns: None,
+            lacks_past: false,
         }
     }
 
@@ -132,10 +145,13 @@ impl<const B: usize, const F: usize> History<B, F> {
     pub(crate) fn visit(&mut self, visit: Visit, told: &mut Vec<Event>) {
         let at_ns = visit.moment_ns();
         if at_ns < self.t_ns {
+            // Not as far as there happen to be checkpoints: that depends on when they were taken.
+            let held = at_ns >= self.t_ns - self.history_ns();
+            self.lacks_past |= held && self.unknown_until_ns.is_some_and(|unknown_ns| at_ns < unknown_ns);
             let checkpoint = self.checkpoints.iter().rposition(|kept| kept.before_ns <= at_ns);
             let checkpoint = checkpoint.filter(|number| {
                 let needed = self.checkpoints[*number].next.saturating_sub(1);
-                self.steps.bring_back(needed) <= needed
+                held && self.steps.bring_back(needed) <= needed
             });
             let Some(checkpoint) = checkpoint else {
                 told.push(Event::Visit(turned_down(
@@ -158,6 +174,9 @@ impl<const B: usize, const F: usize> History<B, F> {
         let place = self.visits.partition_point(|(other, _)| other.moment_ns() <= at_ns);
         self.visits.insert(place, (visit, false));
         self.run(told);
+        // Those before it are what they were, however far back a checkpoint was found.
+        let first = self.revised.partition_point(|point| point.t_ns <= at_ns).saturating_sub(1);
+        self.revised.drain(..first);
         self.tell(told);
         self.steps.tidy(self.next);
     }
@@ -269,6 +288,11 @@ impl<const B: usize, const F: usize> History<B, F> {
         }
     }
 
+    /// A visit may be so late, ns.
+    fn history_ns(&self) -> i64 {
+        (self.setting.tuning.history_s * 1e9) as i64
+    }
+
     fn mark(&self) -> Mark {
         self.smoothing.as_ref().map(Smoothing::mark).unwrap_or_default()
     }
@@ -328,10 +352,16 @@ impl<const B: usize, const F: usize> History<B, F> {
     }
 
     fn keep_checkpoint(&mut self, t_ns: i64, mark: Mark, told: &mut Vec<Event>) {
+        // Whoever has gone back to this very checkpoint takes it again, with what was weighed here by now; so what follows
+        // does not depend on how far back one went.
+        let again = self.next > 0 && self.checkpoints.back().is_some_and(|kept| kept.next == self.next);
         let newest_ns = self.checkpoints.back().map_or(i64::MIN, |kept| time_of(&kept.filter));
         let since_ns = t_ns.saturating_sub(newest_ns);
-        if since_ns < CHECKPOINT_NS {
+        if since_ns < CHECKPOINT_NS && !again {
             return;
+        }
+        if again {
+            self.checkpoints.pop_back();
         }
         let afresh = !self.filter.is_sound() && self.start_again(t_ns, told);
         let before = self.next.checked_sub(1).and_then(|before| self.steps.get(before));
@@ -342,14 +372,14 @@ impl<const B: usize, const F: usize> History<B, F> {
             filter: Box::new(self.filter.clone()),
         });
         self.thin_checkpoints();
-        let oldest_ns = t_ns - (self.setting.tuning.history_s * 1e9) as i64;
+        let oldest_ns = t_ns - self.history_ns();
         while self.checkpoints.len() > 2 && time_of(&self.checkpoints[1].filter) < oldest_ns {
             self.checkpoints.pop_front();
         }
         let oldest = self.checkpoints.front().map_or(self.next, |kept| kept.next);
         let mut oldest_needed = oldest;
         if let Some(smoothing) = &mut self.smoothing {
-            smoothing.consider(self.next, t_ns, &self.filter, afresh);
+            self.stretch_begun |= smoothing.consider(self.next, t_ns, &self.filter, afresh);
             oldest_needed = oldest.min(smoothing.oldest());
         }
         // One before it, for the time at which an epoch was closed.

@@ -1,12 +1,13 @@
 //! A step as it is kept for a run to come: half its size, to the same bits.
 
 use nalgebra::Vector3;
+use serde::{Deserialize, Serialize};
 
 use super::foot::Step;
 
 /// A step and the number of its epoch. Readings are of single precision from the session's door on, so
 /// nothing is lost; a reading that is missing is not a number.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 pub(crate) struct KeptStep {
     pub(crate) t_ns: i64,
     w_ib_b: [f32; 3],

@@ -3,6 +3,7 @@
 use std::collections::VecDeque;
 
 use nalgebra::Vector3;
+use serde::{Deserialize, Serialize};
 
 use super::foot::Step;
 use super::tuning::Tuning;
@@ -13,10 +14,12 @@ use crate::ins::alignment::{Aligner, StandingStart};
 use crate::sample::{Foot, ImuSample};
 
 /// The samples of one foot on their way.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub(crate) struct FootLine {
     foot: Foot,
     health: SensorHealth,
+    /// Empty once the line is open, before which nothing is saved.
+    #[serde(skip, default = "no_aligner")]
     aligner: Aligner,
     aligned: bool,
     start: Option<StandingStart>,
@@ -155,9 +158,16 @@ impl FootLine {
         for sample in std::mem::take(&mut self.held) {
             self.detect(&sample);
         }
-        self.aligner = Aligner::new(0.0);
+        self.aligner = no_aligner();
         if self.ended {
             self.flush();
+        }
+    }
+
+    /// A line that was saved is told the detector's thresholds again.
+    pub(crate) fn reopen(&mut self, tuning: &Tuning) {
+        if let Some(detector) = &mut self.detector {
+            detector.set_tuning(tuning.stance);
         }
     }
 
@@ -212,4 +222,9 @@ impl FootLine {
             opens_epoch: false,
         });
     }
+}
+
+/// What is there when the standing start has been taken.
+fn no_aligner() -> Aligner {
+    Aligner::new(0.0)
 }

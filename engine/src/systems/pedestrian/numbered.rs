@@ -14,6 +14,11 @@ impl<T> Numbered<T> {
         Numbered { first: 0, members: VecDeque::new() }
     }
 
+    /// A queue whose first member has this number.
+    pub(super) fn from(first: u64, members: impl IntoIterator<Item = T>) -> Self {
+        Numbered { first, members: members.into_iter().collect() }
+    }
+
     pub(super) fn first_number(&self) -> u64 {
         self.first
     }

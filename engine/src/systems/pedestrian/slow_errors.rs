@@ -14,6 +14,7 @@
 //! the residual is true − estimated.
 
 use nalgebra::{Matrix3, RowVector3, Vector3};
+use serde::{Deserialize, Serialize};
 
 use super::filter::{Filter, Setting, seconds};
 use super::tuning::Tuning;
@@ -136,7 +137,7 @@ impl<const B: usize, const F: usize> Filter<B, F> {
 }
 
 /// The nominal values that both feet share, and when and where they were last brought up to date.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub(crate) struct Slow {
     /// Deflection of the field, rad; drift of the pressure, m; separation, m.
     pub(crate) surroundings: Vector3<f64>,

@@ -5,6 +5,8 @@
 
 use std::collections::VecDeque;
 
+use serde::{Deserialize, Serialize};
+
 use super::filter::{Filter, Setting};
 use super::kept_step::KeptStep;
 use super::numbered::Numbered;
@@ -28,6 +30,13 @@ pub(super) struct Mark {
     recording: RecordingLength,
 }
 
+impl Mark {
+    /// Nothing recorded; visits below this number have been weighed.
+    pub(super) fn before(weighed: u64) -> Mark {
+        Mark { weighed, ..Mark::default() }
+    }
+}
+
 /// The stretches so far.
 #[derive(Clone, Debug)]
 pub(super) struct Smoothing<const B: usize, const F: usize> {
@@ -49,6 +58,16 @@ struct Stretch<const B: usize, const F: usize> {
     recording: Option<Recording<B>>,
 }
 
+/// The beginning of a stretch, as it is saved.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub(super) struct StretchStart<const B: usize, const F: usize> {
+    pub(super) first: u64,
+    pub(super) first_ns: i64,
+    pub(super) first_weighed: u64,
+    pub(super) afresh: bool,
+    pub(super) filter: Filter<B, F>,
+}
+
 /// What a stretch is run again on.
 pub(super) struct Source<'a> {
     pub(super) setting: &'a Setting,
@@ -68,6 +87,29 @@ impl<const B: usize, const F: usize> Smoothing<B, F> {
         let mut smoothing = Smoothing { stretches: VecDeque::new(), weighed: Numbered::new(), live };
         smoothing.begin(0, i64::MIN, filter, false);
         smoothing
+    }
+
+    /// A live one as it was when this stretch had begun, but for what came before.
+    pub(super) fn restored(start: StretchStart<B, F>) -> Self {
+        let StretchStart { first, first_ns, first_weighed, afresh, filter } = start;
+        let stretch =
+            Stretch { first, first_ns, first_weighed, filter: Box::new(filter), afresh, recording: None };
+        Smoothing {
+            stretches: VecDeque::from([stretch]),
+            weighed: Numbered::from(first_weighed, []),
+            live: true,
+        }
+    }
+
+    /// Where the newest stretch began.
+    pub(super) fn newest_start(&self) -> Option<StretchStart<B, F>> {
+        self.stretches.back().map(|stretch| StretchStart {
+            first: stretch.first,
+            first_ns: stretch.first_ns,
+            first_weighed: stretch.first_weighed,
+            afresh: stretch.afresh,
+            filter: (*stretch.filter).clone(),
+        })
     }
 
     fn begin(&mut self, first: u64, first_ns: i64, filter: &Filter<B, F>, afresh: bool) {
@@ -97,16 +139,25 @@ impl<const B: usize, const F: usize> Smoothing<B, F> {
     }
 
     /// A checkpoint was taken before the step `first`: a new stretch begins there, when it is time.
-    pub(super) fn consider(&mut self, first: u64, first_ns: i64, filter: &Filter<B, F>, afresh: bool) {
+    /// Says whether it does.
+    pub(super) fn consider(
+        &mut self,
+        first: u64,
+        first_ns: i64,
+        filter: &Filter<B, F>,
+        afresh: bool,
+    ) -> bool {
         if let Some(start) = self.stretches.front_mut()
             && start.first_ns == i64::MIN
         {
             start.first_ns = first_ns;
         }
         let since_ns = self.stretches.back().map_or(i64::MAX, |last| first_ns.saturating_sub(last.first_ns));
-        if afresh || since_ns >= STRETCH_NS {
+        let begins = afresh || since_ns >= STRETCH_NS;
+        if begins {
             self.begin(first, first_ns, filter, afresh);
         }
+        begins
     }
 
     /// The oldest step that is needed.

@@ -41,6 +41,22 @@ impl Steps {
         Steps { in_memory: Numbered::new(), attic, put_away: 0, oldest: 0 }
     }
 
+    /// The steps from number `first` on; those before it are not needed.
+    pub(super) fn restored(attic: Option<Box<dyn Attic>>, first: u64, steps: Vec<KeptStep>) -> Self {
+        Steps {
+            in_memory: Numbered::from(first, steps),
+            attic,
+            put_away: first / BLOCK * BLOCK,
+            oldest: first,
+        }
+    }
+
+    /// The steps from number `first` on, where all of them are in memory.
+    pub(super) fn from(&self, first: u64) -> Option<Vec<KeptStep>> {
+        let steps = first..self.in_memory.end_number();
+        steps.map(|number| self.in_memory.get(number).copied()).collect()
+    }
+
     /// A step that is in memory.
     #[inline]
     pub(super) fn get(&self, number: u64) -> Option<&KeptStep> {

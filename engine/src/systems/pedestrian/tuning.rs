@@ -165,7 +165,7 @@ impl Default for Tuning {
             marker_sigma_m: 1.0,
             altimeter_sigma_m: 0.2,
             slow_errors: SlowErrorsTuning::default(),
-            history_s: 30.0,
+            history_s: 40.0,
         }
     }
 }

@@ -2,6 +2,7 @@
 //! standing foot.
 
 use nalgebra::RowVector3;
+use serde::{Deserialize, Serialize};
 
 use super::filter::{Filter, GATE_1, GATE_2, Setting, seconds};
 use super::slow_errors::{SEPARATION, stride, stride_matrix, surroundings, surroundings_row};
@@ -18,7 +19,7 @@ const JUST_LEFT_S: f64 = 0.25;
 
 /// The moment at which a foot in its swing was nearest to the other. That it was, is known only when the
 /// foot has passed: until then the error of the distance is set aside in the filter.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 pub(crate) struct Passing {
     /// The swinging foot's sensor.
     sensor: usize,

@@ -2,9 +2,10 @@
 
 use crate::rotation::{azimuth, wrap};
 use nalgebra::Vector3;
+use serde::{Deserialize, Serialize};
 
 /// Path length by stances, and the angle from the sensor's x axis to the direction of walking.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub(crate) struct Walked {
     last_stand_p_n: [Option<Vector3<f64>>; 2],
     /// Length of each foot's path, m.
