@@ -30,7 +30,7 @@ enum Kind {
 }
 
 /// Every figure: what Prometheus is told of it. A counter without labels is there from the start, at zero.
-const FIGURES: [(&str, Kind, &str); 26] = [
+const FIGURES: [(&str, Kind, &str); 27] = [
     ("lodestep_build_info", Kind::Gauge, "1, with the version as a label"),
     ("lodestep_requests_total", Kind::Counter, "Requests by method, route and status"),
     ("lodestep_request_seconds", Kind::Histogram, "Time until a request's answer begins, by route"),
@@ -42,6 +42,7 @@ const FIGURES: [(&str, Kind, &str); 26] = [
     ("lodestep_live_batches_total", Kind::Counter, "Batches that devices sent and that were new"),
     ("lodestep_live_samples_total", Kind::Counter, "Samples in these batches"),
     ("lodestep_live_acks_total", Kind::Counter, "Batches that were acknowledged"),
+    ("lodestep_live_states_taken_up_total", Kind::Counter, "Walks that were made again from a saved state"),
     (
         "lodestep_live_commit_seconds",
         Kind::Histogram,

@@ -12,6 +12,7 @@ use crate::error::{Error, Result};
 use crate::sessions::uploads::publish_session;
 use crate::state::App;
 use crate::store::jobs::{self, Job, JobState};
+use crate::store::live_states;
 use crate::store::sessions::{self, SessionState};
 use crate::wire::Change;
 
@@ -128,6 +129,7 @@ async fn put(app: &App, session_id: Uuid) -> Result<Job> {
                 }
                 jobs::insert(&mut *db, &job).await?;
                 sessions::set_state(&mut *db, session_id, SessionState::Processing, None).await?;
+                live_states::clear(&mut *db, session_id).await?;
                 Ok::<_, Error>(job)
             }
             .boxed()

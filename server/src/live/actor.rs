@@ -82,12 +82,17 @@ pub(super) async fn run(app: App, session: Session, mut inbox: mpsc::Receiver<Co
     }
 }
 
-/// The same, with those points alone that had not been written yet.
+/// The same by the shortest way, with those points alone that had not been written yet.
 async fn from_disk_without_points(
     app: &App,
     session: &Session,
 ) -> Result<(rebuild::Rebuilt, Vec<Visit>), StoreError> {
-    let (mut rebuilt, automatic) = from_disk(app, session).await?;
+    let told = rebuild::Told::of(app, session).await?;
+    let mut rebuilt = match rebuild::from_a_saved_state(app, session.id, &told).await? {
+        Some(rebuilt) => rebuilt,
+        None => rebuild::from_all_samples(app, session.id, &told).await?,
+    };
+    let automatic = automatic_visits(app, session).await?;
     if let Some((_, last_ns)) = track::span(app.store.read(), session.id).await? {
         rebuilt.findings.points = rebuilt.findings.points.split_off(&(last_ns + 1));
     }
@@ -99,19 +104,23 @@ pub(super) async fn from_disk(
     app: &App,
     session: &Session,
 ) -> Result<(rebuild::Rebuilt, Vec<Visit>), StoreError> {
-    let config = super::opening::session_config(app, session).await?;
-    let attic = Box::new(app.attic.of_session());
-    let rebuilt =
-        rebuild::from_store(&app.store, session.id, config, app.config.track_rate_hz, attic).await?;
+    let told = rebuild::Told::of(app, session).await?;
+    let rebuilt = rebuild::from_all_samples(app, session.id, &told).await?;
+    Ok((rebuilt, automatic_visits(app, session).await?))
+}
+
+async fn automatic_visits(app: &App, session: &Session) -> Result<Vec<Visit>, StoreError> {
     let mut automatic = visits::of_session(app.store.read(), session.id).await?;
     automatic.retain(|visit| visit.origin == Origin::Automatic);
-    Ok((rebuilt, automatic))
+    Ok(automatic)
 }
 
 pub(super) struct Actor {
     pub(super) app: App,
     pub(super) session: Session,
     pub(super) walk: Walk,
+    /// What may take up the states of this walk.
+    pub(super) fits: String,
     pub(super) sequences: [Sequence; 2],
     /// Visits that the walk has been told, with what became of them.
     pub(super) told: Vec<StreamVisit>,
@@ -143,6 +152,7 @@ impl Actor {
             app,
             session,
             walk: rebuilt.walk,
+            fits: rebuilt.fits,
             sequences: rebuilt.sequences,
             told: rebuilt.told,
             automatic,

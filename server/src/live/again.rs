@@ -13,7 +13,7 @@ use crate::error::Error;
 use crate::store::stands::{self, Stand};
 use crate::store::track::{self, Run};
 use crate::store::visits::{self, Visit};
-use crate::store::{StoreError, sessions};
+use crate::store::{StoreError, live_states, sessions};
 use crate::wire::Change;
 
 impl Actor {
@@ -39,6 +39,7 @@ impl Actor {
         let (rebuilt, before) = from_disk(&self.app, &self.session).await?;
         let findings = rebuilt.findings;
         self.walk = rebuilt.walk;
+        self.fits = rebuilt.fits;
         self.sequences = rebuilt.sequences;
         self.told = rebuilt.told;
         // One that was made before, and is made again, stays the same row.
@@ -58,6 +59,7 @@ impl Actor {
                     track::clear(&mut *db, id, Run::Main).await?;
                     track::upsert(&mut *db, id, Run::Main, &points).await?;
                     stands::clear(&mut *db, id).await?;
+                    live_states::clear(&mut *db, id).await?;
                     let told: Vec<_> = findings.stands.values().map(Stand::from).collect();
                     stands::upsert(&mut *db, id, &told).await?;
                     for visit in gone {

@@ -5,6 +5,8 @@
 
 use std::collections::VecDeque;
 
+use serde::{Deserialize, Serialize};
+
 use crate::sessions::stored_grid::{cell_ns, cell_of};
 
 /// At most this many points are shown each second: enough for a walking pace.
@@ -35,6 +37,13 @@ pub(crate) struct Grid {
     last_shown_ns: Option<i64>,
 }
 
+/// What is saved of it.
+#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
+pub(crate) struct SavedGrid {
+    newest: Option<(i64, bool)>,
+    last_shown_ns: Option<i64>,
+}
+
 /// A stored epoch's time, ns, and in the lowest bit whether it was shown: there are thousands of them for each walk.
 #[derive(Clone, Copy, Debug)]
 struct Chosen(i64);
@@ -60,6 +69,18 @@ impl Grid {
         let shown_cell_ns =
             ((1_000_000_000 / SHOWN_HZ + stored_cell_ns - 1) / stored_cell_ns) * stored_cell_ns;
         Grid { stored_cell_ns, shown_cell_ns, recent: VecDeque::new(), last_shown_ns: None }
+    }
+
+    /// What the next choices depend on.
+    pub(crate) fn saved(&self) -> SavedGrid {
+        let newest = self.recent.back().map(|chosen| (chosen.t_ns(), chosen.shown()));
+        SavedGrid { newest, last_shown_ns: self.last_shown_ns }
+    }
+
+    /// A grid that chooses on as the one that was saved, and does not know what that chose before.
+    pub(crate) fn restored(stored_hz: f64, saved: SavedGrid) -> Grid {
+        let recent = saved.newest.map(|(t_ns, shown)| Chosen::new(t_ns, shown)).into_iter().collect();
+        Grid { recent, last_shown_ns: saved.last_shown_ns, ..Grid::new(stored_hz) }
     }
 
     /// Chooses about a new epoch; epochs come in the order of their times.

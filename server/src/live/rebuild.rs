@@ -1,46 +1,128 @@
 //! Makes a live session's walk again from what is on disk.
 //!
 //! The engine is a function of what it is given, so samples and visits are given in the order in which
-//! they were taken the first time; the walk then goes on as if the server had never stopped.
+//! they were taken the first time; the walk then goes on as if the server had never stopped. It is given all of them, or a
+//! state that was saved some minutes before the end of the walk and what came after: either way it comes to the same.
 
-use futures_util::TryStreamExt;
+use futures_util::{Stream, TryStreamExt};
 use lodestep_engine::sample::Foot;
-use lodestep_engine::session::SessionConfig;
-use lodestep_engine::systems::pedestrian::Attic;
+use lodestep_engine::session::{SOURCES, Session as EngineSession, SessionConfig};
+use sha2::{Digest, Sha256};
 use uuid::Uuid;
 
 use super::sequence::Sequence;
 use super::walk::{Findings, Walk};
+use crate::sessions::provenance::hex;
+use crate::state::App;
+use crate::store::raw_chunks::Samples;
+use crate::store::sessions::Session;
 use crate::store::stream_visits::{self, StreamVisit};
-use crate::store::{Store, StoreError, stream_chunks};
+use crate::store::{StoreError, live_states, markers, stream_chunks};
+
+/// The layout of a saved state is that of the private parts of these files.
+const LAYOUT: [&str; 2] = [include_str!("walk.rs"), include_str!("grid.rs")];
 
 /// A walk, and where its device goes on.
 #[derive(Debug)]
 pub(super) struct Rebuilt {
     pub(super) walk: Walk,
-    /// All that it found on the way.
+    /// What it found on the way.
     pub(super) findings: Findings,
     /// By foot.
     pub(super) sequences: [Sequence; 2],
     /// Visits that the walk has been told.
     pub(super) told: Vec<StreamVisit>,
+    /// What may take up the states that it will save.
+    pub(super) fits: String,
 }
 
-/// Replays the stored stream of a session.
-pub(super) async fn from_store(
-    store: &Store,
-    session_id: Uuid,
+/// What a walk is told beside its samples.
+#[derive(Clone, Debug)]
+pub(super) struct Told {
     config: SessionConfig,
     stored_hz: f64,
-    attic: Box<dyn Attic>,
+    visits: Vec<StreamVisit>,
+    /// Names the program and all of the above but the visits.
+    fits: String,
+}
+
+impl Told {
+    pub(super) async fn of(app: &App, session: &Session) -> Result<Told, StoreError> {
+        let db = app.store.read();
+        // Asked for first: where the markers change in between, a saved state is not taken up next time.
+        let markers = markers::revision(db).await?;
+        let config = super::opening::session_config(app, session).await?;
+        let stored_hz = app.config.track_rate_hz;
+        let fits = fits(&config, markers, stored_hz);
+        Ok(Told { config, stored_hz, visits: stream_visits::of_session(db, session.id).await?, fits })
+    }
+}
+
+/// Names this program and what a walk is told at its start.
+fn fits(config: &SessionConfig, markers_revision: i64, stored_hz: f64) -> String {
+    let mut config = config.clone();
+    // Thousands of them, which their revision names.
+    if let Some(identification) = &mut config.identification {
+        identification.markers = Default::default();
+    }
+    let mut hash = Sha256::new();
+    hash.update(SOURCES);
+    for source in LAYOUT {
+        hash.update(source);
+    }
+    hash.update(format!("{config:?} {markers_revision} {stored_hz}"));
+    hex(&hash.finalize())
+}
+
+/// Replays the whole stored stream of a session.
+pub(super) async fn from_all_samples(
+    app: &App,
+    session_id: Uuid,
+    told: &Told,
 ) -> Result<Rebuilt, StoreError> {
-    let told = stream_visits::of_session(store.read(), session_id).await?;
-    let mut walk = Walk::new(config, stored_hz);
-    walk.put_past_in(attic);
+    let mut walk = Walk::new(told.config.clone(), told.stored_hz);
+    walk.put_past_in(Box::new(app.attic.of_session()));
+    let chunks = stream_chunks::as_received(app.store.read(), session_id);
+    replay(walk, [0; 2], 0, told, chunks).await
+}
+
+/// Replays what came after a saved state from before all that the walk can look back to; `None` where there is none, as in
+/// the first minutes of a walk, after a new release, or where the markers have changed since.
+pub(super) async fn from_a_saved_state(
+    app: &App,
+    session_id: Uuid,
+    told: &Told,
+) -> Result<Option<Rebuilt>, StoreError> {
+    let db = app.store.read();
+    let before_ns = EngineSession::LOOKS_BACK_NS;
+    for state in live_states::from_before_the_newest(db, session_id, &told.fits, before_ns).await? {
+        let attic = Box::new(app.attic.of_session());
+        let Some(walk) = Walk::restored(told.config.clone(), told.stored_hz, attic, &state) else {
+            tracing::warn!(session = %session_id, "a saved state could not be read: the walk is made from its samples");
+            continue;
+        };
+        let chunks = stream_chunks::as_received_from(db, session_id, state.next_sequence);
+        let rebuilt = replay(walk, state.next_sequence, state.samples, told, chunks).await?;
+        if !rebuilt.walk.lacks_past() {
+            metrics::counter!("lodestep_live_states_taken_up_total").increment(1);
+            return Ok(Some(rebuilt));
+        }
+    }
+    Ok(None)
+}
+
+/// Gives a walk that has taken so many samples what came after: `next` is the next batch of each foot.
+async fn replay(
+    mut walk: Walk,
+    mut next: [u64; 2],
+    samples: u64,
+    told: &Told,
+    chunks: impl Stream<Item = Result<Samples, StoreError>>,
+) -> Result<Rebuilt, StoreError> {
     let mut findings = Findings::default();
-    let mut next = [0; 2];
-    let mut visits = told.iter().peekable();
-    let chunks = stream_chunks::as_received(store.read(), session_id);
+    // A state is saved with samples, and a visit comes after those that are on disk: one at the same place is later.
+    let taken = told.visits.partition_point(|visit| visit.after_samples < samples);
+    let mut visits = told.visits[taken..].iter().peekable();
     let mut chunks = std::pin::pin!(chunks);
     while let Some(chunk) = chunks.try_next().await? {
         while let Some(earlier) = visits.next_if(|visit| visit.after_samples <= walk.samples_taken()) {
@@ -53,5 +135,5 @@ pub(super) async fn from_store(
         findings.add(walk.visit(visit.for_engine()));
     }
     let sequences = Foot::BOTH.map(|foot| Sequence::resumed_at(next[foot.index()]));
-    Ok(Rebuilt { walk, findings, sequences, told })
+    Ok(Rebuilt { walk, findings, sequences, told: told.visits.clone(), fits: told.fits.clone() })
 }

@@ -52,6 +52,11 @@ impl Sequence {
         self.next_on_disk = self.next_on_disk.max(sequence + 1);
     }
 
+    /// The first batch that has not been taken yet.
+    pub(crate) fn next_taken(&self) -> u64 {
+        self.next
+    }
+
     /// The first batch that is not on disk yet.
     pub(crate) fn next_on_disk(&self) -> u64 {
         self.next_on_disk

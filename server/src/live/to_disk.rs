@@ -16,6 +16,7 @@ use super::device;
 use super::walk::Findings;
 use crate::error::{Error, Result};
 use crate::store::Record;
+use crate::store::live_states::LiveState;
 use crate::store::raw_chunks::Samples;
 use crate::store::stands::Stand;
 use crate::store::visits::Visit;
@@ -82,6 +83,8 @@ impl Actor {
         } else {
             (BTreeMap::new(), None)
         };
+        // Only here has the walk taken just what is on disk, or on its way there with it.
+        let state = if raw.is_empty() { None } else { self.state_to_save() };
         let record = Record {
             session_id: self.session.id,
             raw,
@@ -92,9 +95,21 @@ impl Actor {
             visits: findings.visits,
             anomalies: findings.anomalies,
             summary,
+            state,
         };
         let writer = self.app.store.writer().clone();
         self.submit(async move { writer.record(record).await }, then);
+    }
+
+    fn state_to_save(&mut self) -> Option<LiveState> {
+        let (t_ns, body) = self.walk.state_to_save()?;
+        Some(LiveState {
+            t_ns,
+            fits: self.fits.clone(),
+            samples: self.walk.samples_taken(),
+            next_sequence: self.sequences.map(|foot| foot.next_taken()),
+            body,
+        })
     }
 
     pub(super) fn submit<E: Into<Error>>(

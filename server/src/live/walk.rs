@@ -9,9 +9,11 @@ use lodestep_engine::event::{Anomaly, Event, Stand, TrackPoint, VisitOutcome};
 use lodestep_engine::sample::{Foot, ImuSample};
 use lodestep_engine::session::{Session, SessionConfig, Summary, Visit};
 use lodestep_engine::systems::pedestrian::Attic;
+use serde::{Deserialize, Serialize};
 
-use super::grid::{Choice, Grid};
+use super::grid::{Choice, Grid, SavedGrid};
 use super::trail::TrailPoint;
+use crate::store::live_states::LiveState;
 use crate::wire::Motion;
 
 /// The speed that is shown is the mean over this time, ns.
@@ -19,6 +21,9 @@ const SPEED_OVER_NS: i64 = 1_000_000_000;
 /// Both feet have to stand for this long until the inspector counts as standing, ns: longer than the
 /// moments in which both feet are on the ground while walking.
 const STANDING_AFTER_NS: i64 = 700_000_000;
+
+/// A state is saved this often at most, ns: there is one for each minute of a walk.
+const SAVED_EVERY_NS: i64 = 90_000_000_000;
 
 /// A walk in progress.
 #[derive(Debug)]
@@ -29,6 +34,18 @@ pub(crate) struct Walk {
     moved_ns: i64,
     samples_taken: u64,
     events: Vec<Event>,
+    /// Time of the state that was saved last, ns.
+    saved_ns: Option<i64>,
+}
+
+/// What is saved of a walk.
+#[derive(Serialize, Deserialize)]
+struct Saved {
+    engine: Vec<u8>,
+    grid: SavedGrid,
+    shown: VecDeque<TrailPoint>,
+    moved_ns: i64,
+    samples_taken: u64,
 }
 
 /// What came out of some samples or a visit.
@@ -87,7 +104,51 @@ impl Walk {
             moved_ns: i64::MIN,
             samples_taken: 0,
             events: Vec::new(),
+            saved_ns: None,
         }
+    }
+
+    /// The walk whose state this is, told the same; it goes on with what came after. `None` where the state is none of this program's.
+    pub(crate) fn restored(
+        config: SessionConfig,
+        stored_hz: f64,
+        attic: Box<dyn Attic>,
+        state: &LiveState,
+    ) -> Option<Walk> {
+        let saved: Saved = postcard::from_bytes(&state.body).ok()?;
+        Some(Walk {
+            session: Session::restored(config, &saved.engine, Some(attic)).ok()?,
+            grid: Grid::restored(stored_hz, saved.grid),
+            shown: saved.shown,
+            moved_ns: saved.moved_ns,
+            samples_taken: saved.samples_taken,
+            events: Vec::new(),
+            saved_ns: Some(state.t_ns),
+        })
+    }
+
+    /// Its state and the time of that, ns, every two minutes of the walk; and again when a visit went back to before that time.
+    pub(crate) fn state_to_save(&mut self) -> Option<(i64, Vec<u8>)> {
+        let state = self.session.state_to_save()?;
+        let again = |saved_ns: i64| state.t_ns <= saved_ns;
+        let due = |saved_ns: i64| state.t_ns >= saved_ns.saturating_add(SAVED_EVERY_NS);
+        if !self.saved_ns.is_none_or(|saved_ns| again(saved_ns) || due(saved_ns)) {
+            return None;
+        }
+        self.saved_ns = Some(state.t_ns);
+        let saved = Saved {
+            engine: state.bytes,
+            grid: self.grid.saved(),
+            shown: self.shown.clone(),
+            moved_ns: self.moved_ns,
+            samples_taken: self.samples_taken,
+        };
+        Some((state.t_ns, postcard::to_allocvec(&saved).ok()?))
+    }
+
+    /// Whether it was restored, and would be another if it had been made from all of its samples.
+    pub(crate) fn lacks_past(&self) -> bool {
+        self.session.lacks_past()
     }
 
     /// Puts what it seldom needs there; to be said before the first sample.

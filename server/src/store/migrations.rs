@@ -29,6 +29,7 @@ const STEPS: &[(i64, &str, &str)] = &[
         include_str!("../../../migrations/0015_figures_and_site_parameters.sql"),
     ),
     (16, "streams by stretches", include_str!("../../../migrations/0016_streams_by_stretches.sql")),
+    (17, "live states", include_str!("../../../migrations/0017_live_states.sql")),
 ];
 
 /// The version of the tables that this program reads and writes: the number of the last step.

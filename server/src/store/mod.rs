@@ -16,6 +16,7 @@ pub mod inspectors;
 pub mod jobs;
 pub mod lab_runs;
 pub mod lab_tracks;
+pub mod live_states;
 pub mod logs;
 pub mod mappings;
 pub mod marker_changes;

@@ -5,11 +5,16 @@ use lodestep_engine::session::Summary;
 use sqlx::SqliteConnection;
 use uuid::Uuid;
 
+use super::live_states::{self, LiveState};
 use super::raw_chunks::{Packed, Samples};
 use super::stands::{self, Stand};
 use super::track::{self, Run};
 use super::visits::Visit;
 use super::{StoreError, anomalies, sessions, stream_chunks, visits, webhook_deliveries};
+
+/// So much of a walk's states is kept, ns: there is one every two minutes, and from the newest a session looks back
+/// over five; two of those before are enough.
+const STATES_KEPT_NS: i64 = 600_000_000_000;
 
 /// What a live session found out and wants on disk, all or nothing.
 #[derive(Clone, Debug, Default)]
@@ -32,6 +37,8 @@ pub struct Record {
     pub anomalies: Vec<Anomaly>,
     /// What it amounts to so far.
     pub summary: Option<Summary>,
+    /// Its state after all of these samples.
+    pub state: Option<LiveState>,
 }
 
 /// A record with its samples packed.
@@ -49,9 +56,10 @@ impl PackedRecord {
         Ok(PackedRecord { record, raw })
     }
 
-    /// How many bytes its samples take in the table.
+    /// How many bytes its samples and its state take in their tables.
     pub(super) fn bytes(&self) -> usize {
-        self.raw.iter().map(Packed::bytes).sum()
+        let state = self.record.state.as_ref().map_or(0, |state| state.body.len());
+        self.raw.iter().map(Packed::bytes).sum::<usize>() + state
     }
 }
 
@@ -78,6 +86,9 @@ pub(super) async fn write(db: &mut SqliteConnection, records: &[&PackedRecord]) 
             anomalies::insert(&mut *db, id, found).await?;
         }
         webhook_deliveries::announce_anomalies(&mut *db, id, &record.anomalies).await?;
+        if let Some(state) = &record.state {
+            live_states::save(&mut *db, id, state, STATES_KEPT_NS).await?;
+        }
     }
     let summaries =
         with_ids().filter_map(|(packed, id)| packed.record.summary.as_ref().map(|told| (id, told)));

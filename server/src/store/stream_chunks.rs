@@ -123,6 +123,21 @@ pub fn as_received<'a>(
     unpacked(query.bind(session_id.to_string()).fetch(db))
 }
 
+/// The same from these batches on, left foot first.
+pub fn as_received_from<'a>(
+    db: impl SqliteExecutor<'a> + 'a,
+    session_id: Uuid,
+    [left, right]: [u64; 2],
+) -> impl Stream<Item = Result<Samples, StoreError>> + 'a {
+    let query = sqlx::query(concat!(
+        "select * from stream_chunks where id in ",
+        ids!("and chunk.first_sequence >= case chunk.foot when 'left' then ?2 else ?3 end"),
+        " order by id"
+    ));
+    let query = query.bind(session_id.to_string());
+    unpacked(query.bind(columns::to_column(left)).bind(columns::to_column(right)).fetch(db))
+}
+
 fn unpacked<'a>(
     rows: impl Stream<Item = sqlx::Result<SqliteRow>> + 'a,
 ) -> impl Stream<Item = Result<Samples, StoreError>> + 'a {

@@ -1,6 +1,6 @@
 //! What the store promises, on a real file.
 
-use futures_util::TryStreamExt;
+use futures_util::{FutureExt, TryStreamExt};
 use lodestep_engine::event::{FootPoint, TrackPoint};
 use lodestep_engine::sample::{Foot, ImuSample};
 use tempfile::TempDir;
@@ -8,10 +8,11 @@ use uuid::Uuid;
 
 use super::health::{Disk, Health};
 use super::inspectors::{self, Inspector};
+use super::live_states::LiveState;
 use super::raw_chunks::{self, Origin, Samples};
 use super::sessions::{self, Session, SessionState, Start};
 use super::track::{self, Run};
-use super::{Record, Store, StoreError, stream_chunks};
+use super::{Record, Store, StoreError, live_states, stream_chunks};
 use crate::utc;
 
 async fn store() -> (TempDir, Store) {
@@ -114,6 +115,41 @@ async fn a_record_comes_back_to_the_last_bit() {
     assert!(back[0].samples[0].f_b_m_s2[1].is_sign_negative(), "even the sign of a zero");
     assert_eq!(stream_chunks::next_sequence(store.read(), id, Foot::Right).await.unwrap(), 3);
     assert_eq!(stream_chunks::next_sequence(store.read(), id, Foot::Left).await.unwrap(), 0);
+}
+
+#[tokio::test]
+async fn a_walk_has_its_last_states_and_a_newer_one_takes_the_place_of_what_a_visit_went_back_over() {
+    let (_folder, store) = store().await;
+    let (one, other) = (session(&store).await, session_of(&store, "another").await);
+    let state = |minute: i64, fits: &str| LiveState {
+        t_ns: minute * 60_000_000_000,
+        fits: fits.to_owned(),
+        samples: minute as u64 * 12_000,
+        next_sequence: [minute as u64 * 300, minute as u64 * 300 + 1],
+        body: vec![minute as u8; 10],
+    };
+    let save = async |session_id, state| {
+        let record = Record { session_id, state: Some(state), ..Record::default() };
+        store.writer().record(record).await.unwrap();
+    };
+    let before = async |session_id, fits, minutes: i64| {
+        let before_ns = minutes * 60_000_000_000;
+        live_states::from_before_the_newest(store.read(), session_id, fits, before_ns).await.unwrap()
+    };
+    for minute in (2..=20).step_by(2) {
+        save(one, state(minute, "this program")).await;
+        save(other, state(minute, "another program")).await;
+    }
+    let minutes = [14, 12, 10].map(|minute| state(minute, "this program"));
+    assert_eq!(before(one, "this program", 5).await, minutes, "those of the last ten minutes, newest first");
+    assert_eq!(before(other, "this program", 5).await, []);
+    // A visit went back to before the last two.
+    save(one, state(17, "this program")).await;
+    assert_eq!(before(one, "this program", 0).await[0], state(16, "this program"));
+    assert_eq!(before(one, "this program", 5).await[0], state(10, "this program"));
+    store.writer().run(move |db| live_states::clear(db, one).boxed()).await.unwrap();
+    assert_eq!(before(one, "this program", 0).await, []);
+    assert_eq!(before(other, "another program", 5).await.len(), 3);
 }
 
 #[tokio::test]

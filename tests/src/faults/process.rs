@@ -149,6 +149,15 @@ impl Program {
 }
 
 impl Running {
+    /// A figure of `/metrics`; zero where it is not told.
+    pub async fn figure(&self, name: &str) -> f64 {
+        let url = format!("http://{}/metrics", self.address);
+        let text =
+            reqwest::get(url).await.expect("a running server answers").text().await.unwrap_or_default();
+        let told = text.lines().find_map(|line| line.strip_prefix(name)?.strip_prefix(' '));
+        told.and_then(|value| value.parse().ok()).unwrap_or(0.0)
+    }
+
     /// Ends it at once, as a power cut does to a process: no handler runs, nothing is flushed.
     pub async fn kill(mut self) {
         self.child.kill().await.expect("a child of ours can be killed");

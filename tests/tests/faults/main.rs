@@ -10,6 +10,7 @@
 use std::sync::Arc;
 use std::time::Duration;
 
+use lodestep_engine::sample::Foot;
 use lodestep_tests::faults::audit::audit;
 use lodestep_tests::faults::clock::{faketime, step};
 use lodestep_tests::faults::disk_full::{SmallDisk, fill};
@@ -21,6 +22,7 @@ use lodestep_tests::faults::random::Random;
 use lodestep_tests::faults::scene::{Scale, Scene, undisturbed, wrong_in_the_end};
 use lodestep_tests::faults::script::Script;
 use tempfile::TempDir;
+use tokio::time::sleep;
 
 /// Long enough to be met by some faults, short enough for a test.
 const SCALE: Scale = Scale { devices: 2, metres: 12.0, pace: Duration::from_millis(4), changes: 20 };
@@ -43,6 +45,41 @@ async fn a_server_that_is_killed_at_random_moments_keeps_every_promise_and_tells
     let came = kill(5, &scripts, SCALE, &expected, &mut random).await;
     assert!(came.wrong.is_empty(), "{came:#?}");
     assert!(came.kills == 5 && came.batches > 0, "{came:?}");
+}
+
+/// A quarter of an hour, so that what a session looks back to lies behind a saved state.
+const LONG_WALK: Scale = Scale { devices: 1, metres: 1_000.0, pace: Duration::ZERO, changes: 0 };
+
+#[tokio::test]
+async fn a_long_walk_is_taken_up_from_a_saved_state_and_comes_to_the_same_track() {
+    let scripts = scripts(LONG_WALK);
+    let expected = undisturbed(&scripts, LONG_WALK).await;
+    let folder = TempDir::new().expect("a temporary folder can be made");
+    let program = Program::on(folder.path());
+    let mut running = program.start().await;
+    let mut scene = Scene::prepare(running.address, &scripts, LONG_WALK).await;
+    scene.begin();
+    let batches = Foot::BOTH.map(|foot| scripts[0].batches(foot)).iter().sum::<u64>();
+    let mut taken_up = 0.0;
+    for percent in [20, 60, 75, 90] {
+        let told = || scene.promises.told().batches.values().flatten().sum::<u64>();
+        while told() < batches * percent / 100 {
+            sleep(Duration::from_millis(5)).await;
+        }
+        taken_up += running.figure("lodestep_live_states_taken_up_total").await;
+        running.kill().await;
+        scene.server_is_at(None);
+        let wrong = audit(folder.path(), &scene).await;
+        assert!(wrong.is_empty(), "{wrong:#?}");
+        running = program.start().await;
+        scene.server_is_at(Some(running.address));
+    }
+    let outcome = scene.end(Duration::from_secs(120)).await;
+    taken_up += running.figure("lodestep_live_states_taken_up_total").await;
+    running.terminate().await;
+    let wrong = wrong_in_the_end(folder.path(), &scene, &outcome, &expected).await;
+    assert!(wrong.is_empty(), "{wrong:#?}");
+    assert!((2.0..=3.0).contains(&taken_up), "{taken_up} times; the first 20 % are too young for it");
 }
 
 #[tokio::test]
