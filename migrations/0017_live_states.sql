@@ -11,3 +11,8 @@ create table live_states (
     body                 blob    not null   -- for that program alone
 ) strict;
 create unique index live_states_of_session on live_states (session_id, t_ns);
+
+-- A visit that is taken back is in every state that was saved since it was told: the walk is then made from its samples.
+create trigger live_states_go_with_a_visit after delete on stream_visits begin
+    delete from live_states where session_id = old.session_id;
+end;

@@ -50,11 +50,13 @@ struct Hypothesis {
 }
 
 /// All that is thought of a walk's stands.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub(super) struct Hypotheses {
+    #[serde(skip)]
     tuning: IdentificationTuning,
     seen: Vec<Seen>,
     /// The hypotheses before each stand, and after the last.
+    #[serde(skip)]
     thought: Vec<Vec<Hypothesis>>,
 }
 
@@ -70,16 +72,11 @@ impl Hypotheses {
         Hypotheses { tuning, seen: Vec::new(), thought: vec![vec![first]] }
     }
 
-    /// What was seen of the stands so far: all else follows from it.
-    pub(super) fn seen(&self) -> &[Seen] {
-        &self.seen
-    }
-
-    /// All that is thought when this has been seen.
-    pub(super) fn of(seen: Vec<Seen>, markers: &Markers, tuning: IdentificationTuning) -> Hypotheses {
-        let mut hypotheses = Hypotheses { seen, ..Hypotheses::new(tuning) };
-        hypotheses.think_from(0, markers);
-        hypotheses
+    /// Thinks all of it again: of those that were saved there is only what was seen, from which the rest follows.
+    pub(super) fn think_again(&mut self, markers: &Markers, tuning: IdentificationTuning) {
+        let seen = std::mem::take(&mut self.seen);
+        *self = Hypotheses { seen, ..Hypotheses::new(tuning) };
+        self.think_from(0, markers);
     }
 
     /// Takes the next stand.

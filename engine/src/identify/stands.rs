@@ -25,10 +25,12 @@ const LENGTH_STEP_NS: i64 = 1_000_000_000;
 /// A stand is told again when a probability has changed by more than this.
 const WORTH_TELLING: f64 = 0.005;
 
-/// The stands of one session.
-#[derive(Clone, Debug)]
+/// The stands of one session. Saved is what does not follow from what the session was told.
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub(crate) struct Stands {
+    #[serde(skip)]
     identification: Identification,
+    #[serde(skip)]
     markers: Arc<Markers>,
     detector: StandingDetector,
     hypotheses: Hypotheses,
@@ -44,22 +46,6 @@ pub(crate) struct Stands {
     length_at: Option<(i64, Vector3<f64>)>,
     last: Option<TrackPoint>,
     /// A visit was used, and the track's newest point has not been told since.
-    corrected: bool,
-}
-
-/// The stands of one session as they are saved.
-#[derive(Clone, Debug, Serialize, Deserialize)]
-pub(crate) struct SavedStands {
-    detector: StandingDetector,
-    seen: Vec<Seen>,
-    told: Vec<Stand>,
-    visits: Vec<(Visit, bool)>,
-    used: Vec<(String, i64, bool)>,
-    stretches: Vec<Stretch>,
-    from_n_m: Option<Vector3<f64>>,
-    length_m: f64,
-    length_at: Option<(i64, Vector3<f64>)>,
-    last: Option<TrackPoint>,
     corrected: bool,
 }
 
@@ -82,52 +68,12 @@ impl Stands {
         }
     }
 
-    /// What cannot be had from what the session was told.
-    pub(crate) fn saved(&self) -> SavedStands {
-        SavedStands {
-            detector: self.detector.clone(),
-            seen: self.hypotheses.seen().to_vec(),
-            told: self.told.clone(),
-            visits: self.visits.clone(),
-            used: self.used.clone(),
-            stretches: self.stretches.clone(),
-            from_n_m: self.from_n_m,
-            length_m: self.length_m,
-            length_at: self.length_at,
-            last: self.last,
-            corrected: self.corrected,
-        }
-    }
-
-    /// The stands as they were saved, of a session that was told the same.
-    pub(crate) fn restored(identification: &Identification, saved: SavedStands) -> Stands {
-        let SavedStands {
-            detector,
-            seen,
-            told,
-            visits,
-            used,
-            stretches,
-            from_n_m,
-            length_m,
-            length_at,
-            last,
-            corrected,
-        } = saved;
-        Stands {
-            hypotheses: Hypotheses::of(seen, &identification.markers, identification.tuning.clone()),
-            detector,
-            told,
-            visits,
-            used,
-            stretches,
-            from_n_m,
-            length_m,
-            length_at,
-            last,
-            corrected,
-            ..Stands::new(identification)
-        }
+    /// Stands that were saved, of a session that is told the same again.
+    pub(crate) fn told_again(mut self, identification: &Identification) -> Stands {
+        self.identification = identification.clone();
+        self.markers = Arc::clone(&identification.markers);
+        self.hypotheses.think_again(&identification.markers, identification.tuning.clone());
+        self
     }
 
     /// Somebody told the session of a visit.

@@ -5,14 +5,16 @@
 //! was never cut as soon as all that it looks back to came after; until then it has told nothing that differs, unless
 //! it says that it [lacks its past](Session::lacks_past).
 
+use std::borrow::Cow;
+
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 
 use super::{EpochGrouping, Session, SessionConfig, Solution, Summary, Walk};
-use crate::identify::stands::{SavedStands, Stands};
+use crate::identify::stands::Stands;
 use crate::systems::pedestrian::Attic;
 use crate::systems::pedestrian::filter::Setting;
-use crate::systems::pedestrian::history::{History, SavedHistory};
+use crate::systems::pedestrian::history::{self, History, SavedHistory};
 use crate::systems::pedestrian::line::FootLine;
 use crate::systems::pedestrian::slow_errors::blocks;
 
@@ -28,14 +30,14 @@ pub const SOURCES: &str = env!("LODESTEP_ENGINE_SOURCES");
 pub struct NotRestored(String);
 
 #[derive(Debug, Serialize, Deserialize)]
-struct Saved {
-    lines: Vec<FootLine>,
+struct Saved<'a> {
+    lines: Cow<'a, [FootLine]>,
     walk: SavedWalk,
     summary: Summary,
     merged_ns: i64,
     epoch: EpochGrouping,
     first_point_ns: Option<i64>,
-    stands: Option<SavedStands>,
+    stands: Option<Cow<'a, Stands>>,
 }
 
 #[derive(Debug, Serialize, Deserialize)]
@@ -62,13 +64,13 @@ impl Session {
             }
         };
         let saved = Saved {
-            lines: self.lines.clone(),
+            lines: Cow::Borrowed(&self.lines),
             walk,
             summary: self.summary,
             merged_ns: self.merged_ns,
             epoch: self.epoch,
             first_point_ns: self.first_point_ns,
-            stands: self.stands.as_ref().map(|stands| stands.saved()),
+            stands: self.stands.as_deref().map(Cow::Borrowed),
         };
         let mut bytes = vec![0; CHECK_BYTES];
         bytes = postcard::to_extend(&saved, bytes).ok()?;
@@ -79,7 +81,7 @@ impl Session {
 
     /// A live session looks back so far, ns: a state that was saved longer than this before another one was is enough for
     /// a session that is the same.
-    pub const LOOKS_BACK_NS: i64 = 300_000_000_000;
+    pub const LOOKS_BACK_NS: i64 = history::LOOKS_BACK_NS;
 
     /// The session whose state this is, told the same at its start; it goes on with the samples and visits that came
     /// after.
@@ -96,21 +98,16 @@ impl Session {
         if told != check(bytes) {
             return Err(damaged(CHECK_BYTES + bytes.len()));
         }
-        let saved: Saved = postcard::from_bytes(bytes).map_err(|error| NotRestored(error.to_string()))?;
+        let saved: Saved<'_> = postcard::from_bytes(bytes).map_err(|error| NotRestored(error.to_string()))?;
         if config.solution != Solution::Trail {
             return Err(NotRestored("a session that is not live".to_owned()));
         }
-        let Saved { mut lines, walk, summary, merged_ns, epoch, first_point_ns, stands } = saved;
+        let Saved { lines, walk, summary, merged_ns, epoch, first_point_ns, stands } = saved;
+        let mut lines = lines.into_owned();
         for line in &mut lines {
             line.reopen(&config.tuning);
         }
-        let setting = Setting {
-            tuning: config.tuning.clone(),
-            aids: config.aids,
-            gravity_m_s2: config.gravity_m_s2,
-            declination_rad: config.declination_rad,
-            feet: lines.iter().map(FootLine::foot).collect(),
-        };
+        let setting = Setting::new(&config, &lines);
         let misfit = || NotRestored("steps that do not belong together".to_owned());
         let walk = match walk {
             SavedWalk::OneFoot(saved) if lines.len() == 1 => {
@@ -122,7 +119,9 @@ impl Session {
             _ => return Err(misfit()),
         };
         let stands = match (&config.identification, stands) {
-            (Some(identification), Some(saved)) => Some(Box::new(Stands::restored(identification, saved))),
+            (Some(identification), Some(saved)) => {
+                Some(Box::new(saved.into_owned().told_again(identification)))
+            }
             (None, None) => None,
             _ => return Err(NotRestored("other knowledge of markers".to_owned())),
         };

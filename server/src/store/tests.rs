@@ -11,7 +11,9 @@ use super::inspectors::{self, Inspector};
 use super::live_states::LiveState;
 use super::raw_chunks::{self, Origin, Samples};
 use super::sessions::{self, Session, SessionState, Start};
+use super::stream_visits::{self, StreamVisit};
 use super::track::{self, Run};
+use super::visits::{self, Visit};
 use super::{Record, Store, StoreError, live_states, stream_chunks};
 use crate::utc;
 
@@ -150,6 +152,30 @@ async fn a_walk_has_its_last_states_and_a_newer_one_takes_the_place_of_what_a_vi
     store.writer().run(move |db| live_states::clear(db, one).boxed()).await.unwrap();
     assert_eq!(before(one, "this program", 0).await, []);
     assert_eq!(before(other, "another program", 5).await.len(), 3);
+    // A visit that is taken back, whoever asks and whether or not the walk is on this server now: it is in the states.
+    let visit = Visit {
+        id: Uuid::now_v7(),
+        session_id: other,
+        marker: "A1".into(),
+        t_start_ns: 0,
+        t_end_ns: 0,
+        origin: visits::Origin::Keyed,
+        created_at: utc::now(),
+        outcome: None,
+    };
+    let id = visit.id;
+    let told = StreamVisit { visit, after_samples: 7, marker_position_m: (1.0, 2.0, None) };
+    let tell = store.writer().run(move |db| {
+        async move {
+            visits::insert(&mut *db, &told.visit).await?;
+            stream_visits::insert(&mut *db, &told).await
+        }
+        .boxed()
+    });
+    tell.await.unwrap();
+    assert_eq!(before(other, "another program", 5).await.len(), 3);
+    store.writer().run(move |db| async move { visits::delete(db, id).await }.boxed()).await.unwrap();
+    assert_eq!(before(other, "another program", 0).await, []);
 }
 
 #[tokio::test]

@@ -7,6 +7,7 @@ use nalgebra::{Matrix3, Vector3};
 use serde::{Deserialize, Serialize};
 
 use super::foot::{Foot, Step};
+use super::line::FootLine;
 use super::slow_errors::{Slow, deviation, stride, surroundings};
 use super::tuning::Tuning;
 use super::two_feet::Passing;
@@ -19,7 +20,7 @@ use crate::ins::mechanization::advance;
 use crate::ins::observation::Observation;
 use crate::rotation::heading;
 use crate::sample;
-use crate::session::Aids;
+use crate::session::{Aids, SessionConfig};
 
 /// A step longer than this is not integrated: what the foot did meanwhile is unknown, s.
 const LONGEST_STEP_S: f64 = 0.2;
@@ -44,6 +45,19 @@ pub(crate) struct Setting {
     pub(crate) declination_rad: f64,
     /// The feet in the order of their sensors' numbers.
     pub(crate) feet: Vec<sample::Foot>,
+}
+
+impl Setting {
+    /// Of the feet that take part, each by its line.
+    pub(crate) fn new(config: &SessionConfig, lines: &[FootLine]) -> Setting {
+        Setting {
+            tuning: config.tuning.clone(),
+            aids: config.aids,
+            gravity_m_s2: config.gravity_m_s2,
+            declination_rad: config.declination_rad,
+            feet: lines.iter().map(FootLine::foot).collect(),
+        }
+    }
 }
 
 /// The state of everything that changes from sample to sample, for `F` feet with `B`

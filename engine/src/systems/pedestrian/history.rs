@@ -10,7 +10,7 @@ use super::filter::{Filter, Setting};
 use super::foot::Step;
 use super::kept_step::KeptStep;
 use super::recording::WayBack;
-use super::smoothing::{Mark, Smoothing, Source};
+use super::smoothing::{Mark, Smoothing, Source, TRAIL_NS};
 use super::steps::{Attic, Steps};
 use crate::event::{Event, TrackPoint, VisitOutcome};
 use crate::session::{SensorState, Solution, Visit};
@@ -20,6 +20,8 @@ mod saved;
 
 pub(crate) use saved::SavedHistory;
 
+/// How far a live history looks back at most, ns: over its trail; a late visit goes back less far.
+pub(crate) const LOOKS_BACK_NS: i64 = TRAIL_NS;
 /// A checkpoint is taken this often, ns.
 const CHECKPOINT_NS: i64 = 2_000_000_000;
 /// The newest so many are kept, of older ones one in so long, ns: a visit of some time ago makes little more be run

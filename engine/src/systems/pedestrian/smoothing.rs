@@ -21,7 +21,7 @@ const STRETCH_NS: i64 = 60_000_000_000;
 /// So much is kept of recordings, which saves the run to make them again, bytes.
 const KEPT_BYTES: usize = 96 << 20;
 /// So much of a live walk's past is smoothed at a visit, ns.
-const TRAIL_NS: i64 = 300_000_000_000;
+pub(super) const TRAIL_NS: i64 = 300_000_000_000;
 
 /// How much had been recorded at a moment.
 #[derive(Clone, Copy, Debug, Default)]

@@ -67,13 +67,7 @@ pub(crate) fn resolve(config: &SessionConfig, lines: &mut [FootLine], events: &m
                 .map(|mag_b_ut| (level(&start.f_b, first.rad), mag_b_ut)),
         );
     }
-    let setting = Setting {
-        tuning: config.tuning.clone(),
-        aids: config.aids,
-        gravity_m_s2: config.gravity_m_s2,
-        declination_rad: config.declination_rad,
-        feet: lines.iter().map(FootLine::foot).collect(),
-    };
+    let setting = Setting::new(config, lines);
     for line in lines.iter_mut() {
         line.open(&config.tuning, config.gravity_m_s2);
     }
