@@ -70,6 +70,7 @@ impl Registry {
     fn actor_or_new(&self, app: &App, session: &Session) -> mpsc::Sender<Command> {
         let mut actors = self.lock();
         let start = || {
+            metrics::gauge!("lodestep_live_sessions").increment(1);
             let (actor, inbox) = mpsc::channel(MOST_COMMANDS_WAITING);
             let (app, session, own) = (app.clone(), session.clone(), actor.downgrade());
             tokio::spawn(async move {
@@ -92,8 +93,8 @@ impl Registry {
         let mut actors = self.lock();
         if actors.get(&session_id).is_some_and(|actor| actor.same_channel(ended)) {
             actors.remove(&session_id);
+            metrics::gauge!("lodestep_live_sessions").decrement(1);
         }
-        metrics::gauge!("lodestep_live_sessions").set(actors.len() as f64);
     }
 
     fn lock(&self) -> MutexGuard<'_, HashMap<Uuid, mpsc::Sender<Command>>> {

@@ -81,6 +81,8 @@ async fn the_dashboard_draws_figures_that_there_are_and_none_is_left_out() {
     assert_eq!(server.post("/account/sign-in", &refused).await.0, 401);
 
     let (told, text) = told(&server).await;
+    let live = text.lines().find_map(|line| line.strip_prefix("lodestep_live_sessions "));
+    assert!(live.and_then(|value| value.parse::<f64>().ok()) >= Some(1.0), "one walks now, found {live:?}");
     let drawn = drawn(&dashboard);
     assert!(drawn.len() > 15, "{drawn:?}");
     // Nothing has been told to another program here.
