@@ -25,7 +25,8 @@ pub(super) fn run<S: FootSamples>(
     feet: impl IntoIterator<Item = (Foot, S)>,
 ) -> Result<Walked> {
     let begin = Instant::now();
-    let mut run = Run::new(config, visits);
+    // How many samples a log holds is known at its end.
+    let mut run = Run::new(config, visits, 0);
     feed(&mut run, InTimeOrder::new(feet), |_| true)?;
     run.smooth(|_| true);
     let (summary, process_seconds) = (run.summary(), begin.elapsed().as_secs_f64());

@@ -71,7 +71,7 @@ fn work(
     progress: &mut Progress,
 ) -> Result<Outcome, ProcessError> {
     let begun = Instant::now();
-    make_automatically(store, runtime, walk, progress)?;
+    make_automatically(store, runtime, walk, cell_ns, progress)?;
     let mut run = walk.begin_in_lab(asked.solution);
     let total = walk.samples().max(1) as f64;
     let fed = run::feed(&mut run, walk.samples_in_order(store, runtime), |done| {

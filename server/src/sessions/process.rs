@@ -104,7 +104,7 @@ fn compute(
     progress: &mut Progress,
 ) -> Result<((Computed, Provenance), Vec<TrackPoint>), ProcessError> {
     let begun = Instant::now();
-    make_automatically(store, runtime, walk, progress)?;
+    make_automatically(store, runtime, walk, cell_ns, progress)?;
     let mut main = walk.begin(Run::Main);
     main.record();
     let total = walk.samples().max(1) as f64;
@@ -142,16 +142,13 @@ fn without_markers(
     progress: &mut Progress,
 ) -> Result<Vec<TrackPoint>, ProcessError> {
     let mut run = walk.begin(Run::WithoutMarkers);
+    run.thin(cell_ns);
     let total = walk.samples().max(1) as f64;
     let fed = run::feed(&mut run, walk.samples_in_order(store, runtime), |done| {
         progress.tell("comparing", STORED_AT + (COMPARED_AT - STORED_AT) * done as f64 / total);
         !progress.is_stopping()
     });
-    if fed.map_err(ProcessError::Read)? {
-        Ok(run::thinned(&run.track.points, cell_ns))
-    } else {
-        Err(ProcessError::Stopping)
-    }
+    if fed.map_err(ProcessError::Read)? { Ok(run.track.points) } else { Err(ProcessError::Stopping) }
 }
 
 /// In automatic mode, finds in a run of its own which stands are nearly certain by all of the walk.
@@ -159,6 +156,7 @@ pub(super) fn make_automatically(
     store: &Store,
     runtime: &Handle,
     walk: &mut Walk,
+    cell_ns: i64,
     progress: &mut Progress,
 ) -> Result<(), ProcessError> {
     let Some(identification) = &mut walk.config.identification else { return Ok(()) };
@@ -167,6 +165,7 @@ pub(super) fn make_automatically(
         return Ok(());
     }
     let mut run = walk.begin(Run::Filtered);
+    run.thin(cell_ns);
     let total = walk.samples().max(1) as f64;
     let fed = run::feed(&mut run, walk.samples_in_order(store, runtime), |done| {
         progress.tell("identifying", FILTERED_AT * done as f64 / total);

@@ -38,22 +38,33 @@ pub(crate) struct Run {
     session: Session,
     events: Vec<Event>,
     pub(crate) track: Track,
+    /// Of its points, only the first in each cell of this grid are kept.
+    grid: Option<Grid>,
     /// Looks on for the charts, where they are wanted.
     recorder: Option<Box<Recorder>>,
 }
 
 impl Run {
-    pub(crate) fn new(config: SessionConfig, visits: &[Visit]) -> Run {
+    /// Before its first sample. Room for the points of `most_epochs` (0 where nobody knows) is taken at once: a track
+    /// that grows is moved as a whole again and again, and for that moment held twice.
+    pub(crate) fn new(config: SessionConfig, visits: &[Visit], most_epochs: u64) -> Run {
         let mut run = Run {
             session: Session::new(config),
             events: Vec::new(),
-            track: Track::default(),
+            track: Track { points: Vec::with_capacity(most_epochs as usize), ..Track::default() },
+            grid: None,
             recorder: None,
         };
         for visit in visits {
             run.session.visit(visit.clone(), &mut run.events);
         }
         run
+    }
+
+    /// Keeps points at the stored rate alone, where not every epoch is wanted.
+    pub(crate) fn thin(&mut self, cell_ns: i64) {
+        self.grid = Some(Grid::new(cell_ns));
+        self.track.points = Vec::new();
     }
 
     /// Keeps what charts need, from now on.
@@ -76,12 +87,18 @@ impl Run {
     }
 
     fn take_events(&mut self) {
-        let Run { events, track, recorder, .. } = self;
+        let Run { events, track, recorder, grid, .. } = self;
         for event in events.drain(..) {
             if let Some(recorder) = recorder {
                 recorder.event(&event);
             }
-            track.take(event);
+            let skipped = match (&event, &mut *grid) {
+                (Event::Point(point), Some(grid)) => !grid.takes(point.t_ns),
+                _ => false,
+            };
+            if !skipped {
+                track.take(event);
+            }
         }
     }
 

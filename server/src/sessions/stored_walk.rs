@@ -96,6 +96,11 @@ impl Walk {
         self.recordings.iter().map(|recording| recording.samples).sum()
     }
 
+    /// An epoch has a sample of each foot that is recorded.
+    fn most_epochs(&self) -> u64 {
+        self.recordings.iter().map(|recording| recording.samples).max().unwrap_or_default()
+    }
+
     /// The samples, to be read on a thread that may block.
     pub(super) fn samples_in_order(&self, store: &Store, runtime: &Handle) -> InTimeOrder<StoredSamples> {
         InTimeOrder::new(self.recordings.iter().map(|recording| {
@@ -118,7 +123,7 @@ impl Walk {
                 &[]
             }
         };
-        run::Run::new(config, visits)
+        run::Run::new(config, visits, self.most_epochs())
     }
 }
 
@@ -128,7 +133,7 @@ impl Walk {
         let mut config = self.config.clone();
         config.solution = solution;
         let visits = if config.aids.markers { &self.visits[..] } else { &[] };
-        run::Run::new(config, visits)
+        run::Run::new(config, visits, self.most_epochs())
     }
 
     /// Visits of whatever origin that a run with markers uses.

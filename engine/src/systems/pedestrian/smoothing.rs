@@ -19,7 +19,7 @@ use crate::session::Visit;
 /// A stretch is this long, ns.
 const STRETCH_NS: i64 = 60_000_000_000;
 /// So much is kept of recordings, which saves the run to make them again, bytes.
-const KEPT_BYTES: usize = 96 << 20;
+const KEPT_BYTES: usize = 32 << 20;
 /// So much of a live walk's past is smoothed at a visit, ns.
 pub(super) const TRAIL_NS: i64 = 300_000_000_000;
 
