@@ -8,7 +8,8 @@ use crate::sentence;
 /// The first byte says what the rest is taken for.
 pub(crate) fn run(bytes: &[u8]) {
     let Some((kind, file)) = bytes.split_first() else { return };
-    let lines = file.iter().filter(|byte| **byte == b'\n').count();
+    // A carriage return ends a row as a line feed does.
+    let lines = file.iter().filter(|byte| matches!(byte, b'\n' | b'\r')).count();
     let rows = match kind % 4 {
         0 => markers(file),
         1 => visits(file),

@@ -19,6 +19,8 @@ mod mapped_table;
 mod query;
 #[path = "../../fuzz/src/samples.rs"]
 mod samples;
+#[path = "../../fuzz/src/saved_state.rs"]
+mod saved_state;
 #[path = "../../fuzz/src/sentence.rs"]
 mod sentence;
 #[path = "../../fuzz/src/session.rs"]
@@ -85,6 +87,11 @@ fn tables_of_the_corpus() {
 #[test]
 fn session_of_the_corpus() {
     replay("session", session::run);
+}
+
+#[test]
+fn saved_state_of_the_corpus() {
+    replay("saved_state", saved_state::run);
 }
 
 #[test]

@@ -89,8 +89,10 @@ pub struct StanceDetector {
     #[serde(skip)]
     tuning: StanceTuning,
     gravity_m_s2: f64,
+    #[serde(skip)]
     half_window: usize,
     window: VecDeque<Member>,
+    #[serde(skip)]
     standing: usize,
     sum_rate_squared: f64,
     sum_force_squared: f64,
@@ -100,6 +102,9 @@ pub struct StanceDetector {
     /// Mean of the statistic over the last strides.
     activity: f64,
 }
+
+/// More samples than any sensor sends in the longest window.
+const LONGEST_HALF_WINDOW: usize = 1_000_000;
 
 /// One heel strike counts at most this much in the mean of the statistic.
 const MOST_ACTIVE: f64 = 2e4;
@@ -111,10 +116,15 @@ struct Member {
     f_b: Vector3<f64>,
 }
 
+/// Samples on either side of the one that is decided about.
+fn half_window(tuning: &StanceTuning, interval_s: f64) -> usize {
+    ((tuning.half_window_s() / interval_s).round() as usize).clamp(1, LONGEST_HALF_WINDOW)
+}
+
 impl StanceDetector {
     /// For samples that come every `interval_s` seconds.
     pub fn new(tuning: StanceTuning, interval_s: f64, gravity_m_s2: f64) -> Self {
-        let half_window = (tuning.half_window_s() / interval_s).round().max(1.0) as usize;
+        let half_window = half_window(&tuning, interval_s);
         StanceDetector {
             tuning,
             gravity_m_s2,
@@ -130,9 +140,11 @@ impl StanceDetector {
         }
     }
 
-    /// A detector that was saved is told its thresholds again.
+    /// A detector that was saved is told its thresholds again; what follows from them is not believed but counted.
     pub(crate) fn set_tuning(&mut self, tuning: StanceTuning) {
         self.tuning = tuning;
+        self.half_window = half_window(&tuning, self.interval_s);
+        self.standing = self.window.iter().filter(|member| member.within_bounds).count();
     }
 
     /// How many samples a decision is late.

@@ -39,6 +39,9 @@ pub(super) fn weigh(
     beside_sigma_m: f64,
     markers: &Markers,
 ) -> Weighed {
+    if !covariance_m2.iter().chain(place_n_m).all(|number| number.is_finite()) {
+        return Weighed { near: Vec::new(), none: FAR_AWAY, with_height: false };
+    }
     let largest_m2 = covariance_m2[(0, 0)] + covariance_m2[(1, 1)];
     let (anywhere_m, anywhere_up_m) = ANYWHERE_SIGMA_M;
     let within_m = REACH_SIGMAS * libm::sqrt(largest_m2 + anywhere_m * anywhere_m);
@@ -82,7 +85,7 @@ impl Normal {
         }
         // A covariance that its variances do not allow (rounding) must not turn the Gaussian inside out.
         let most = 0.999 * libm::sqrt(covariance[(0, 0)] * covariance[(1, 1)]);
-        covariance[(0, 1)] = covariance[(0, 1)].clamp(-most, most);
+        covariance[(0, 1)] = covariance[(0, 1)].max(-most).min(most);
         covariance[(1, 0)] = covariance[(0, 1)];
         let mut information = covariance.try_inverse().unwrap_or_else(Matrix3::zeros);
         let mut volume = std::f64::consts::TAU * libm::sqrt(covariance.determinant().max(0.0));

@@ -42,7 +42,7 @@ impl KeptStep {
     pub(crate) fn step(&self) -> Step {
         let double = |v: &[f32; 3]| Vector3::new(v[0].into(), v[1].into(), v[2].into());
         Step {
-            sensor: (self.epoch_and_flags >> 2 & 1) as usize,
+            sensor: self.sensor(),
             t_ns: self.t_ns,
             w_ib_b: double(&self.w_ib_b),
             f_b: double(&self.f_b),
@@ -83,6 +83,11 @@ impl KeptStep {
             zupt_sigma_m_s: f32::from_le_bytes(word()),
             epoch_and_flags: u32::from_le_bytes(word()),
         }
+    }
+
+    /// The sensor's place in the joint state.
+    pub(crate) fn sensor(&self) -> usize {
+        (self.epoch_and_flags >> 2 & 1) as usize
     }
 
     pub(crate) fn epoch(&self) -> u64 {

@@ -224,7 +224,7 @@ fn less(filtered: &Told, off: &SMatrix<f64, 4, 4>) -> Told {
     let [e, n, u, heading] = [variance(0, 0), variance(1, 1), variance(2, 2), variance(4, 3)];
     let most = (e * n).sqrt();
     let rest = filtered[3] - off[(0, 1)];
-    [e, n, u, if rest.is_finite() { rest.clamp(-most, most) } else { filtered[3] }, heading]
+    [e, n, u, if rest.is_finite() { rest.max(-most).min(most) } else { filtered[3] }, heading]
 }
 
 /// What lies on a line between two moments is never less sure than the filter was.

@@ -51,6 +51,9 @@ impl<const B: usize, const F: usize> History<B, F> {
         let next = start.first;
         let first = next.checked_sub(1)?;
         let before_ns = steps.first()?.t_ns;
+        if steps.iter().any(|step| step.sensor() >= F) {
+            return None;
+        }
         let newest = Snapshot {
             next,
             before_ns,
