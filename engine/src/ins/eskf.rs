@@ -38,6 +38,8 @@ pub struct Update<const B: usize> {
 /// Where what is known has this many times a measurement's variance, taking the one off the other
 /// would leave more rounding than covariance.
 const SHARPEST: f64 = 1e7;
+/// Such a measurement is divided at most so often; by then its noise has grown by 32 powers of ten.
+const MOST_PARTS: u8 = 8;
 
 impl<const B: usize> Eskf<B> {
     /// A filter that is sure of everything.
@@ -154,6 +156,18 @@ impl<const B: usize> Eskf<B> {
     /// over millions of steps of two feet; Joseph's form is the tests' oracle.
     #[inline]
     pub fn update<const M: usize>(&mut self, observation: &Observation<M>, gate: f64) -> Update<B> {
+        self.update_in_parts(observation, gate, MOST_PARTS)
+    }
+
+    /// The same for a measurement that may be divided so often yet: one without noise, or a covariance that is none, would ask
+    /// for it for ever.
+    #[inline]
+    fn update_in_parts<const M: usize>(
+        &mut self,
+        observation: &Observation<M>,
+        gate: f64,
+        parts: u8,
+    ) -> Update<B> {
         let cross_covariance = self.covariance.seen_by(observation.jacobians());
         let mut innovation_covariance = observation.noise;
         for (block, jacobian) in observation.jacobians() {
@@ -168,8 +182,9 @@ impl<const B: usize> Eskf<B> {
         if !(nis >= 0.0 && nis <= gate) {
             return Update { nis, correction: None };
         }
-        if (0..M).any(|k| innovation_covariance[(k, k)] > SHARPEST * observation.noise[(k, k)]) {
-            return Update { nis, correction: self.update_in_two_steps(observation) };
+        let too_sharp = |k| innovation_covariance[(k, k)] > SHARPEST * observation.noise[(k, k)];
+        if parts > 0 && (0..M).any(too_sharp) {
+            return Update { nis, correction: self.update_in_two_steps(observation, parts - 1) };
         }
         let gain = cross_covariance.times(&information);
         let correction = cross_covariance.transposed_times(&weighted);
@@ -188,15 +203,19 @@ impl<const B: usize> Eskf<B> {
     fn update_in_two_steps<const M: usize>(
         &mut self,
         observation: &Observation<M>,
+        parts: u8,
     ) -> Option<[Vector3<f64>; B]> {
         let mut blunt = observation.clone();
         blunt.noise *= SHARPEST * 1e-3;
-        let mut correction = self.update(&blunt, f64::INFINITY).correction?;
+        let mut correction = self.update_in_parts(&blunt, f64::INFINITY, parts).correction?;
         let mut rest = observation.clone();
         for (block, jacobian) in observation.jacobians() {
             rest.innovation -= jacobian * correction[*block];
         }
-        let of_the_rest = self.update(&rest, f64::INFINITY).correction?;
+        // The blunt one has left no more than that is sharp enough for.
+        let Some(of_the_rest) = self.update_in_parts(&rest, f64::INFINITY, 0).correction else {
+            return Some(correction);
+        };
         for (sum, part) in correction.iter_mut().zip(&of_the_rest) {
             *sum += part;
         }
@@ -331,6 +350,28 @@ mod tests {
             assert!((left / noise - 1.0).abs() < 0.01, "{left}");
         }
         assert!(filter.covariance.dense().cholesky().is_some());
+    }
+
+    #[test]
+    fn a_measurement_without_noise_is_not_divided_for_ever() {
+        let mut filter = correlated();
+        let innovation = Vector3::new(0.3, -0.2, 0.5);
+        let observation = Observation::<3>::new(innovation, Matrix3::zeros()).with(3, Matrix3::identity());
+        let update = filter.update(&observation, f64::INFINITY);
+        assert!((update.correction.unwrap()[3] - innovation).norm() < 1e-9);
+    }
+
+    #[test]
+    fn a_covariance_that_is_none_is_not_gone_over_for_ever() {
+        let mut filter = correlated();
+        // Correlations beyond what the variances allow: an update takes off more than there is.
+        let wild = filter.covariance.block(3, 4) * 1e12;
+        filter.covariance.set(3, 4, &wild);
+        let observation = Observation::<3>::new(Vector3::repeat(0.1), Matrix3::identity() * 1e-12)
+            .with(3, Matrix3::identity())
+            .with(4, Matrix3::identity());
+        let update = filter.update(&observation, f64::INFINITY);
+        assert!(!update.nis.is_nan() || update.correction.is_none());
     }
 
     #[test]

@@ -3,8 +3,6 @@
 use crate::parse::error::{ParseError, ParseErrorKind, quoted};
 use crate::parse::records::{Record, not_text};
 
-const BOM: &[u8] = b"\xEF\xBB\xBF";
-
 /// The first line of a table.
 #[derive(Clone, Debug)]
 pub(super) struct Header {
@@ -16,9 +14,7 @@ impl Header {
     /// Reads the header; `head` is the start of the file and `example` the header that belongs there.
     pub(super) fn read(record: &Record<'_>, head: &[u8], example: &str) -> Result<Header, ParseError> {
         let mut names = Vec::with_capacity(record.len());
-        for (i, field) in record.fields().enumerate() {
-            // A byte order mark may have come in another piece than the quote after it.
-            let field = if i == 0 { field.strip_prefix(BOM).unwrap_or(field) } else { field };
+        for field in record.fields() {
             if let Some(error) = not_text(head, field) {
                 return Err(error);
             }

@@ -8,6 +8,8 @@ use crate::parse::error::{ParseError, ParseErrorKind, quoted};
 const MOST_RECORD_BYTES: usize = 16 * 1024;
 /// The most fields in a record.
 const MOST_FIELDS: usize = 256;
+/// What some programs put before a text in UTF-8.
+const BYTE_ORDER_MARK: &[u8] = b"\xEF\xBB\xBF";
 /// How many of the first bytes tell what a file is.
 const HEAD_BYTES: usize = 8;
 
@@ -53,6 +55,11 @@ pub(super) struct Records {
     /// The reader may be in the middle of a record.
     mid_record: bool,
     head: Vec<u8>,
+    /// So many bytes of a byte order mark have come; `None` once it is known whether there is one. The reader knows only
+    /// one that comes in one piece.
+    mark: Option<usize>,
+    /// The reader has been given something.
+    begun: bool,
 }
 
 impl Records {
@@ -71,6 +78,8 @@ impl Records {
             end_count: 0,
             mid_record: false,
             head: Vec::with_capacity(HEAD_BYTES),
+            mark: Some(0),
+            begun: false,
         }
     }
 
@@ -82,11 +91,44 @@ impl Records {
     ) -> Result<(), ParseError> {
         let missing = HEAD_BYTES - self.head.len();
         self.head.extend_from_slice(&input[..input.len().min(missing)]);
+        if let Some(come) = self.mark {
+            let rest = &BYTE_ORDER_MARK[come..];
+            let more = rest.iter().zip(input).take_while(|(mark, byte)| mark == byte).count();
+            input = &input[more..];
+            self.mark = Some(come + more);
+            if more < rest.len() && input.is_empty() {
+                return Ok(());
+            }
+            if more < rest.len() {
+                self.no_mark(&mut each)?;
+            }
+            self.mark = None;
+        }
+        self.read(input, &mut each)
+    }
+
+    /// What looked like a byte order mark so far is none.
+    fn no_mark(
+        &mut self,
+        each: &mut impl FnMut(&Record<'_>) -> Result<(), ParseError>,
+    ) -> Result<(), ParseError> {
+        let come = self.mark.take().unwrap_or_default();
+        self.read(&BYTE_ORDER_MARK[..come], each)
+    }
+
+    fn read(
+        &mut self,
+        mut input: &[u8],
+        each: &mut impl FnMut(&Record<'_>) -> Result<(), ParseError>,
+    ) -> Result<(), ParseError> {
         while !input.is_empty() {
-            let read = match self.plain_line(input, &mut each)? {
-                0 => self.step(input, &mut each)?,
+            let read = match self.plain_line(input, each)? {
+                // The reader would take off one more mark, where all of it comes at once.
+                0 if !self.begun => self.step(&input[..1], each)?,
+                0 => self.step(input, each)?,
                 read => read,
             };
+            self.begun = true;
             input = &input[read..];
         }
         Ok(())
@@ -99,7 +141,7 @@ impl Records {
         input: &[u8],
         each: &mut impl FnMut(&Record<'_>) -> Result<(), ParseError>,
     ) -> Result<usize, ParseError> {
-        // The first line may begin with a byte order mark.
+        // The first line is the header, which is read once.
         if self.mid_record || self.reader.line() == 1 {
             return Ok(0);
         }
@@ -136,6 +178,7 @@ impl Records {
         &mut self,
         mut each: impl FnMut(&Record<'_>) -> Result<(), ParseError>,
     ) -> Result<(), ParseError> {
+        self.no_mark(&mut each)?;
         // To the reader, empty input is the end of the file.
         self.step(&[], &mut each).map(|_| ())
     }
@@ -265,6 +308,24 @@ mod tests {
         assert_eq!(byte_by_byte.last(), Some(&(12, vec!["12".to_owned(), "13".to_owned()])));
         for chunk in 2..=text.len() {
             assert_eq!(all(text, chunk), byte_by_byte, "chunk {chunk}");
+        }
+    }
+
+    #[test]
+    fn a_byte_order_mark_is_taken_off_wherever_it_is_cut() {
+        let mark = "\u{feff}";
+        let fields = |line: u64, fields: &[&str]| (line, fields.iter().map(ToString::to_string).collect());
+        for (text, expected) in [
+            (format!("{mark}\"a,b\",c\n1,2"), vec![fields(1, &["a,b", "c"]), fields(2, &["1", "2"])]),
+            (format!("{mark}\na,b"), vec![fields(2, &["a", "b"])]),
+            (format!("{mark} \t"), vec![]),
+            (mark.to_owned(), vec![]),
+            (format!("{mark}{mark}a"), vec![fields(1, &["\u{feff}a"])]),
+            ("\u{feef}a".to_owned(), vec![fields(1, &["\u{feef}a"])]),
+        ] {
+            for chunk in 1..=text.len() {
+                assert_eq!(all(&text, chunk), expected, "{text:?} in pieces of {chunk}");
+            }
         }
     }
 
