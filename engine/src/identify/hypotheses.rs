@@ -33,8 +33,8 @@ pub(super) struct Seen {
     pub(super) stretches: Vec<Stretch>,
     /// Where the track has it, m.
     pub(super) position_n_m: Vector3<f64>,
-    /// The marker that was keyed in and not turned down.
-    pub(super) keyed: Option<usize>,
+    /// Name of the marker that was keyed in and not turned down: it is saved, and numbers change with the database.
+    pub(super) keyed: Option<String>,
 }
 
 #[derive(Clone, Debug)]
@@ -86,8 +86,8 @@ impl Hypotheses {
     }
 
     /// A marker was keyed in for a stand: thinks again from there.
-    pub(super) fn key(&mut self, stand: usize, marker: usize, markers: &Markers) {
-        self.seen[stand].keyed = Some(marker);
+    pub(super) fn key(&mut self, stand: usize, marker: &str, markers: &Markers) {
+        self.seen[stand].keyed = Some(marker.to_owned());
         self.think_from(stand, markers);
     }
 
@@ -135,6 +135,7 @@ fn branch(
 ) -> Vec<Hypothesis> {
     let mut came: Vec<Hypothesis> = before.to_vec();
     let mut branches = Vec::new();
+    let keyed = seen.keyed.as_deref().and_then(|name| markers.find(name));
     for (parent, hypothesis) in came.iter_mut().enumerate() {
         for stretch in &seen.stretches {
             hypothesis.error.walk(stretch, tuning);
@@ -146,7 +147,7 @@ fn branch(
         // What the walk has shown of this inspector's stops counts beside the first guess.
         let none_share =
             (tuning.none_stands + hypothesis.none_stands) / (tuning.none_of + stands_before as f64);
-        let unkeyed = if seen.keyed.is_some() { tuning.slip } else { 1.0 };
+        let unkeyed = if keyed.is_some() { tuning.slip } else { 1.0 };
         let with_height = weighed.with_height;
         let mut push = |mark: Mark, prior: f64, density: f64| {
             let weight = hypothesis.weight * prior * density;
@@ -156,9 +157,9 @@ fn branch(
         };
         push(None, unkeyed * none_share, weighed.none);
         for (number, density) in weighed.near {
-            let keyed = if seen.keyed == Some(number) { 1.0 - tuning.slip } else { 0.0 };
+            let believed = if keyed == Some(number) { 1.0 - tuning.slip } else { 0.0 };
             // The prior of a keyed one is not shared out over the database: as much as a hundred others.
-            push(Some(number), unkeyed * (1.0 - none_share) + 100.0 * keyed, density);
+            push(Some(number), unkeyed * (1.0 - none_share) + 100.0 * believed, density);
         }
     }
     let all: f64 = branches.iter().map(|branch| branch.weight).sum();

@@ -62,7 +62,7 @@ fn a_doubt_is_carried_and_resolved_by_a_later_stand() {
     assert!(before < 0.51, "a doubt: {before}");
     // At the next stop somebody keys in the marker to the right: the track is off to the left, and was
     // so at the stop before.
-    hypotheses.key(1, markers.find("1,18").expect("a marker"), &markers);
+    hypotheses.key(1, "1,18", &markers);
     let later = share_of(&hypotheses, 0, "1,15", &markers);
     assert!(later > 0.9, "{before} {later}");
 }
@@ -102,9 +102,21 @@ fn hindsight_is_what_a_sum_over_all_sequences_gives() {
 fn a_keyed_marker_is_believed_but_for_a_slip() {
     let markers = lattice();
     let mut hypotheses = after(&[[5.0, 0.0], [4.0, 150.0]], &markers);
-    hypotheses.key(0, markers.find("1,15").expect("a marker"), &markers);
+    hypotheses.key(0, "1,15", &markers);
     let share = share_of(&hypotheses, 0, "1,15", &markers);
     assert!(share > 0.9 && share < 1.0, "{share}");
+}
+
+#[test]
+fn a_keyed_marker_is_the_same_one_when_others_have_come_before_it() {
+    let markers = lattice();
+    let mut hypotheses = after(&[[5.0, 0.0], [4.0, 150.0]], &markers);
+    hypotheses.key(0, "1,15", &markers);
+    let before = share_of(&hypotheses, 0, "1,15", &markers);
+    let far = Marker { name: "far".to_owned(), position_n_m: (5_000.0, 0.0, None) };
+    let more = Markers::new([far].into_iter().chain(markers.all().iter().cloned()).collect());
+    hypotheses.think_again(&more, hypotheses.tuning.clone());
+    assert!((share_of(&hypotheses, 0, "1,15", &more) - before).abs() < 1e-12);
 }
 
 #[test]

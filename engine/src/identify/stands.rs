@@ -68,7 +68,7 @@ impl Stands {
         }
     }
 
-    /// Stands that were saved, of a session that is told the same again.
+    /// Stands that were saved, of a session that is told the same again, or other markers.
     pub(crate) fn told_again(mut self, identification: &Identification) -> Stands {
         self.identification = identification.clone();
         self.markers = Arc::clone(&identification.markers);
@@ -231,8 +231,8 @@ impl Stands {
     /// What people keyed in is evidence; what was concluded from the track is none.
     fn mark_visited(&mut self, stand: usize, marker: &str, automatic: bool) {
         self.told[stand].visit = Some(StandVisit { marker: marker.to_owned(), automatic });
-        if !automatic && let Some(number) = self.markers.find(marker) {
-            self.hypotheses.key(stand, number, &self.markers);
+        if !automatic {
+            self.hypotheses.key(stand, marker, &self.markers);
         }
     }
 

@@ -83,8 +83,8 @@ impl Session {
     /// a session that is the same.
     pub const LOOKS_BACK_NS: i64 = history::LOOKS_BACK_NS;
 
-    /// The session whose state this is, told the same at its start; it goes on with the samples and visits that came
-    /// after.
+    /// The session whose state this is, told the same at its start, but for the markers, which may be others by now; it goes
+    /// on with the samples and visits that came after.
     ///
     /// # Errors
     ///

@@ -17,7 +17,7 @@ use crate::state::App;
 use crate::store::raw_chunks::Samples;
 use crate::store::sessions::Session;
 use crate::store::stream_visits::{self, StreamVisit};
-use crate::store::{StoreError, live_states, markers, stream_chunks};
+use crate::store::{StoreError, live_states, stream_chunks};
 
 /// The layout of a saved state is that of the private parts of these files.
 const LAYOUT: [&str; 2] = [include_str!("walk.rs"), include_str!("grid.rs")];
@@ -49,19 +49,17 @@ pub(super) struct Told {
 impl Told {
     pub(super) async fn of(app: &App, session: &Session) -> Result<Told, StoreError> {
         let db = app.store.read();
-        // Asked for first: where the markers change in between, a saved state is not taken up next time.
-        let markers = markers::revision(db).await?;
         let config = super::opening::session_config(app, session).await?;
         let stored_hz = app.config.track_rate_hz;
-        let fits = fits(&config, markers, stored_hz);
+        let fits = fits(&config, stored_hz);
         Ok(Told { config, stored_hz, visits: stream_visits::of_session(db, session.id).await?, fits })
     }
 }
 
-/// Names this program and what a walk is told at its start.
-fn fits(config: &SessionConfig, markers_revision: i64, stored_hz: f64) -> String {
+/// Names this program and what a walk is told at its start, but for the markers: whatever it saves calls them by name, and
+/// which of them its stands may have been at is thought over again with those that there are now.
+fn fits(config: &SessionConfig, stored_hz: f64) -> String {
     let mut config = config.clone();
-    // Thousands of them, which their revision names.
     if let Some(identification) = &mut config.identification {
         identification.markers = Default::default();
     }
@@ -70,7 +68,7 @@ fn fits(config: &SessionConfig, markers_revision: i64, stored_hz: f64) -> String
     for source in LAYOUT {
         hash.update(source);
     }
-    hash.update(format!("{config:?} {markers_revision} {stored_hz}"));
+    hash.update(format!("{config:?} {stored_hz}"));
     hex(&hash.finalize())
 }
 
@@ -87,7 +85,7 @@ pub(super) async fn from_all_samples(
 }
 
 /// Replays what came after a saved state from before all that the walk can look back to; `None` where there is none, as in
-/// the first minutes of a walk, after a new release, or where the markers have changed since.
+/// the first minutes of a walk, or after a new release.
 pub(super) async fn from_a_saved_state(
     app: &App,
     session_id: Uuid,

@@ -47,8 +47,8 @@ async fn a_server_that_is_killed_at_random_moments_keeps_every_promise_and_tells
     assert!(came.kills == 5 && came.batches > 0, "{came:?}");
 }
 
-/// A quarter of an hour, so that what a session looks back to lies behind a saved state.
-const LONG_WALK: Scale = Scale { devices: 1, metres: 1_000.0, pace: Duration::ZERO, changes: 0 };
+/// A quarter of an hour, so that what a session looks back to lies behind a saved state; markers are edited all along.
+const LONG_WALK: Scale = Scale { devices: 1, metres: 1_000.0, pace: Duration::ZERO, changes: 150 };
 
 #[tokio::test]
 async fn a_long_walk_is_taken_up_from_a_saved_state_and_comes_to_the_same_track() {
