@@ -121,12 +121,15 @@ pub mod ins;
 pub mod measure;
 pub mod parameters;
 pub mod parse;
+pub mod replay;
 pub mod rotation;
 pub mod sample;
 pub mod session;
 pub mod sim;
+pub mod system;
 pub mod systems;
 pub mod track;
 pub mod trouble;
+pub mod visit;
 
 mod array;

@@ -5,9 +5,11 @@ use serde::{Deserialize, Serialize};
 use crate::event::Event;
 use crate::identify::Identification;
 use crate::identify::stands::Stands;
+use crate::replay::InputStore;
+use crate::replay::history::History;
 use crate::sample::{Foot, ImuSample};
-use crate::systems::pedestrian::Attic;
-use crate::systems::pedestrian::history::History;
+use crate::systems::pedestrian::filter::Filter;
+use crate::systems::pedestrian::kept_step::KeptStep;
 use crate::systems::pedestrian::line::FootLine;
 use crate::systems::pedestrian::slow_errors::blocks;
 use crate::systems::pedestrian::start::{self, Starts};
@@ -21,9 +23,10 @@ mod long_walk_tests;
 mod saved_state;
 mod sensor_state;
 
+pub use crate::system::{SensorState, Solution, Summary};
+pub use crate::visit::Visit;
 pub use aids::Aids;
 pub use saved_state::{NotRestored, SOURCES, SavedState};
-pub use sensor_state::SensorState;
 
 /// What a session is told before its first sample.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -53,21 +56,6 @@ pub struct SessionConfig {
     pub identification: Option<Identification>,
 }
 
-/// What a session tells in the end.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Solution {
-    /// Each point as it was known at its time, but for what applies to a past moment.
-    #[default]
-    Filtered,
-    /// The same while walking; and after each accepted visit the trail of the last five minutes is
-    /// smoothed and told as a revision.
-    Trail,
-    /// The same while walking; and at the end the whole walk is smoothed and told as revisions. Every
-    /// sample is kept until then: 56 bytes each.
-    Smoothed,
-}
-
 impl Default for SessionConfig {
     fn default() -> Self {
         SessionConfig {
@@ -85,45 +73,6 @@ impl Default for SessionConfig {
     }
 }
 
-/// An inspector stood at a marker from `t_start_ns` to `t_end_ns`.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Visit {
-    /// The marker's name.
-    pub marker: String,
-    /// When the inspector arrived, ns.
-    pub t_start_ns: i64,
-    /// When the inspector left, ns.
-    pub t_end_ns: i64,
-    /// The marker's position, east-north-up, m; `None` for a height that was never surveyed.
-    pub position_n_m: (f64, f64, Option<f64>),
-}
-
-impl Visit {
-    /// When it is applied, ns: in the middle of the stand, which forgives a stamp that is early or late.
-    pub(crate) fn moment_ns(&self) -> i64 {
-        self.t_start_ns + (self.t_end_ns - self.t_start_ns) / 2
-    }
-}
-
-/// What a session amounts to so far.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct Summary {
-    /// Samples taken in, both feet.
-    pub samples: u64,
-    /// Epochs told as points.
-    pub epochs: u64,
-    /// From the first to the last point, s.
-    pub duration_s: f64,
-    /// Length of the path of the middle of the feet, stance by stance, m.
-    pub distance_m: f64,
-    /// Seconds since the last accepted visit (since the start before the first).
-    pub since_marker_s: f64,
-    /// Metres walked since the last accepted visit (since the start before the first).
-    pub since_marker_m: f64,
-    /// Samples that came too late to be merged by time; a run over the stored log puts them right.
-    pub late_samples: u64,
-}
-
 /// One walk in progress.
 ///
 /// What is known depends on the samples alone, not on how they were cut into batches: a log that is
@@ -131,7 +80,7 @@ pub struct Summary {
 #[derive(Debug)]
 pub struct Session {
     config: SessionConfig,
-    attic: Option<Box<dyn Attic>>,
+    store: Option<Box<dyn InputStore>>,
     lines: Vec<FootLine>,
     walk: Walk,
     /// Visits that wait for the alignment.
@@ -147,8 +96,8 @@ pub struct Session {
 #[derive(Debug)]
 enum Walk {
     Waiting,
-    OneFoot(Box<History<{ blocks(1) }, 1>>),
-    TwoFeet(Box<History<{ blocks(2) }, 2>>),
+    OneFoot(Box<History<Filter<{ blocks(1) }, 1>, { blocks(1) }>>),
+    TwoFeet(Box<History<Filter<{ blocks(2) }, 2>, { blocks(2) }>>),
 }
 
 /// An epoch is a run of samples in which no foot appears twice; but a new one begins only when time
@@ -185,7 +134,7 @@ impl Session {
                 .flat_map(|told| told.automatic_visits.clone())
                 .collect(),
             config,
-            attic: None,
+            store: None,
             lines,
             walk: Walk::Waiting,
             summary: Summary::default(),
@@ -197,8 +146,8 @@ impl Session {
 
     /// Puts the samples of its past, which it needs when a visit makes it look back, there rather than in memory. To be
     /// said before the first sample; a walk that will be smoothed whole keeps them in memory all the same.
-    pub fn put_past_in(&mut self, attic: Box<dyn Attic>) {
-        self.attic = Some(attic);
+    pub fn put_past_in(&mut self, store: Box<dyn InputStore>) {
+        self.store = Some(store);
     }
 
     /// What it was told at the start.
@@ -296,8 +245,12 @@ impl Session {
             step.opens_epoch = self.epoch.opens(sensor, step.t_ns);
             match &mut self.walk {
                 Walk::Waiting => {}
-                Walk::OneFoot(history) => history.push(step, events),
-                Walk::TwoFeet(history) => history.push(step, events),
+                Walk::OneFoot(history) => {
+                    history.push(KeptStep::new(&step, history.next_epoch(step.opens_epoch)), events);
+                }
+                Walk::TwoFeet(history) => {
+                    history.push(KeptStep::new(&step, history.next_epoch(step.opens_epoch)), events);
+                }
             }
         }
     }
@@ -329,13 +282,13 @@ impl Session {
         }
         let solution = self.config.solution;
         let starts = start::resolve(&self.config, &mut self.lines, events);
-        let attic = self.attic.take().filter(|_| solution != Solution::Smoothed);
+        let store = self.store.take().filter(|_| solution != Solution::Smoothed);
         self.walk = match starts {
             Starts::One(filter, setting) => {
-                Walk::OneFoot(Box::new(History::new(setting, filter, solution, attic)))
+                Walk::OneFoot(Box::new(History::new(setting, filter, solution, store)))
             }
             Starts::Two(filter, setting) => {
-                Walk::TwoFeet(Box::new(History::new(setting, filter, solution, attic)))
+                Walk::TwoFeet(Box::new(History::new(setting, filter, solution, store)))
             }
         };
         for visit in std::mem::take(&mut self.early_visits) {

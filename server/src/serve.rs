@@ -14,7 +14,7 @@ use tokio_util::sync::CancellationToken;
 
 use crate::auth::Auth;
 use crate::config::Config;
-use crate::live::SharedAttic;
+use crate::live::InputFile;
 use crate::live::hub::Hub;
 use crate::live::registry::Registry;
 use crate::sessions::identification::SharedMarkers;
@@ -169,7 +169,7 @@ pub(crate) async fn open(config: Config) -> Result<App> {
     let store = Store::open(&database, config.readers)
         .await
         .with_context(|| format!("could not open the database {}", database.display()))?;
-    let attic = SharedAttic::new_in(&config.data)
+    let input_file = InputFile::new_in(&config.data)
         .with_context(|| format!("could not make a file in the data folder {}", config.data.display()))?;
     let board = live::board_from_store(&store).await.context("could not read what the map shows")?;
     let hub = Hub::new(board);
@@ -189,7 +189,7 @@ pub(crate) async fn open(config: Config) -> Result<App> {
         openapi,
         upload_turns: UploadTurns::default(),
         shared_markers: SharedMarkers::default(),
-        attic,
+        input_file,
         log_readers: Semaphore::new(LOG_READERS),
         jobs: jobs::Queue::default(),
         webhooks: Notify::new(),

@@ -13,7 +13,7 @@ use crate::api;
 use crate::auth::Auth;
 use crate::config::Config;
 use crate::jobs;
-use crate::live::SharedAttic;
+use crate::live::InputFile;
 use crate::live::hub::Hub;
 use crate::live::registry::Registry;
 use crate::sessions::identification::SharedMarkers;
@@ -47,7 +47,7 @@ pub struct State {
     /// The marker database, as every session's engine wants it.
     pub(crate) shared_markers: SharedMarkers,
     /// Where live walks put their past.
-    pub(crate) attic: SharedAttic,
+    pub(crate) input_file: InputFile,
     /// Permits to read an uploaded log, which keeps a core busy.
     pub log_readers: Semaphore,
     /// Work that takes a while.

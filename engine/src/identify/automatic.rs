@@ -2,7 +2,7 @@
 
 use super::tuning::Identification;
 use crate::event::Stand;
-use crate::session::Visit;
+use crate::visit::Visit;
 
 /// Visits are keyed in by hand: their times may miss the stand by this much, ns.
 pub(super) const SLACK_NS: i64 = 2_000_000_000;

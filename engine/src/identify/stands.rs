@@ -18,7 +18,7 @@ use super::tuning::Identification;
 use crate::detect::standing::{Standing, StandingDetector};
 use crate::event::{Event, Stand, StandVisit, TrackPoint};
 use crate::rotation::wrap;
-use crate::session::Visit;
+use crate::visit::Visit;
 
 /// The path's length is summed over steps of this duration, ns.
 const LENGTH_STEP_NS: i64 = 1_000_000_000;

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use serde::{Deserialize, Serialize};
 
 use super::markers::Markers;
-use crate::session::Visit;
+use crate::visit::Visit;
 
 /// What a session needs to name the markers at which its inspector stands.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]

@@ -1,4 +1,4 @@
-//! Hours of a walk: the covariance stays one, what a session holds does not grow, and a marker late in the day
+//! Hours of a walk: the covariance stays positive definite, what a session holds does not grow, and a marker late in the day
 //! makes no more work than one in the morning.
 
 use nalgebra::DMatrix;
@@ -6,9 +6,9 @@ use nalgebra::DMatrix;
 use super::{Session, SessionConfig, Solution, Visit, Walk};
 use crate::event::Event;
 use crate::geo::Site;
+use crate::replay::history::Held;
 use crate::sample::Foot;
 use crate::sim::{SensorModel, Simulator, WalkKind};
-use crate::systems::pedestrian::history::Held;
 
 /// What was seen of a session at one time.
 struct Seen {
@@ -83,14 +83,14 @@ fn assert_steady(seen: &[Seen]) {
         assert!(seen.symmetric && seen.smallest > 0.0, "smallest eigenvalue {}", seen.smallest);
         // Five minutes of trail and up to two stretches of two feet at 100 Hz: a marker makes that much be run
         // again, and gone back over, whenever it comes.
-        assert!(seen.held.steps <= (300 + 2 * 64) * 200, "{:?}", seen.held);
+        assert!(seen.held.inputs <= (300 + 2 * 64) * 200, "{:?}", seen.held);
         assert!(seen.held.checkpoints <= 20, "{:?}", seen.held);
         assert!(seen.held.stretches <= 8, "{:?}", seen.held);
     }
 }
 
 #[test]
-fn twelve_minutes_hold_no_more_than_the_trail_and_the_covariance_stays_one() {
+fn twelve_minutes_hold_no_more_than_the_trail_and_the_covariance_stays_positive_definite() {
     let seen = live(0.2, 1);
     assert!(seen.len() >= 9);
     assert_steady(&seen);
@@ -99,7 +99,7 @@ fn twelve_minutes_hold_no_more_than_the_trail_and_the_covariance_stays_one() {
 /// Some minutes: `cargo test --release -p lodestep-engine --lib -- --ignored eight_hours`.
 #[test]
 #[ignore = "takes minutes"]
-fn eight_hours_of_three_walkers_hold_no_more_than_the_trail_and_the_covariance_stays_one() {
+fn eight_hours_of_three_walkers_hold_no_more_than_the_trail_and_the_covariance_stays_positive_definite() {
     for seed in 1..=3 {
         assert_steady(&live(8.0, seed));
     }

@@ -12,9 +12,10 @@ use sha2::{Digest, Sha256};
 
 use super::{EpochGrouping, Session, SessionConfig, Solution, Summary, Walk};
 use crate::identify::stands::Stands;
-use crate::systems::pedestrian::Attic;
-use crate::systems::pedestrian::filter::Setting;
-use crate::systems::pedestrian::history::{self, History, SavedHistory};
+use crate::replay::InputStore;
+use crate::replay::history::{self, History, SavedHistory};
+use crate::systems::pedestrian::filter::{Filter, Setting};
+use crate::systems::pedestrian::kept_step::KeptStep;
 use crate::systems::pedestrian::line::FootLine;
 use crate::systems::pedestrian::slow_errors::blocks;
 
@@ -42,8 +43,8 @@ struct Saved<'a> {
 
 #[derive(Debug, Serialize, Deserialize)]
 enum SavedWalk {
-    OneFoot(Box<SavedHistory<{ blocks(1) }, 1>>),
-    TwoFeet(Box<SavedHistory<{ blocks(2) }, 2>>),
+    OneFoot(Box<SavedHistory<Filter<{ blocks(1) }, 1>, KeptStep>>),
+    TwoFeet(Box<SavedHistory<Filter<{ blocks(2) }, 2>, KeptStep>>),
 }
 
 impl Session {
@@ -92,7 +93,7 @@ impl Session {
     pub fn restored(
         config: SessionConfig,
         bytes: &[u8],
-        attic: Option<Box<dyn Attic>>,
+        store: Option<Box<dyn InputStore>>,
     ) -> Result<Session, NotRestored> {
         let (told, bytes) = bytes.split_at_checked(CHECK_BYTES).ok_or_else(|| damaged(bytes.len()))?;
         if told != check(bytes) {
@@ -110,12 +111,12 @@ impl Session {
         let setting = Setting::new(&config, &lines);
         let misfit = || NotRestored("steps that do not belong together".to_owned());
         let walk = match walk {
-            SavedWalk::OneFoot(saved) if lines.len() == 1 => {
-                Walk::OneFoot(Box::new(History::restored(setting, *saved, attic).ok_or_else(misfit)?))
-            }
-            SavedWalk::TwoFeet(saved) if lines.len() == 2 => {
-                Walk::TwoFeet(Box::new(History::restored(setting, *saved, attic).ok_or_else(misfit)?))
-            }
+            SavedWalk::OneFoot(saved) if lines.len() == 1 => Walk::OneFoot(Box::new(
+                History::restored(setting, *saved, store, |step| step.sensor() < 1).ok_or_else(misfit)?,
+            )),
+            SavedWalk::TwoFeet(saved) if lines.len() == 2 => Walk::TwoFeet(Box::new(
+                History::restored(setting, *saved, store, |step| step.sensor() < 2).ok_or_else(misfit)?,
+            )),
             _ => return Err(misfit()),
         };
         let stands = match (&config.identification, stands) {
@@ -127,7 +128,7 @@ impl Session {
         };
         Ok(Session {
             config,
-            attic: None,
+            store: None,
             lines,
             walk,
             early_visits: Vec::new(),

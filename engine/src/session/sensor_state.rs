@@ -1,37 +1,15 @@
 //! A look inside while a walk goes on: what the filter believes of each foot's sensor.
 
 use super::{Session, Walk};
-use crate::sample::Foot;
-
-/// What the filter believes of one foot's sensor at its last sample.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct SensorState {
-    /// Whose.
-    pub foot: Foot,
-    /// Time of that sample, ns.
-    pub t_ns: i64,
-    /// Whether the foot is taken to stand.
-    pub stands: bool,
-    /// Gyro bias in b, rad/s: reading − true rate.
-    pub gyro_bias_b_rad_s: [f64; 3],
-    /// Its sigmas, rad/s.
-    pub sigma_gyro_bias_rad_s: [f64; 3],
-    /// Accelerometer bias in b, m/s²: reading − true specific force.
-    pub accelerometer_bias_b_m_s2: [f64; 3],
-    /// Its sigmas, m/s².
-    pub sigma_accelerometer_bias_m_s2: [f64; 3],
-    /// Heading by the field of the present stance, deviation not taken off, less the filter's, rad in
-    /// (−π, π]; `None` while the foot swings or its sensor has no magnetometer.
-    pub magnetic_minus_heading_rad: Option<f64>,
-}
+use crate::system::SensorState;
 
 impl Session {
     /// The state of the sensors that keep up, left first; none before the walk is aligned.
     pub fn sensors(&self) -> Vec<SensorState> {
         match &self.walk {
             Walk::Waiting => Vec::new(),
-            Walk::OneFoot(history) => history.sensors(),
-            Walk::TwoFeet(history) => history.sensors(),
+            Walk::OneFoot(history) => history.filter().sensors(history.setting()),
+            Walk::TwoFeet(history) => history.filter().sensors(history.setting()),
         }
     }
 }
@@ -40,6 +18,7 @@ impl Session {
 mod tests {
     use super::*;
     use crate::geo::Site;
+    use crate::sample::Foot;
     use crate::session::SessionConfig;
     use crate::sim::{SensorModel, WalkKind, simulate};
 

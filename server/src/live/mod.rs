@@ -3,7 +3,7 @@
 //! In the order of the data: [`device_socket`] speaks with a device; [`registry`] knows the actor of
 //! each live session; an [`actor`] owns one [`walk`] (the engine's session), numbers its batches with
 //! [`sequence`], weighs each [`visit`], works the walk out [`again`] when one is taken back, chooses by [`grid`] what is stored and shown, and can be made again from the stored
-//! log by [`rebuild`]; what it seldom needs lies in the [`attic`]. What is on disk goes as [`changes`] to the [`hub`], which keeps the [`board`] with its
+//! log by [`rebuild`]; what it seldom needs lies in the [`input_file`]. What is on disk goes as [`changes`] to the [`hub`], which keeps the [`board`] with its
 //! [`trail`]s and is what the [`feed`] sends to dashboards.
 
 use crate::api::{Needs, Routes};
@@ -16,13 +16,13 @@ pub mod trail;
 
 mod actor;
 mod again;
-mod attic;
 mod board_from_store;
 mod changes;
 mod device;
 mod device_socket;
 mod feed;
 mod grid;
+mod input_file;
 mod opening;
 mod rebuild;
 mod sequence;
@@ -30,8 +30,8 @@ mod to_disk;
 mod visit;
 mod walk;
 
-pub(crate) use attic::SharedAttic;
 pub use board_from_store::{board_from_store, session_changes};
+pub(crate) use input_file::InputFile;
 
 /// The routes below `/api/v1`.
 pub(crate) fn routes() -> Routes {

@@ -79,7 +79,7 @@ pub(super) async fn from_all_samples(
     told: &Told,
 ) -> Result<Rebuilt, StoreError> {
     let mut walk = Walk::new(told.config.clone(), told.stored_hz);
-    walk.put_past_in(Box::new(app.attic.of_session()));
+    walk.put_past_in(Box::new(app.input_file.of_session()));
     let chunks = stream_chunks::as_received(app.store.read(), session_id);
     replay(walk, [0; 2], 0, told, chunks).await
 }
@@ -94,8 +94,8 @@ pub(super) async fn from_a_saved_state(
     let db = app.store.read();
     let before_ns = EngineSession::LOOKS_BACK_NS;
     for state in live_states::from_before_the_newest(db, session_id, &told.fits, before_ns).await? {
-        let attic = Box::new(app.attic.of_session());
-        let Some(walk) = Walk::restored(told.config.clone(), told.stored_hz, attic, &state) else {
+        let inputs = Box::new(app.input_file.of_session());
+        let Some(walk) = Walk::restored(told.config.clone(), told.stored_hz, inputs, &state) else {
             tracing::warn!(session = %session_id, "a saved state could not be read: the walk is made from its samples");
             continue;
         };

@@ -6,9 +6,9 @@
 use std::collections::{BTreeMap, VecDeque};
 
 use lodestep_engine::event::{Anomaly, Event, Stand, TrackPoint, VisitOutcome};
+use lodestep_engine::replay::InputStore;
 use lodestep_engine::sample::{Foot, ImuSample};
 use lodestep_engine::session::{Session, SessionConfig, Summary, Visit};
-use lodestep_engine::systems::pedestrian::Attic;
 use serde::{Deserialize, Serialize};
 
 use super::grid::{Choice, Grid, SavedGrid};
@@ -112,12 +112,12 @@ impl Walk {
     pub(crate) fn restored(
         config: SessionConfig,
         stored_hz: f64,
-        attic: Box<dyn Attic>,
+        inputs: Box<dyn InputStore>,
         state: &LiveState,
     ) -> Option<Walk> {
         let saved: Saved = postcard::from_bytes(&state.body).ok()?;
         Some(Walk {
-            session: Session::restored(config, &saved.engine, Some(attic)).ok()?,
+            session: Session::restored(config, &saved.engine, Some(inputs)).ok()?,
             grid: Grid::restored(stored_hz, saved.grid),
             shown: saved.shown,
             moved_ns: saved.moved_ns,
@@ -152,8 +152,8 @@ impl Walk {
     }
 
     /// Puts what it seldom needs there; to be said before the first sample.
-    pub(crate) fn put_past_in(&mut self, attic: Box<dyn Attic>) {
-        self.session.put_past_in(attic);
+    pub(crate) fn put_past_in(&mut self, inputs: Box<dyn InputStore>) {
+        self.session.put_past_in(inputs);
     }
 
     /// Takes the next samples of a foot.

@@ -3,9 +3,9 @@
 use std::collections::BTreeMap;
 
 use lodestep_engine::event::{Event, VisitOutcome};
+use lodestep_engine::replay::InputStore;
 use lodestep_engine::session::{Session, Solution, Visit};
 use lodestep_engine::sim::{SensorModel, WalkKind};
-use lodestep_engine::systems::pedestrian::Attic;
 
 use crate::scenario::{SECOND_NS, Scenario, short_walk};
 use crate::told::Told;
@@ -62,7 +62,7 @@ fn a_visit_told_late_gives_the_track_of_one_told_early() {
 #[derive(Default)]
 struct Aside(BTreeMap<u64, Vec<u8>>);
 
-impl Attic for Aside {
+impl InputStore for Aside {
     fn put(&mut self, number: u64, bytes: &[u8]) -> bool {
         self.0.insert(number, bytes.to_vec()).is_none()
     }

@@ -72,7 +72,7 @@ pub(crate) struct Filter<const B: usize, const F: usize> {
     /// Where one foot was nearest to the other.
     pub(super) passing: Option<Passing>,
     /// How many of the session's visits have been applied.
-    pub(crate) visits_applied: usize,
+    pub(crate) visits_weighed: usize,
     /// When the last accepted visit was, ns, and how far had been walked by then, m.
     pub(crate) last_marker: (i64, f64),
     /// Innovation of the last visit, if it was turned down.
@@ -90,7 +90,7 @@ impl<const B: usize, const F: usize> Filter<B, F> {
             walked: Walked::default(),
             slow: Slow::new(place_n, start_ns),
             passing: None,
-            visits_applied: 0,
+            visits_weighed: 0,
             last_marker: (start_ns, 0.0),
             turned_down: None,
             heading_uncertain: false,
@@ -99,7 +99,7 @@ impl<const B: usize, const F: usize> Filter<B, F> {
 
     /// Goes on by one sample. Outcomes are appended to `told`.
     #[inline]
-    pub(crate) fn step(&mut self, setting: &Setting, step: &Step, told: &mut Vec<Event>) {
+    pub(crate) fn take(&mut self, setting: &Setting, step: &Step, told: &mut Vec<Event>) {
         let sensor = step.sensor;
         let dt_s = seconds(step.t_ns - self.feet[sensor].t_ns);
         if dt_s > LONGEST_STEP_S {
@@ -218,11 +218,6 @@ impl<const B: usize, const F: usize> Filter<B, F> {
             self.walked.shift(sensor, &-correction[ErrorState::Position.of(sensor)]);
         }
         self.slow.surroundings += correction[surroundings(F)];
-    }
-
-    /// Whether all numbers are finite and no variance negative.
-    pub(crate) fn is_sound(&self) -> bool {
-        self.feet.iter().all(|foot| foot.nav.is_finite()) && self.eskf.covariance.is_sound()
     }
 
     /// Gives the blocks of one foot their first covariance.

@@ -5,7 +5,7 @@ use nalgebra::Vector3;
 use super::filter::{Filter, Setting};
 use crate::ins::layout::ErrorState;
 use crate::measure::magnetic_heading::magnetic_heading;
-use crate::session::SensorState;
+use crate::system::SensorState;
 
 /// A stance has to have so many readings of the field, as for the aid itself.
 const LEAST_READINGS: u32 = 3;

@@ -4,6 +4,7 @@ use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 
 use super::foot::Step;
+use crate::replay::filter::Input;
 
 /// A step and the number of its epoch. Readings are of single precision from the session's door on, so
 /// nothing is lost; a reading that is missing is not a number.
@@ -20,9 +21,6 @@ pub(crate) struct KeptStep {
 }
 
 impl KeptStep {
-    /// How long it is where it is put away.
-    pub(crate) const BYTES: usize = 56;
-
     pub(crate) fn new(step: &Step, epoch: u64) -> Self {
         let single = |v: &Vector3<f64>| [v.x as f32, v.y as f32, v.z as f32];
         KeptStep {
@@ -54,8 +52,28 @@ impl KeptStep {
         }
     }
 
-    /// Appends it as [`BYTES`](Self::BYTES) bytes.
-    pub(crate) fn write(&self, out: &mut Vec<u8>) {
+    /// The sensor's place in the joint state.
+    pub(crate) fn sensor(&self) -> usize {
+        (self.epoch_and_flags >> 2 & 1) as usize
+    }
+}
+
+impl Input for KeptStep {
+    const BYTES: usize = 56;
+
+    fn t_ns(&self) -> i64 {
+        self.t_ns
+    }
+
+    fn epoch(&self) -> u64 {
+        u64::from(self.epoch_and_flags >> 3)
+    }
+
+    fn opens_epoch(&self) -> bool {
+        self.epoch_and_flags & 1 != 0
+    }
+
+    fn write(&self, out: &mut Vec<u8>) {
         out.extend_from_slice(&self.t_ns.to_le_bytes());
         for vector in [&self.w_ib_b, &self.f_b, &self.mag_b_ut] {
             for value in vector {
@@ -67,8 +85,7 @@ impl KeptStep {
         out.extend_from_slice(&self.epoch_and_flags.to_le_bytes());
     }
 
-    /// Reads what [`write`](Self::write) has written.
-    pub(crate) fn read(bytes: &[u8; KeptStep::BYTES]) -> Self {
+    fn read(bytes: &[u8]) -> Self {
         let (t_ns, rest) = bytes.split_at(8);
         let mut words = rest.as_chunks::<4>().0.iter().copied();
         let mut word = || words.next().unwrap_or_default();
@@ -83,19 +100,6 @@ impl KeptStep {
             zupt_sigma_m_s: f32::from_le_bytes(word()),
             epoch_and_flags: u32::from_le_bytes(word()),
         }
-    }
-
-    /// The sensor's place in the joint state.
-    pub(crate) fn sensor(&self) -> usize {
-        (self.epoch_and_flags >> 2 & 1) as usize
-    }
-
-    pub(crate) fn epoch(&self) -> u64 {
-        u64::from(self.epoch_and_flags >> 3)
-    }
-
-    pub(crate) fn opens_epoch(&self) -> bool {
-        self.epoch_and_flags & 1 != 0
     }
 }
 
@@ -123,9 +127,9 @@ mod tests {
             assert_eq!(kept.epoch(), 2_880_000);
             let mut bytes = Vec::new();
             kept.write(&mut bytes);
-            let read = KeptStep::read(bytes.as_slice().try_into().unwrap());
+            let read = KeptStep::read(&bytes);
             assert_eq!(format!("{read:?}"), format!("{kept:?}"));
         }
-        assert_eq!(size_of::<KeptStep>(), 56);
+        assert_eq!(size_of::<KeptStep>(), KeptStep::BYTES);
     }
 }

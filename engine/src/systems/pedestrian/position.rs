@@ -58,7 +58,7 @@ impl<const B: usize, const F: usize> Filter<B, F> {
 
     /// Where the inspector is at `t_ns`, the time of the last step.
     #[inline]
-    pub(crate) fn point(&self, setting: &Setting, t_ns: i64) -> TrackPoint {
+    pub(crate) fn middle_point(&self, setting: &Setting, t_ns: i64) -> TrackPoint {
         let mut feet = [None; 2];
         let mut middle = Vector3::zeros();
         for sensor in self.present() {

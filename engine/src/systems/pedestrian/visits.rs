@@ -6,7 +6,7 @@ use super::filter::{Filter, Setting};
 use crate::event::VisitOutcome;
 use crate::ins::layout::ErrorState;
 use crate::measure::marker_position::marker_position;
-use crate::session::Visit;
+use crate::visit::Visit;
 
 /// A visit is turned down beyond this: one in ten million of three normal squares.
 const GATE_VISIT: f64 = 35.0;

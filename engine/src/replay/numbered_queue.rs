@@ -7,21 +7,21 @@ const BLOCK: u64 = 256;
 
 /// A queue whose members keep their number when the oldest are forgotten.
 #[derive(Clone, Debug)]
-pub(super) struct Numbered<T> {
+pub(super) struct NumberedQueue<T> {
     first: u64,
     end: u64,
     /// Each holds the members whose numbers, divided by [`BLOCK`], are the same.
     blocks: VecDeque<VecDeque<T>>,
 }
 
-impl<T> Numbered<T> {
+impl<T> NumberedQueue<T> {
     pub(super) fn new() -> Self {
-        Numbered::from(0, [])
+        NumberedQueue::from(0, [])
     }
 
     /// A queue whose first member has this number.
     pub(super) fn from(first: u64, members: impl IntoIterator<Item = T>) -> Self {
-        let mut numbered = Numbered { first, end: first, blocks: VecDeque::new() };
+        let mut numbered = NumberedQueue { first, end: first, blocks: VecDeque::new() };
         members.into_iter().for_each(|member| numbered.push(member));
         numbered
     }
@@ -121,7 +121,7 @@ mod tests {
         ]
     }
 
-    fn holds(numbered: &Numbered<u64>, first: u64, members: &VecDeque<u64>) -> bool {
+    fn holds(numbered: &NumberedQueue<u64>, first: u64, members: &VecDeque<u64>) -> bool {
         let end = first + members.len() as u64;
         let all = (first..end).zip(members).all(|(number, member)| numbered.get(number) == Some(member));
         let before = first.checked_sub(1).and_then(|before| numbered.get(before));
@@ -133,7 +133,7 @@ mod tests {
         #[test]
         fn it_is_a_queue_whatever_is_done_to_its_ends(start in 0..2_000_u64, all in vec(done(), 1..60)) {
             let (mut first, mut members) = (start, VecDeque::new());
-            let mut numbered = Numbered::from(first, []);
+            let mut numbered = NumberedQueue::from(first, []);
             for (round, done) in (0_u64..).zip(all) {
                 match done {
                     Done::Push(many) => (0..many).for_each(|k| {

@@ -1,26 +1,25 @@
-//! The walk in stretches that can be gone back over: what the smoother runs on.
+//! A session in stretches that can be gone back over: what the smoother runs on.
 //!
 //! A stretch begins with a copy of the filter. Its recording is either still there, or made again by
-//! running the stretch once more, with the same visits at the same steps: that gives the same bits, so memory holds samples rather than covariances.
+//! running the stretch once more, with the same visits at the same steps: that gives the same bits, so memory holds inputs rather than covariances.
 
 use std::collections::VecDeque;
 
 use serde::{Deserialize, Serialize};
 
-use super::filter::{Filter, Setting};
-use super::kept_step::KeptStep;
-use super::numbered::Numbered;
+use super::filter::{Input, Replayed};
+use super::inputs::Inputs;
+use super::numbered_queue::NumberedQueue;
 use super::recording::{Recording, RecordingLength, WayBack};
-use super::steps::Steps;
 use crate::event::TrackPoint;
 use crate::ins::tape::Tape;
-use crate::session::Visit;
+use crate::visit::Visit;
 
 /// A stretch is this long, ns.
 const STRETCH_NS: i64 = 60_000_000_000;
 /// So much is kept of recordings, which saves the run to make them again, bytes.
 const KEPT_BYTES: usize = 32 << 20;
-/// So much of a live walk's past is smoothed at a visit, ns.
+/// So much of a live session's past is smoothed at a visit, ns.
 pub(super) const TRAIL_NS: i64 = 300_000_000_000;
 
 /// How much had been recorded at a moment.
@@ -39,70 +38,70 @@ impl Mark {
 
 /// The stretches so far.
 #[derive(Clone, Debug)]
-pub(super) struct Smoothing<const B: usize, const F: usize> {
-    stretches: VecDeque<Stretch<B, F>>,
-    /// The visits that were weighed, by number, each with the number of the step it came before.
-    weighed: Numbered<(u64, usize)>,
+pub(super) struct Smoothing<F: Replayed<B>, const B: usize> {
+    stretches: VecDeque<Stretch<F, B>>,
+    /// The visits that were weighed, by number, each with the number of the input it came before.
+    weighed: NumberedQueue<(u64, usize)>,
     live: bool,
 }
 
 #[derive(Clone, Debug)]
-struct Stretch<const B: usize, const F: usize> {
-    /// Its first step.
+struct Stretch<F: Replayed<B>, const B: usize> {
+    /// Its first input.
     first: u64,
     first_ns: i64,
     first_weighed: u64,
-    filter: Box<Filter<B, F>>,
+    filter: Box<F>,
     /// The filter had to be started again: what came before is not known from what comes after.
     afresh: bool,
-    recording: Option<Recording<B>>,
+    recording: Option<Recording<F, B>>,
 }
 
 /// The beginning of a stretch, as it is saved.
 #[derive(Clone, Debug, Serialize, Deserialize)]
-pub(super) struct StretchStart<const B: usize, const F: usize> {
+pub(super) struct StretchStart<F> {
     pub(super) first: u64,
     pub(super) first_ns: i64,
     pub(super) first_weighed: u64,
     pub(super) afresh: bool,
-    pub(super) filter: Filter<B, F>,
+    pub(super) filter: F,
 }
 
 /// What a stretch is run again on.
-pub(super) struct Source<'a> {
-    pub(super) setting: &'a Setting,
-    pub(super) steps: &'a Steps,
+pub(super) struct Source<'a, F: Replayed<B>, const B: usize> {
+    pub(super) setting: &'a F::Setting,
+    pub(super) inputs: &'a Inputs<F::Input>,
     pub(super) visits: &'a [(Visit, bool)],
-    /// Number of the step after the last.
+    /// Number of the input after the last.
     pub(super) next: u64,
     /// The last epoch is complete, and told.
     pub(super) closed: bool,
 }
 
-impl<const B: usize, const F: usize> Smoothing<B, F> {
-    /// For a filter at its start. A `live` one keeps the samples of some minutes, the other all of them,
+impl<F: Replayed<B>, const B: usize> Smoothing<F, B> {
+    /// For a filter at its start. A `live` one keeps the inputs of some minutes, the other all of them,
     /// and the newest recordings.
-    pub(super) fn new(filter: &mut Filter<B, F>, live: bool) -> Self {
-        filter.eskf.tape.set_recording(!live);
-        let mut smoothing = Smoothing { stretches: VecDeque::new(), weighed: Numbered::new(), live };
+    pub(super) fn new(filter: &mut F, live: bool) -> Self {
+        filter.eskf_mut().tape.set_recording(!live);
+        let mut smoothing = Smoothing { stretches: VecDeque::new(), weighed: NumberedQueue::new(), live };
         smoothing.begin(0, i64::MIN, filter, false);
         smoothing
     }
 
     /// A live one as it was when this stretch had begun, but for what came before.
-    pub(super) fn restored(start: StretchStart<B, F>) -> Self {
+    pub(super) fn restored(start: StretchStart<F>) -> Self {
         let StretchStart { first, first_ns, first_weighed, afresh, filter } = start;
         let stretch =
             Stretch { first, first_ns, first_weighed, filter: Box::new(filter), afresh, recording: None };
         Smoothing {
             stretches: VecDeque::from([stretch]),
-            weighed: Numbered::from(first_weighed, []),
+            weighed: NumberedQueue::from(first_weighed, []),
             live: true,
         }
     }
 
     /// Where the newest stretch began.
-    pub(super) fn newest_start(&self) -> Option<StretchStart<B, F>> {
+    pub(super) fn newest_start(&self) -> Option<StretchStart<F>> {
         self.stretches.back().map(|stretch| StretchStart {
             first: stretch.first,
             first_ns: stretch.first_ns,
@@ -112,7 +111,7 @@ impl<const B: usize, const F: usize> Smoothing<B, F> {
         })
     }
 
-    fn begin(&mut self, first: u64, first_ns: i64, filter: &Filter<B, F>, afresh: bool) {
+    fn begin(&mut self, first: u64, first_ns: i64, filter: &F, afresh: bool) {
         if let Some(recording) = self.stretches.back_mut().and_then(|last| last.recording.as_mut()) {
             recording.shrink();
         }
@@ -138,15 +137,9 @@ impl<const B: usize, const F: usize> Smoothing<B, F> {
         self.weighed.forget_before(oldest);
     }
 
-    /// A checkpoint was taken before the step `first`: a new stretch begins there, when it is time.
+    /// A checkpoint was taken before the input `first`: a new stretch begins there, when it is time.
     /// Says whether it does.
-    pub(super) fn consider(
-        &mut self,
-        first: u64,
-        first_ns: i64,
-        filter: &Filter<B, F>,
-        afresh: bool,
-    ) -> bool {
+    pub(super) fn consider(&mut self, first: u64, first_ns: i64, filter: &F, afresh: bool) -> bool {
         if let Some(start) = self.stretches.front_mut()
             && start.first_ns == i64::MIN
         {
@@ -160,7 +153,7 @@ impl<const B: usize, const F: usize> Smoothing<B, F> {
         begins
     }
 
-    /// The oldest step that is needed.
+    /// The oldest input that is needed.
     pub(super) fn oldest(&self) -> u64 {
         self.stretches.front().map_or(0, |stretch| stretch.first)
     }
@@ -172,11 +165,11 @@ impl<const B: usize, const F: usize> Smoothing<B, F> {
         }
     }
 
-    fn newest(&self) -> Option<&Recording<B>> {
+    fn newest(&self) -> Option<&Recording<F, B>> {
         self.stretches.back().and_then(|last| last.recording.as_ref())
     }
 
-    /// The filter goes back to before the step `next`, when so much had been recorded.
+    /// The filter goes back to before the input `next`, when so much had been recorded.
     pub(super) fn cut_back(&mut self, next: u64, mark: Mark) {
         while self.stretches.len() > 1 && self.stretches.back().is_some_and(|last| last.first >= next) {
             self.stretches.pop_back();
@@ -187,13 +180,13 @@ impl<const B: usize, const F: usize> Smoothing<B, F> {
         }
     }
 
-    /// The visit of that number was weighed before the step `next`.
+    /// The visit of that number was weighed before the input `next`.
     pub(super) fn weigh(&mut self, next: u64, visit: usize, tape: &mut Tape) {
         self.weighed.push((next, visit));
         self.gather(tape);
     }
 
-    /// Takes what the filter has taken down.
+    /// Takes what the filter has recorded.
     #[inline]
     pub(super) fn gather(&mut self, tape: &mut Tape) {
         match self.stretches.back_mut().and_then(|last| last.recording.as_mut()) {
@@ -202,13 +195,13 @@ impl<const B: usize, const F: usize> Smoothing<B, F> {
         }
     }
 
-    pub(super) fn point(&mut self, filter: &mut Filter<B, F>, epoch: u64, point: &TrackPoint) {
+    pub(super) fn point(&mut self, filter: &mut F, epoch: u64, point: &TrackPoint) {
         if let Some(recording) = self.stretches.back_mut().and_then(|last| last.recording.as_mut()) {
             recording.point(filter, epoch, point);
         }
     }
 
-    /// Whether it holds a live walk's trail, not a whole walk.
+    /// Whether it holds a live session's trail, not a whole session.
     pub(super) fn is_live(&self) -> bool {
         self.live
     }
@@ -221,8 +214,8 @@ impl<const B: usize, const F: usize> Smoothing<B, F> {
         }
     }
 
-    /// The first step of the stretch of that number.
-    pub(super) fn first_step(&self, number: usize) -> u64 {
+    /// The first input of the stretch of that number.
+    pub(super) fn first_input(&self, number: usize) -> u64 {
         self.stretches.get(number).map_or(0, |stretch| stretch.first)
     }
 
@@ -236,7 +229,7 @@ impl<const B: usize, const F: usize> Smoothing<B, F> {
         &mut self,
         number: usize,
         way: &mut WayBack<B>,
-        source: &Source<'_>,
+        source: &Source<'_, F, B>,
     ) -> Vec<TrackPoint> {
         let Some(stretch) = self.stretches.get_mut(number) else { return Vec::new() };
         let kept = stretch.recording.take();
@@ -249,52 +242,50 @@ impl<const B: usize, const F: usize> Smoothing<B, F> {
         points
     }
 
-    fn run_again(&self, number: usize, source: &Source<'_>) -> Recording<B> {
+    fn run_again(&self, number: usize, source: &Source<'_, F, B>) -> Recording<F, B> {
         let stretch = &self.stretches[number];
         let (end, end_weighed, closed) = match self.stretches.get(number + 1) {
             Some(next) => (
                 next.first,
                 next.first_weighed,
-                source.steps.get(next.first).is_some_and(KeptStep::opens_epoch),
+                source.inputs.get(next.first).is_some_and(Input::opens_epoch),
             ),
             None => (source.next, self.weighed.end_number(), source.closed),
         };
         let mut filter = (*stretch.filter).clone();
-        filter.eskf.tape.set_recording(true);
+        filter.eskf_mut().tape.set_recording(true);
         let mut recording = Recording::new();
-        let mut told = Vec::new();
+        let mut events = Vec::new();
         let mut weighed = stretch.first_weighed;
         for next in stretch.first..=end {
             while let Some((_, visit)) =
                 self.weighed.get(weighed).filter(|(before, _)| *before == next && weighed < end_weighed)
             {
-                filter.weigh_again(source, *visit);
+                weigh_again(&mut filter, source, *visit);
                 weighed += 1;
-                recording.gather(&mut filter.eskf.tape);
+                recording.gather(&mut filter.eskf_mut().tape);
             }
-            let step = source.steps.get(next).filter(|_| next < end);
-            let closes = step.map_or(closed, |step| step.opens_epoch() && next > stretch.first);
-            if closes && let Some(before) = next.checked_sub(1).and_then(|before| source.steps.get(before)) {
-                let point = filter.point(source.setting, before.t_ns);
+            let input = source.inputs.get(next).filter(|_| next < end);
+            let closes = input.map_or(closed, |input| input.opens_epoch() && next > stretch.first);
+            if closes && let Some(before) = next.checked_sub(1).and_then(|before| source.inputs.get(before)) {
+                let point = filter.point(source.setting, before.t_ns());
                 recording.point(&mut filter, before.epoch(), &point);
             }
-            if let Some(step) = step {
-                filter.step(source.setting, &step.step(), &mut told);
-                recording.gather(&mut filter.eskf.tape);
-                told.clear();
+            if let Some(input) = input {
+                filter.step(source.setting, input, &mut events);
+                recording.gather(&mut filter.eskf_mut().tape);
+                events.clear();
             }
         }
         recording
     }
 }
 
-impl<const B: usize, const F: usize> Filter<B, F> {
-    fn weigh_again(&mut self, source: &Source<'_>, number: usize) {
-        self.visits_applied = number + 1;
-        if source.setting.aids.markers
-            && let Some((visit, _)) = source.visits.get(number)
-        {
-            self.apply_visit(source.setting, visit, visit.moment_ns());
-        }
+fn weigh_again<F: Replayed<B>, const B: usize>(filter: &mut F, source: &Source<'_, F, B>, number: usize) {
+    filter.set_visits_weighed(number + 1);
+    if F::uses_visits(source.setting)
+        && let Some((visit, _)) = source.visits.get(number)
+    {
+        filter.weigh(source.setting, visit);
     }
 }

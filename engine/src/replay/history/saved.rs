@@ -5,53 +5,54 @@ use std::collections::VecDeque;
 use serde::{Deserialize, Serialize};
 
 use super::{History, Snapshot};
-use crate::session::Visit;
-use crate::systems::pedestrian::filter::Setting;
-use crate::systems::pedestrian::kept_step::KeptStep;
-use crate::systems::pedestrian::smoothing::{Mark, Smoothing, StretchStart};
-use crate::systems::pedestrian::steps::{Attic, Steps};
+use crate::replay::filter::{Input, Replayed};
+use crate::replay::inputs::{InputStore, Inputs};
+use crate::replay::smoothing::{Mark, Smoothing, StretchStart};
+use crate::visit::Visit;
 
-/// What is saved of a live walk's filter: where the newest stretch of its trail began, and the steps since.
+/// What is saved of a live session's filter: where the newest stretch of its trail began, and the inputs since.
 #[derive(Clone, Debug, Serialize, Deserialize)]
-pub(crate) struct SavedHistory<const B: usize, const F: usize> {
-    start: StretchStart<B, F>,
+pub(crate) struct SavedHistory<F, I> {
+    start: StretchStart<F>,
     /// From the one before the stretch's first on.
-    steps: Vec<KeptStep>,
+    inputs: Vec<I>,
     visits: Vec<(Visit, bool)>,
-    told_points: u64,
+    points: u64,
 }
 
-impl<const B: usize, const F: usize> SavedHistory<B, F> {
+impl<F, I> SavedHistory<F, I> {
     /// When the stretch began, ns.
     pub(crate) fn t_ns(&self) -> i64 {
         self.start.first_ns
     }
 }
 
-impl<const B: usize, const F: usize> History<B, F> {
+impl<F: Replayed<B>, const B: usize> History<F, B> {
     /// What is to be saved, when a stretch of the trail has begun since the last time that this was asked.
-    pub(crate) fn saved(&mut self) -> Option<SavedHistory<B, F>> {
+    pub(crate) fn saved(&mut self) -> Option<SavedHistory<F, F::Input>> {
         if !std::mem::take(&mut self.stretch_begun) {
             return None;
         }
         let start = self.smoothing.as_ref()?.newest_start()?;
         let first = start.first.checked_sub(1)?;
-        self.steps.bring_back(first);
-        let steps = self.steps.from(first)?;
-        Some(SavedHistory { start, steps, visits: self.visits.clone(), told_points: self.told_points })
+        self.inputs.bring_back(first);
+        let inputs = self.inputs.from(first)?;
+        Some(SavedHistory { start, inputs, visits: self.visits.clone(), points: self.points })
     }
 
-    /// The history as it was when it was saved, but for what came before the stretch; `None` where the two do not fit.
+    /// The history as it was when it was saved, but for what came before the stretch; `None` where the two do not
+    /// fit, or an input does not.
     pub(crate) fn restored(
-        setting: Setting,
-        saved: SavedHistory<B, F>,
-        attic: Option<Box<dyn Attic>>,
+        setting: F::Setting,
+        saved: SavedHistory<F, F::Input>,
+        store: Option<Box<dyn InputStore>>,
+        fits: impl Fn(&F::Input) -> bool,
     ) -> Option<Self> {
-        let SavedHistory { start, steps, visits, told_points } = saved;
+        let SavedHistory { start, inputs, visits, points } = saved;
         let next = start.first;
         let first = next.checked_sub(1)?;
-        let before_ns = steps.first()?.t_ns;
-        if steps.iter().any(|step| step.sensor() >= F) {
+        let before_ns = inputs.first()?.t_ns();
+        if !inputs.iter().all(fits) {
             return None;
         }
         let newest = Snapshot {
@@ -60,7 +61,7 @@ impl<const B: usize, const F: usize> History<B, F> {
             mark: Mark::before(start.first_weighed),
             filter: Box::new(start.filter.clone()),
         };
-        let seen = first + steps.len() as u64;
+        let seen = first + inputs.len() as u64;
         let mut history = History {
             setting,
             filter: start.filter.clone(),
@@ -68,9 +69,9 @@ impl<const B: usize, const F: usize> History<B, F> {
             smoothing: Some(Smoothing::restored(start)),
             way_back: None,
             trail_bends: false,
-            steps: Steps::restored(attic, first, steps),
+            inputs: Inputs::restored(store, first, inputs),
             next,
-            told_points,
+            points,
             revised: Vec::new(),
             fresh: Vec::new(),
             seen,

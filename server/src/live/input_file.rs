@@ -9,14 +9,14 @@ use std::io::{Read as _, Seek as _, SeekFrom, Write as _};
 use std::path::Path;
 use std::sync::{Arc, Mutex, PoisonError};
 
-use lodestep_engine::systems::pedestrian::Attic;
+use lodestep_engine::replay::InputStore;
 
 /// What a session puts away at once fits into this.
 const SLOT_BYTES: usize = 16 << 10;
 
 /// The file, in slots of one size. Cheap to clone.
 #[derive(Clone, Debug)]
-pub(crate) struct SharedAttic(Arc<Mutex<Slots>>);
+pub(crate) struct InputFile(Arc<Mutex<Slots>>);
 
 #[derive(Debug)]
 struct Slots {
@@ -26,16 +26,16 @@ struct Slots {
     count: u64,
 }
 
-impl SharedAttic {
+impl InputFile {
     /// A file without a name in a folder.
-    pub(crate) fn new_in(folder: &Path) -> std::io::Result<SharedAttic> {
+    pub(crate) fn new_in(folder: &Path) -> std::io::Result<InputFile> {
         let file = tempfile::tempfile_in(folder)?;
-        Ok(SharedAttic(Arc::new(Mutex::new(Slots { file, free: Vec::new(), count: 0 }))))
+        Ok(InputFile(Arc::new(Mutex::new(Slots { file, free: Vec::new(), count: 0 }))))
     }
 
     /// The room of one session, given back when it ends.
-    pub(crate) fn of_session(&self) -> SessionAttic {
-        SessionAttic { shared: self.clone(), kept: BTreeMap::new() }
+    pub(crate) fn of_session(&self) -> SessionInputs {
+        SessionInputs { shared: self.clone(), kept: BTreeMap::new() }
     }
 
     fn put(&self, bytes: &[u8]) -> Option<Kept> {
@@ -79,12 +79,12 @@ struct Kept {
 
 /// What one session has put away.
 #[derive(Debug)]
-pub(crate) struct SessionAttic {
-    shared: SharedAttic,
+pub(crate) struct SessionInputs {
+    shared: InputFile,
     kept: BTreeMap<u64, Kept>,
 }
 
-impl Attic for SessionAttic {
+impl InputStore for SessionInputs {
     fn put(&mut self, number: u64, bytes: &[u8]) -> bool {
         let Some(kept) = self.shared.put(bytes) else { return false };
         if let Some(before) = self.kept.insert(number, kept) {
@@ -107,7 +107,7 @@ impl Attic for SessionAttic {
     }
 }
 
-impl Drop for SessionAttic {
+impl Drop for SessionInputs {
     fn drop(&mut self) {
         self.forget_before(u64::MAX);
     }
@@ -120,7 +120,7 @@ mod tests {
     #[test]
     fn each_session_gets_back_its_own_and_room_is_used_again() {
         let folder = tempfile::TempDir::new().unwrap();
-        let shared = SharedAttic::new_in(folder.path()).unwrap();
+        let shared = InputFile::new_in(folder.path()).unwrap();
         let (mut one, mut other) = (shared.of_session(), shared.of_session());
         for number in 0..10 {
             assert!(one.put(number, &[number as u8; 100]));
