@@ -4,9 +4,10 @@
 use divan::counter::ItemsCount;
 use lodestep_engine::event::Event;
 use lodestep_engine::geo::Site;
-use lodestep_engine::sample::Foot;
 use lodestep_engine::session::{Session, SessionConfig, Solution, Visit};
 use lodestep_engine::sim::{self, SensorModel, Walk, WalkKind};
+use lodestep_engine::systems::pedestrian;
+use lodestep_engine::systems::pedestrian::Side;
 
 fn main() {
     divan::main();
@@ -36,7 +37,7 @@ fn rectangle() -> (SessionConfig, Walk, Vec<Visit>) {
         initial_position_n_m: walk.start_n_m(),
         declination_rad: site.declination_deg.to_radians(),
         gravity_m_s2: site.gravity_m_s2,
-        ..SessionConfig::default()
+        ..pedestrian::two_feet()
     };
     (config, walk, visits)
 }
@@ -47,13 +48,13 @@ fn two_feet_all_aids(bencher: divan::Bencher<'_, '_>, solution: &str) {
     config.solution = if solution == "smoothed" { Solution::Smoothed } else { Solution::Filtered };
     let mut events: Vec<Event> = Vec::new();
     bencher.counter(ItemsCount::new(walk.left.len() + walk.right.len())).bench_local(|| {
-        let mut session = Session::new(config.clone());
+        let mut session = Session::new(config.clone()).expect("streams of a walk");
         for visit in &visits {
             session.visit(visit.clone(), &mut events);
         }
         for (left, right) in walk.left.iter().zip(&walk.right) {
-            session.push(Foot::Left, left, &mut events);
-            session.push(Foot::Right, right, &mut events);
+            session.push(Side::Left, left, &mut events);
+            session.push(Side::Right, right, &mut events);
             events.clear();
         }
         session.finish_filter(&mut events);
@@ -72,11 +73,11 @@ fn a_marker_live_after_a_quarter_of_an_hour(bencher: divan::Bencher<'_, '_>) {
     config.solution = Solution::Trail;
     // The visits of every 100 s but the last: that of 900 s, told at 920 s.
     let walked = || {
-        let mut session = Session::new(config.clone());
+        let mut session = Session::new(config.clone()).expect("streams of a walk");
         let mut events = Vec::new();
         for (number, (left, right)) in walk.left.iter().zip(&walk.right).take(92_000).enumerate() {
-            session.push(Foot::Left, left, &mut events);
-            session.push(Foot::Right, right, &mut events);
+            session.push(Side::Left, left, &mut events);
+            session.push(Side::Right, right, &mut events);
             if number % 10_000 == 2_000 && (12_000..92_000).contains(&number) {
                 session.visit(visits[number / 10_000 - 1].clone(), &mut events);
             }

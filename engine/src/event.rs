@@ -1,9 +1,11 @@
-//! What a session tells: the only thing that leaves the engine.
+//! What a session reports: the only thing that leaves the engine.
 
 use serde::{Deserialize, Serialize};
 
-use crate::figures::Figures;
-use crate::sample::Foot;
+use crate::anomaly::Anomaly;
+use crate::stream::StreamId;
+use crate::visit::Visit;
+use crate::word::Word;
 
 /// One thing that a session found out. Events come in the order in which they became known.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -13,8 +15,8 @@ pub enum Event {
     Aligned(Alignment),
     /// The track has grown by one epoch.
     Point(TrackPoint),
-    /// Points that were already told have been corrected in hindsight (a separation of the feet or
-    /// a visit that was applied at its own past moment). Each has the time of the point it replaces.
+    /// Points that were already reported have been corrected in hindsight (a visit that was applied at its own past
+    /// moment, or smoothing). Each has the time of the point it replaces.
     Revision {
         /// The corrected points, oldest first; an unbroken run of epochs.
         points: Vec<TrackPoint>,
@@ -25,7 +27,7 @@ pub enum Event {
     Anomaly(Anomaly),
     /// A measurement has been weighed: its innovation and whether it was used.
     Aid(AidOutcome),
-    /// The inspector stands somewhere, or stood: told again, with the same number, when the stand has
+    /// Somebody stands somewhere, or stood: reported again, with the same number, when the stand has
     /// ended and whenever hindsight knows more of its candidates.
     Stand(Stand),
 }
@@ -33,8 +35,8 @@ pub enum Event {
 /// How a session's first attitude and biases were found.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Alignment {
-    /// The foot that was aligned.
-    pub foot: Foot,
+    /// The stream that was aligned.
+    pub stream: StreamId,
     /// Start and end of the stretch that was used, ns.
     pub t_start_ns: i64,
     /// End of the stretch that was used, ns.
@@ -63,12 +65,12 @@ pub enum HeadingSource {
     Assumed,
 }
 
-/// Where the inspector is at one epoch.
+/// Where what is positioned is at one epoch.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct TrackPoint {
     /// Time since the session's start, ns.
     pub t_ns: i64,
-    /// The middle of the feet (the one foot, when there is one), east-north-up, m.
+    /// The position that the system declares as its point, east-north-up, m.
     pub position_n_m: [f64; 3],
     /// Heading, clockwise from true north, rad in (−π, π].
     pub heading_rad: f64,
@@ -78,18 +80,34 @@ pub struct TrackPoint {
     pub sigma_n_m: [f64; 3],
     /// Covariance of east and north, m².
     pub covariance_en_m2: f64,
-    /// The left foot, where it is recorded.
-    pub left: Option<FootPoint>,
-    /// The right foot, where it is recorded.
-    pub right: Option<FootPoint>,
+    /// Roll and pitch, where the system knows them.
+    pub tilt: Option<Tilt>,
+    /// The parts that the system declares, in that order; `None` for one that is not there.
+    pub parts: [Option<Part>; MOST_PARTS],
 }
 
-/// One foot at one epoch.
+/// A point has at most so many parts.
+pub const MOST_PARTS: usize = 2;
+
+/// Roll and pitch of the body at one epoch; the heading stands in the point itself.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct FootPoint {
-    /// The sensor, east-north-up, m.
+pub struct Tilt {
+    /// About the body's x axis, rad in (−π, π].
+    pub roll_rad: f64,
+    /// About the levelled y axis, nose up positive, rad in [−π/2, π/2].
+    pub pitch_rad: f64,
+    /// Sigma of the roll, rad.
+    pub sigma_roll_rad: f32,
+    /// Sigma of the pitch, rad.
+    pub sigma_pitch_rad: f32,
+}
+
+/// One part of what is positioned at one epoch.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Part {
+    /// Where it is, east-north-up, m.
     pub position_n_m: [f64; 3],
-    /// Whether the foot stands.
+    /// Whether it stands still on the ground.
     pub stance: bool,
 }
 
@@ -114,86 +132,35 @@ pub struct VisitOutcome {
     pub reason: String,
 }
 
-/// Something that is wrong with a sensor or with its data, at a time and on a foot.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Anomaly {
-    /// What it is.
-    pub kind: AnomalyKind,
-    /// Which foot; `None` when it concerns the session.
-    pub foot: Option<Foot>,
-    /// When it began, ns.
-    pub t_start_ns: i64,
-    /// When it ended, ns.
-    pub t_end_ns: i64,
-    /// How many samples it concerns.
-    pub samples: u64,
-    /// What was expected and what was found, in a sentence with units.
-    pub detail: String,
-    /// The figures of that sentence, by name; `None` where it was stored before they were kept.
-    #[serde(default)]
-    pub figures: Option<Figures>,
-}
-
-impl Anomaly {
-    /// Whether both say the same, with figures or without.
-    pub fn says_the_same(&self, other: &Anomaly) -> bool {
-        let said = |anomaly: &Anomaly| {
-            (anomaly.kind, anomaly.foot, anomaly.t_start_ns, anomaly.t_end_ns, anomaly.samples)
-        };
-        said(self) == said(other) && self.detail == other.detail
+impl VisitOutcome {
+    /// Of a visit that could not be weighed at all.
+    pub fn turned_down(visit: &Visit, reason: String) -> VisitOutcome {
+        VisitOutcome {
+            marker: visit.marker.clone(),
+            t_ns: visit.moment_ns(),
+            before_minus_marker_n_m: [f64::NAN; 3],
+            after_minus_marker_n_m: [f64::NAN; 3],
+            nis: f64::NAN,
+            degrees_of_freedom: 0,
+            accepted: false,
+            reason,
+        }
     }
 }
 
-/// The kinds of sensor trouble that are found.
+/// A measurement that a system uses beside its strapdown, by the word that the system declares for it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum AnomalyKind {
-    /// No samples for longer than several intervals.
-    Gap,
-    /// A time stamp equal to the one before.
-    RepeatedTime,
-    /// A time stamp before the one before.
-    BackwardTime,
-    /// A reading at the end of the sensor's range.
-    Saturation,
-    /// An axis that does not change.
-    StuckAxis,
-    /// A reading that is not a number, or infinite.
-    NotFinite,
-    /// The specific force at rest is not that of gravity.
-    ImpossibleRestGravity,
-    /// The two sensors are mounted in a way that contradicts their motion, or one fell out of place.
-    WrongMounting,
-    /// The foot sets off more often than any foot can.
-    ImpossibleCadence,
-    /// The session did not start with a still stretch.
-    NoStillStart,
-    /// The magnetic field is not that of the site.
-    MagneticField,
-    /// One foot's log begins late, ends early or is silent while the other goes on.
-    FootMissing,
-    /// The heading's sigma has passed what the linearised filter can be trusted with.
-    HeadingUncertain,
-    /// The filter met a number it could not use and restarted a foot from the last stance.
-    FilterReset,
-}
+#[serde(transparent)]
+pub struct AidKind(pub Word);
 
-/// The aids a session can use beside the strapdown itself.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum AidKind {
-    /// Zero velocity in stance.
-    Zupt,
-    /// Magnetic heading.
-    Heading,
-    /// Magnetic angular rate.
-    Maru,
-    /// Smallest separation of the feet.
-    Separation,
-    /// Marker position.
-    Markers,
-    /// Height by the barometer.
-    Altimeter,
+impl AidKind {
+    /// Visits to markers, which every system has: they come last but those that a system declares after them.
+    pub const MARKERS: AidKind = AidKind(Word::declared("markers", 4));
+
+    /// Its word.
+    pub fn as_str(&self) -> &str {
+        self.0.as_str()
+    }
 }
 
 /// A measurement that was weighed. Rejection is an outcome, not an error.
@@ -201,8 +168,8 @@ pub enum AidKind {
 pub struct AidOutcome {
     /// The moment it applies to, ns.
     pub t_ns: i64,
-    /// The foot; `None` where it concerns both.
-    pub foot: Option<Foot>,
+    /// The stream; `None` where it concerns several.
+    pub stream: Option<StreamId>,
     /// Which aid.
     pub aid: AidKind,
     /// Normalised innovation squared, mean over the updates that this outcome stands for.
@@ -215,7 +182,7 @@ pub struct AidOutcome {
     pub accepted: bool,
 }
 
-/// A place at which the inspector stands or stood, and the markers that it may be.
+/// A place at which somebody stands or stood, and the markers that it may be.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Stand {
     /// Counts the stands of a session from 1.

@@ -111,6 +111,8 @@
 //!
 //! Arrows point one way: `systems → measure, detect, ins → geo, rotation`. `sim` knows none of the filter.
 
+pub mod anomaly;
+pub mod cause;
 pub mod detect;
 pub mod evaluate;
 pub mod event;
@@ -126,10 +128,12 @@ pub mod rotation;
 pub mod sample;
 pub mod session;
 pub mod sim;
+pub mod stream;
 pub mod system;
 pub mod systems;
 pub mod track;
-pub mod trouble;
 pub mod visit;
+pub mod word;
 
 mod array;
+mod merge;

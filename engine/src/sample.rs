@@ -2,45 +2,6 @@
 
 use serde::{Deserialize, Serialize};
 
-/// Which foot a sensor is worn on.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize)]
-#[serde(rename_all = "lowercase")]
-pub enum Foot {
-    /// The left foot.
-    Left,
-    /// The right foot.
-    Right,
-}
-
-impl Foot {
-    /// Both feet, left first: the order of every array that is indexed by foot.
-    pub const BOTH: [Foot; 2] = [Foot::Left, Foot::Right];
-
-    /// 0 for the left foot, 1 for the right.
-    pub const fn index(self) -> usize {
-        match self {
-            Foot::Left => 0,
-            Foot::Right => 1,
-        }
-    }
-
-    /// The other foot.
-    pub const fn other(self) -> Foot {
-        match self {
-            Foot::Left => Foot::Right,
-            Foot::Right => Foot::Left,
-        }
-    }
-
-    /// `left` or `right`, as files, messages and tables spell it.
-    pub const fn name(self) -> &'static str {
-        match self {
-            Foot::Left => "left",
-            Foot::Right => "right",
-        }
-    }
-}
-
 /// One reading of one sensor, in SI units and in the sensor's own body frame b, calibrated only as
 /// far as the device does it.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]

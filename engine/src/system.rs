@@ -1,61 +1,67 @@
-//! What a system is to the rest of the house.
+//! What a system is to the rest of the house: what it declares, how it is configured, and what a session asks of it.
+//!
+//! A shared room knows of a system only what stands here. [`crate::systems::catalogue`] lists the systems that there are.
 
-use serde::{Deserialize, Serialize};
+mod config;
+mod declaration;
+mod summary;
 
-use crate::sample::Foot;
+use std::fmt::Debug;
 
-/// What a session reports in the end.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Solution {
-    /// Each point as it was known at its time, but for what applies to a past moment.
-    #[default]
-    Filtered,
-    /// The same while it goes on; and after each accepted visit the trail of the last five minutes is
-    /// smoothed and reported as a revision.
-    Trail,
-    /// The same while it goes on; and at the end the whole session is smoothed and reported as revisions. Every
-    /// input is kept until then.
-    Smoothed,
-}
+use crate::event::Event;
+use crate::stream::{Reading, StreamId};
+use crate::visit::Visit;
 
-/// What a session amounts to so far.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct Summary {
-    /// Samples taken in, of all streams.
-    pub samples: u64,
-    /// Epochs reported as points.
-    pub epochs: u64,
-    /// From the first to the last point, s.
-    pub duration_s: f64,
-    /// Length of the path, m.
-    pub distance_m: f64,
-    /// Seconds since the last accepted visit (since the start before the first).
-    pub since_marker_s: f64,
-    /// Metres since the last accepted visit (since the start before the first).
-    pub since_marker_m: f64,
-    /// Samples that came too late to be merged by time; a run over the stored log puts them right.
-    pub late_samples: u64,
-}
+pub use config::{ConfigError, NotRestored, SessionConfig, SystemConfig};
+pub use declaration::{
+    AidRule, ChartRule, Column, Declaration, Parameter, PartRule, Simulated, SimulatedStream, StreamRule,
+};
+pub use summary::{Progress, SensorState, Solution, Summary};
 
-/// What the filter believes of one foot's sensor at its last sample.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct SensorState {
-    /// Whose.
-    pub foot: Foot,
-    /// Time of that sample, ns.
-    pub t_ns: i64,
-    /// Whether the foot is taken to stand.
-    pub stands: bool,
-    /// Gyro bias in b, rad/s: reading − true rate.
-    pub gyro_bias_b_rad_s: [f64; 3],
-    /// Its sigmas, rad/s.
-    pub sigma_gyro_bias_rad_s: [f64; 3],
-    /// Accelerometer bias in b, m/s²: reading − true specific force.
-    pub accelerometer_bias_b_m_s2: [f64; 3],
-    /// Its sigmas, m/s².
-    pub sigma_accelerometer_bias_m_s2: [f64; 3],
-    /// Heading by the field of the present stance, deviation not taken off, less the filter's, rad in
-    /// (−π, π]; `None` while the foot swings or its sensor has no magnetometer.
-    pub magnetic_minus_heading_rad: Option<f64>,
+/// A system at work on one session. It does no input or output, and the same readings and visits give the same events to
+/// the last bit, however they were cut into batches.
+pub trait System: Debug + Send {
+    /// Takes one reading; the readings of a stream come in the order of its log. Across streams they come as they
+    /// arrive: a system decides what it does with a stream's readings before it merges them by time
+    /// ([`crate::merge`]), as a detector may look ahead. Appends what became known to `events`.
+    fn push(&mut self, stream: StreamId, reading: Reading<'_>, events: &mut Vec<Event>);
+
+    /// Takes a visit, before or after its time; one that is older than what the system remembers is turned down with a
+    /// reason.
+    fn visit(&mut self, visit: Visit, events: &mut Vec<Event>);
+
+    /// No more readings of this stream will come: others need not wait for it. A system that makes nothing wait has nothing
+    /// to do here.
+    fn end(&mut self, _stream: StreamId, _events: &mut Vec<Event>) {}
+
+    /// No more readings will come: all that waits is processed, but for the smoothing.
+    fn finish(&mut self, _events: &mut Vec<Event>) {}
+
+    /// Smooths the next piece of a session that is finished, from its end to its start; says whether there was one.
+    fn smooth_next(&mut self, _events: &mut Vec<Event>) -> bool {
+        false
+    }
+
+    /// How far it has come.
+    fn progress(&self) -> Progress;
+
+    /// What it believes of its sensors now.
+    fn sensors(&self) -> Vec<SensorState> {
+        Vec::new()
+    }
+
+    /// What is to be saved, when so much has come since the last time that it is worth it: the time from which on the
+    /// state knows its past, ns, and the state.
+    fn save(&mut self) -> Option<(i64, Vec<u8>)>;
+
+    /// Whether it was restored, and a visit wanted to go back to before what was saved.
+    fn lacks_past(&self) -> bool {
+        false
+    }
+
+    /// The same system, to be looked into by its own tests.
+    #[cfg(test)]
+    fn as_any(&mut self) -> Option<&mut dyn std::any::Any> {
+        None
+    }
 }

@@ -5,9 +5,10 @@ use std::sync::LazyLock;
 
 use lodestep_engine::geo::Site;
 use lodestep_engine::identify::{Identification, Marker, Markers};
-use lodestep_engine::sample::{Foot, ImuSample};
+use lodestep_engine::sample::ImuSample;
 use lodestep_engine::session::{SavedState, Session, SessionConfig, Solution, Visit};
 use lodestep_engine::sim::{SensorModel, Simulator, WalkKind};
+use lodestep_engine::systems::pedestrian::Side;
 use sha2::{Digest, Sha256};
 
 /// A saved state begins with so much of the hash of the rest.
@@ -39,18 +40,18 @@ fn walk(number: usize) -> Saved {
         ..Identification::default()
     });
     let config = SessionConfig {
-        feet: if number & 1 != 0 { Foot::BOTH.to_vec() } else { vec![Foot::Left] },
+        feet: if number & 1 != 0 { Side::BOTH.to_vec() } else { vec![Side::Left] },
         initial_position_n_m: simulator.start_n_m(),
         solution: Solution::Trail,
         max_lead_ns: Some(1_000_000_000),
         identification,
-        ..SessionConfig::default()
+        ..pedestrian::two_feet()
     };
     let mut session = Session::new(config.clone());
     let mut events = Vec::new();
     for _ in 0..EPOCHS {
         let Some(epoch) = simulator.next_epoch() else { break };
-        for (foot, sample) in Foot::BOTH.into_iter().zip(&epoch.samples).take(config.feet.len()) {
+        for (foot, sample) in Side::BOTH.into_iter().zip(&epoch.samples).take(config.feet.len()) {
             session.push(foot, sample, &mut events);
         }
         if let Some(state) = session.state_to_save() {
@@ -111,7 +112,7 @@ fn goes_on(mut session: Session, t_ns: i64) {
             mag_b_ut: Some([5.0 + noise, 34.0, -30.0]),
             pressure_hpa: Some(890.0 + noise),
         };
-        for foot in Foot::BOTH {
+        for foot in Side::BOTH {
             session.push(foot, &sample, &mut events);
         }
         if k == SAMPLES / 2 {

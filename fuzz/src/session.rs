@@ -1,8 +1,9 @@
 //! The filter: whatever a sensor sends, every number that a session tells is finite, every sigma positive.
 
 use lodestep_engine::event::{Event, TrackPoint};
-use lodestep_engine::sample::{Foot, ImuSample};
+use lodestep_engine::sample::ImuSample;
 use lodestep_engine::session::{Session, SessionConfig, Visit};
+use lodestep_engine::systems::pedestrian::Side;
 
 const PERIOD_NS: i64 = 10_000_000;
 /// Samples in one run: forty seconds of a foot.
@@ -14,13 +15,13 @@ const BROKEN: [f64; 8] =
 /// Eight bytes a deed: what happens, how often, and to which value.
 pub(crate) fn run(bytes: &[u8]) {
     let Some((first, deeds)) = bytes.split_first() else { return };
-    let feet = [vec![Foot::Left], vec![Foot::Right], Foot::BOTH.to_vec()][usize::from(first % 3)].clone();
+    let feet = [vec![Side::Left], vec![Side::Right], Side::BOTH.to_vec()][usize::from(first % 3)].clone();
     let max_lead_ns = (first & 4 != 0).then_some(1_000_000_000);
-    let mut session = Session::new(SessionConfig { feet, max_lead_ns, ..SessionConfig::default() });
+    let mut session = Session::new(SessionConfig { feet, max_lead_ns, ..pedestrian::two_feet() });
     let (mut events, mut t_ns, mut samples) = (Vec::new(), [0_i64; 2], 0);
     for deed in deeds.as_chunks::<8>().0 {
         let [what, count, axis, a, b, c, step, size] = *deed;
-        let foot = Foot::BOTH[usize::from(what & 1)];
+        let foot = Side::BOTH[usize::from(what & 1)];
         let clock_ns = &mut t_ns[foot.index()];
         match what >> 1 & 7 {
             0..=4 => {

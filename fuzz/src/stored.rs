@@ -1,6 +1,7 @@
 //! What the tables hold packed, raw samples and charts: read as it was written, refused where it is damaged.
 
-use lodestep_engine::sample::{Foot, ImuSample};
+use lodestep_engine::sample::ImuSample;
+use lodestep_engine::systems::pedestrian::Side;
 use lodestep_server::store::charts::{self, Series};
 use lodestep_server::store::raw_chunks::{self, Samples};
 
@@ -30,7 +31,7 @@ pub(crate) fn run(bytes: &[u8]) {
 
 fn samples_again(body: &[u8]) {
     let samples: Vec<ImuSample> = body.as_chunks::<88>().0.iter().map(sample).collect();
-    let batch = Samples { foot: Foot::Left, first_sequence: 0, sequences: 1, samples };
+    let batch = Samples { foot: Side::Left, first_sequence: 0, sequences: 1, samples };
     let packed = raw_chunks::Packed::new(&batch).expect("samples can be packed");
     let again = raw_chunks::unpacked(2, packed.body(), batch.samples.len() as u64)
         .expect("what was packed is unpacked");

@@ -148,7 +148,7 @@ pub struct Position {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Motion {
-    /// The feet move.
+    /// The streams move.
     Walking,
     /// Both stand.
     Standing,

@@ -5,9 +5,9 @@
 
 use lodestep_engine::event::Event;
 use lodestep_engine::geo::Site;
-use lodestep_engine::sample::Foot;
 use lodestep_engine::session::{Session, SessionConfig};
 use lodestep_engine::sim::{self, SensorModel, Walk, WalkKind};
+use lodestep_engine::systems::pedestrian::Side;
 
 #[expect(clippy::print_stdout, reason = "the figure is what it is run for")]
 fn main() {
@@ -17,7 +17,7 @@ fn main() {
         initial_position_n_m: walk.start_n_m(),
         declination_rad: site.declination_deg.to_radians(),
         gravity_m_s2: site.gravity_m_s2,
-        ..SessionConfig::default()
+        ..pedestrian::two_feet()
     };
     let points = run_session(config, &walk);
     println!("{} samples, {points} points", walk.left.len() + walk.right.len());
@@ -30,8 +30,8 @@ fn run_session(config: SessionConfig, walk: &Walk) -> usize {
     let mut events: Vec<Event> = Vec::new();
     let mut points = 0;
     for (left, right) in walk.left.iter().zip(&walk.right) {
-        session.push(Foot::Left, left, &mut events);
-        session.push(Foot::Right, right, &mut events);
+        session.push(Side::Left, left, &mut events);
+        session.push(Side::Right, right, &mut events);
         points += events.drain(..).filter(|event| matches!(event, Event::Point(_))).count();
     }
     session.finish(&mut events);

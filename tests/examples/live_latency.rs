@@ -14,9 +14,9 @@ use std::time::Duration;
 use lodestep_engine::event::Event;
 use lodestep_engine::geo::Site;
 use lodestep_engine::parse::live_message::Answer;
-use lodestep_engine::sample::Foot;
 use lodestep_engine::session::{Session, SessionConfig};
 use lodestep_engine::sim::{SensorModel, Walk, WalkKind, simulate};
+use lodestep_engine::systems::pedestrian::Side;
 use lodestep_tests::device::TestDevice;
 use lodestep_tests::feed::TestFeed;
 use lodestep_tests::server::TestServer;
@@ -94,13 +94,13 @@ fn frames_that_release(walk: &Walk, site: &Site) -> HashMap<i64, usize> {
         declination_rad: site.declination_deg.to_radians(),
         gravity_m_s2: site.gravity_m_s2,
         max_lead_ns: Some(1_000_000_000),
-        ..SessionConfig::default()
+        ..pedestrian::two_feet()
     };
     let mut session = Session::new(config);
     let mut frame_of = HashMap::new();
     let mut events = Vec::new();
     for (number, (left, right)) in walk.left.chunks(FRAME).zip(walk.right.chunks(FRAME)).enumerate() {
-        for (foot, samples) in [(Foot::Left, left), (Foot::Right, right)] {
+        for (foot, samples) in [(Side::Left, left), (Side::Right, right)] {
             for sample in samples {
                 session.push(foot, sample, &mut events);
             }
@@ -131,7 +131,7 @@ async fn stream(
                 biased;
                 () = sleep_until(due) => break,
                 answer = device.next() => {
-                    let Answer::Ack { foot: Foot::Right, sequence } = answer else { continue };
+                    let Answer::Ack { foot: Side::Right, sequence } = answer else { continue };
                     let next = sequence as usize + 1;
                     let now = Instant::now();
                     delays.extend(sent_at[acknowledged..next].iter().map(|sent| now.duration_since(*sent)));
@@ -140,10 +140,10 @@ async fn stream(
             }
         }
         sent_at.push(Instant::now());
-        device.send_frame(Foot::Left, number as u64, left).await;
-        device.send_frame(Foot::Right, number as u64, right).await;
+        device.send_frame(Side::Left, number as u64, left).await;
+        device.send_frame(Side::Right, number as u64, right).await;
     }
-    device.acknowledged(Foot::Left, sent_at.len() as u64 - 1).await;
+    device.acknowledged(Side::Left, sent_at.len() as u64 - 1).await;
     (sent_at, delays)
 }
 

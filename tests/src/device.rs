@@ -4,7 +4,8 @@ use futures_util::{SinkExt, StreamExt};
 use lodestep_engine::parse::batch::Batch;
 use lodestep_engine::parse::frame;
 use lodestep_engine::parse::live_message::{Answer, DeviceMessage, Hello, NextSequence};
-use lodestep_engine::sample::{Foot, ImuSample};
+use lodestep_engine::sample::ImuSample;
+use lodestep_engine::systems::pedestrian::Side;
 use tokio::net::TcpStream;
 use tokio_tungstenite::tungstenite::Message;
 use tokio_tungstenite::{MaybeTlsStream, WebSocketStream, connect_async};
@@ -31,7 +32,7 @@ impl TestDevice {
         let hello = Hello::Begin {
             inspector_id: inspector_id.to_owned(),
             start: None,
-            feet: Foot::BOTH.to_vec(),
+            feet: Side::BOTH.to_vec(),
             initial_heading_deg: None,
         };
         device.send(&DeviceMessage::Hello(hello)).await;
@@ -66,7 +67,7 @@ impl TestDevice {
     }
 
     /// Sends a batch as a binary frame.
-    pub async fn send_frame(&mut self, foot: Foot, sequence: u64, samples: &[ImuSample]) {
+    pub async fn send_frame(&mut self, foot: Side, sequence: u64, samples: &[ImuSample]) {
         let mut bytes = Vec::new();
         let batch = Batch { foot, sequence, samples: samples.to_vec() };
         frame::encode(&batch, &mut bytes).expect("a batch of a test has an allowed size");
@@ -105,7 +106,7 @@ impl TestDevice {
     }
 
     /// Waits until every batch of a foot up to this one is acknowledged.
-    pub async fn acknowledged(&mut self, foot: Foot, sequence: u64) {
+    pub async fn acknowledged(&mut self, foot: Side, sequence: u64) {
         while self.on_disk[foot.index()].is_none_or(|upto| upto < sequence) {
             match self.next().await {
                 Answer::Ack { foot, sequence } => self.on_disk[foot.index()] = Some(sequence),

@@ -10,7 +10,8 @@ use std::sync::{Arc, Mutex};
 use futures_util::{SinkExt, StreamExt};
 use lodestep_engine::parse::batch::Batch;
 use lodestep_engine::parse::frame;
-use lodestep_engine::sample::{Foot, ImuSample};
+use lodestep_engine::sample::ImuSample;
+use lodestep_engine::systems::pedestrian::Side;
 use lodestep_tests::server::TestServer;
 use lodestep_tests::staff::{PASSWORD, Person, SETUP_TOKEN, server_with_staff, sign_in};
 use reqwest::Method;
@@ -99,7 +100,7 @@ async fn scenario(server: &TestServer, staff: &[Person]) -> (Secrets, String) {
             pressure_hpa: None,
         };
         let mut bytes = Vec::new();
-        frame::encode(&Batch { foot: Foot::Left, sequence: 0, samples: vec![sample] }, &mut bytes).unwrap();
+        frame::encode(&Batch { foot: Side::Left, sequence: 0, samples: vec![sample] }, &mut bytes).unwrap();
         let _ = socket.send(Message::binary(bytes)).await;
         let _ = socket.send(Message::text(format!("{{\"type\":\"wrong {token}"))).await;
         let _ = socket.next().await;

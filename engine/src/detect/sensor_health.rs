@@ -1,11 +1,13 @@
 //! Whether the samples of one sensor can be believed, judged one by one as they come.
 
+use std::collections::BTreeMap;
+
 use serde::{Deserialize, Serialize};
 
-use super::cadence::{Cadence, MOST_PER_S};
-use crate::event::{Anomaly, AnomalyKind};
-use crate::sample::{Foot, ImuSample};
-use crate::trouble::{Channel, Trouble};
+use crate::anomaly::{Anomaly, AnomalyKind, Cause};
+use crate::cause::{Channel, SensorCause};
+use crate::sample::ImuSample;
+use crate::stream::StreamId;
 
 /// Occurrences of one kind that are nearer than this belong together, ns.
 const TOGETHER_NS: i64 = 2_000_000_000;
@@ -26,21 +28,25 @@ const STUCK_SAMPLES: u32 = 50;
 const SMALLEST_RATE_RANGE_RAD_S: f64 = 8.5;
 /// A specific force that is clipped lies above this, m/s² (the smallest usual range is ±2 g).
 const SMALLEST_FORCE_RANGE_M_S2: f64 = 19.0;
-/// No foot turns faster than this: the reading is broken, rad/s.
-const IMPOSSIBLE_RATE_RAD_S: f64 = 90.0;
-/// No foot is pushed harder than this: the reading is broken, m/s².
-const IMPOSSIBLE_FORCE_M_S2: f64 = 2000.0;
 /// No magnetometer shows more, µT.
 const IMPOSSIBLE_FIELD_UT: f64 = 1e5;
 /// From above the highest mountain to below the deepest mine.
 const POSSIBLE_PRESSURE_HPA: std::ops::RangeInclusive<f64> = 250.0..=1300.0;
 
-const KINDS: usize = 8;
+/// What the body that carries a sensor never does: a reading beyond is broken.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Limits {
+    /// It never turns faster, rad/s.
+    pub largest_rate_rad_s: f64,
+    /// It is never pushed harder, m/s².
+    pub largest_force_m_s2: f64,
+}
 
-/// Watches the samples of one foot.
+/// Watches the samples of one inertial sensor.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct SensorHealth {
-    foot: Foot,
+    stream: StreamId,
+    limits: Limits,
     last_t_ns: Option<i64>,
     /// The time of the sample before, if it was left out because it was so far ahead.
     jumped_to_ns: Option<i64>,
@@ -48,45 +54,55 @@ pub struct SensorHealth {
     same_for: [u32; 6],
     same_since_ns: [i64; 6],
     interval_ns: i64,
-    cadence: Cadence,
-    open: [Option<Anomaly>; KINDS],
+    /// What goes on, by kind.
+    open: BTreeMap<AnomalyKind, Anomaly>,
 }
 
 impl SensorHealth {
-    /// For the samples of `foot`.
-    pub fn new(foot: Foot) -> Self {
+    /// For the samples of a stream, on a body of these limits.
+    pub fn new(stream: StreamId, limits: Limits) -> Self {
         SensorHealth {
-            foot,
+            stream,
+            limits,
             last_t_ns: None,
             jumped_to_ns: None,
             last: [f64::NAN; 6],
             same_for: [0; 6],
             same_since_ns: [0; 6],
             interval_ns: 10_000_000,
-            cadence: Cadence::new(),
-            open: std::array::from_fn(|_| None),
+            open: BTreeMap::new(),
         }
     }
 
-    /// The sample as it may be used: without a magnetometer or pressure value that is no number or
+    /// The sample as it may be used: without a magnetometer or pressure value that is not a number or
     /// beyond all reason; `None` when it must not be used at all. Anomalies that have come to their
     /// end are appended.
     pub fn admit(&mut self, sample: &ImuSample, told: &mut Vec<Anomaly>) -> Option<ImuSample> {
+        self.admit_with(sample, told, |_| None::<SensorCause>)
+    }
+
+    /// The same, with a check of the system's own on samples of which time, rate and specific force can be believed.
+    pub fn admit_with<C: Cause>(
+        &mut self,
+        sample: &ImuSample,
+        told: &mut Vec<Anomaly>,
+        own_check: impl FnOnce(&ImuSample) -> Option<C>,
+    ) -> Option<ImuSample> {
         let t_ns = sample.t_ns;
         if !LONGEST_TIME_NS.contains(&t_ns) {
-            let trouble = Trouble::TimeOfAnotherAge { farthest_years: LONGEST_TIME_YEARS };
-            self.note(trouble, self.last_t_ns.unwrap_or(0), told);
+            let cause = SensorCause::TimeOfAnotherAge { farthest_years: LONGEST_TIME_YEARS };
+            self.note(cause, self.last_t_ns.unwrap_or(0), told);
             return None;
         }
         if let Some(last_ns) = self.last_t_ns {
             let step_ns = t_ns - last_ns;
             if step_ns <= 0 {
-                let trouble = if step_ns == 0 {
-                    Trouble::RepeatedTime
+                let cause = if step_ns == 0 {
+                    SensorCause::RepeatedTime
                 } else {
-                    Trouble::TimeGoesBack { back_by_s: -seconds(step_ns) }
+                    SensorCause::TimeGoesBack { back_by_s: -seconds(step_ns) }
                 };
-                self.note(trouble, last_ns, told);
+                self.note(cause, last_ns, told);
                 return None;
             }
             if step_ns > DOUBTFUL_JUMP_NS && !self.jump_is_confirmed(t_ns) {
@@ -94,49 +110,47 @@ impl SensorHealth {
                 return None;
             }
             if let Some(ahead_ns) = self.jumped_to_ns.take().filter(|jumped_to_ns| *jumped_to_ns > t_ns) {
-                self.note(Trouble::TimeAhead { ahead_by_s: seconds(ahead_ns - last_ns) }, last_ns, told);
+                self.note(SensorCause::TimeAhead { ahead_by_s: seconds(ahead_ns - last_ns) }, last_ns, told);
             }
         }
         self.close_old(t_ns, told);
         let channels = channels(sample);
         if channels.iter().any(|x| !x.is_finite()) {
-            self.note(Trouble::NotFinite, t_ns, told);
+            self.note(SensorCause::NotFinite, t_ns, told);
             return None;
         }
-        if channels[..3].iter().any(|x| x.abs() > IMPOSSIBLE_RATE_RAD_S)
-            || channels[3..].iter().any(|x| x.abs() > IMPOSSIBLE_FORCE_M_S2)
+        let Limits { largest_rate_rad_s, largest_force_m_s2 } = self.limits;
+        if channels[..3].iter().any(|x| x.abs() > largest_rate_rad_s)
+            || channels[3..].iter().any(|x| x.abs() > largest_force_m_s2)
         {
-            let trouble = Trouble::ImpossibleMotion {
-                largest_rate_rad_s: IMPOSSIBLE_RATE_RAD_S,
-                largest_force_m_s2: IMPOSSIBLE_FORCE_M_S2,
-            };
-            self.note(trouble, t_ns, told);
+            let cause = SensorCause::ImpossibleMotion { largest_rate_rad_s, largest_force_m_s2 };
+            self.note(cause, t_ns, told);
             return None;
         }
         if let Some(last_ns) = self.last_t_ns.replace(t_ns) {
             self.watch_interval(last_ns, t_ns - last_ns, told);
         }
         self.watch_axes(t_ns, &channels, told);
-        if let Some(per_s) = self.cadence.take(t_ns, &sample.w_ib_b_rad_s) {
-            self.note(Trouble::ImpossibleCadence { per_s, most_per_s: MOST_PER_S }, t_ns, told);
+        if let Some(cause) = own_check(sample) {
+            self.note(cause, t_ns, told);
         }
         let mut admitted = *sample;
         if sample.mag_b_ut.is_some_and(|mag| mag.iter().any(|x| x.is_nan() || x.abs() >= IMPOSSIBLE_FIELD_UT))
         {
             admitted.mag_b_ut = None;
-            self.note(Trouble::ImpossibleField { largest_field_ut: IMPOSSIBLE_FIELD_UT }, t_ns, told);
+            self.note(SensorCause::ImpossibleField { largest_field_ut: IMPOSSIBLE_FIELD_UT }, t_ns, told);
         }
         if sample.pressure_hpa.is_some_and(|hpa| !POSSIBLE_PRESSURE_HPA.contains(&hpa)) {
             admitted.pressure_hpa = None;
             let (lowest_hpa, highest_hpa) = (*POSSIBLE_PRESSURE_HPA.start(), *POSSIBLE_PRESSURE_HPA.end());
-            self.note(Trouble::ImpossiblePressure { lowest_hpa, highest_hpa }, t_ns, told);
+            self.note(SensorCause::ImpossiblePressure { lowest_hpa, highest_hpa }, t_ns, told);
         }
         Some(admitted)
     }
 
     /// No more samples come: tells what is still open.
     pub fn finish(&mut self, told: &mut Vec<Anomaly>) {
-        told.extend(self.open.iter_mut().filter_map(Option::take));
+        told.extend(std::mem::take(&mut self.open).into_values());
     }
 
     /// Whether the sample before has jumped to about this time, too.
@@ -147,9 +161,9 @@ impl SensorHealth {
     fn watch_interval(&mut self, last_ns: i64, step_ns: i64, told: &mut Vec<Anomaly>) {
         let usual_ns = self.interval_ns;
         if step_ns > (usual_ns * 7 / 2).max(50_000_000) {
-            let gap = Trouble::Gap { silence_s: seconds(step_ns), usual_interval_s: seconds(usual_ns) };
+            let gap = SensorCause::Gap { silence_s: seconds(step_ns), usual_interval_s: seconds(usual_ns) };
             let samples = (step_ns / usual_ns.max(1)).max(1) as u64 - 1;
-            told.push(gap.anomaly(Some(self.foot), [last_ns, last_ns + step_ns], samples));
+            told.push(gap.anomaly(Some(self.stream), [last_ns, last_ns + step_ns], samples));
         } else {
             // Follows the usual interval, slowly enough not to follow jitter.
             self.interval_ns += (step_ns - usual_ns) / 32;
@@ -169,53 +183,45 @@ impl SensorHealth {
             let (channel, reading) = (Channel::at(axis), *value);
             if self.same_for[axis] >= 3 && value.abs() > smallest_range && self.same_for[axis] < STUCK_SAMPLES
             {
-                self.note(Trouble::EndOfRange { channel, reading }, t_ns, told);
+                self.note(SensorCause::EndOfRange { channel, reading }, t_ns, told);
             }
             if self.same_for[axis] >= STUCK_SAMPLES && t_ns - self.same_since_ns[axis] >= STUCK_NS {
-                self.note(Trouble::StuckAxis { channel, reading }, t_ns, told);
+                self.note(SensorCause::StuckAxis { channel, reading }, t_ns, told);
             }
         }
     }
 
-    fn note(&mut self, trouble: Trouble, t_ns: i64, told: &mut Vec<Anomaly>) {
-        let slot = slot(trouble.kind());
-        if let Some(open) = &mut self.open[slot] {
+    fn note(&mut self, cause: impl Cause, t_ns: i64, told: &mut Vec<Anomaly>) {
+        let kind = cause.kind();
+        if let Some(open) = self.open.get_mut(&kind) {
             // A sample that was left out does not count against the times that follow it.
             open.t_end_ns = open.t_end_ns.max(t_ns);
             open.samples += 1;
             if t_ns - open.t_start_ns > TELL_AGAIN_NS {
-                told.extend(self.open[slot].take());
+                told.extend(self.open.remove(&kind));
             }
             return;
         }
-        self.open[slot] = Some(trouble.anomaly(Some(self.foot), [t_ns; 2], 1));
+        self.open.insert(kind, cause.anomaly(Some(self.stream), [t_ns; 2], 1));
     }
 
     fn close_old(&mut self, t_ns: i64, told: &mut Vec<Anomaly>) {
-        for open in &mut self.open {
-            if open.as_ref().is_some_and(|anomaly| t_ns - anomaly.t_end_ns > TOGETHER_NS) {
-                told.extend(open.take());
-            }
+        if !self.open.values().any(|anomaly| t_ns - anomaly.t_end_ns > TOGETHER_NS) {
+            return;
         }
+        self.open.retain(|_, anomaly| {
+            let goes_on = t_ns - anomaly.t_end_ns <= TOGETHER_NS;
+            if !goes_on {
+                told.push(anomaly.clone());
+            }
+            goes_on
+        });
     }
 }
 
 fn channels(sample: &ImuSample) -> [f64; 6] {
     let ([gx, gy, gz], [ax, ay, az]) = (sample.w_ib_b_rad_s, sample.f_b_m_s2);
     [gx, gy, gz, ax, ay, az]
-}
-
-fn slot(kind: AnomalyKind) -> usize {
-    match kind {
-        AnomalyKind::RepeatedTime => 0,
-        AnomalyKind::BackwardTime => 1,
-        AnomalyKind::Saturation => 2,
-        AnomalyKind::StuckAxis => 3,
-        AnomalyKind::NotFinite => 4,
-        AnomalyKind::MagneticField => 5,
-        AnomalyKind::ImpossibleCadence => 6,
-        _ => 7,
-    }
 }
 
 fn seconds(ns: i64) -> f64 {
@@ -225,6 +231,8 @@ fn seconds(ns: i64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    const LIMITS: Limits = Limits { largest_rate_rad_s: 90.0, largest_force_m_s2: 2000.0 };
 
     fn quiet(k: i64) -> ImuSample {
         let wobble = ((k * 7919) % 1009) as f64 * 1e-5;
@@ -238,7 +246,7 @@ mod tests {
     }
 
     fn found(change: impl Fn(i64, &mut ImuSample)) -> (Vec<Anomaly>, usize) {
-        let mut health = SensorHealth::new(Foot::Left);
+        let mut health = SensorHealth::new(StreamId::named("body"), LIMITS);
         let (mut told, mut admitted) = (Vec::new(), 0);
         for k in 0..600 {
             let mut sample = quiet(k);
@@ -255,11 +263,11 @@ mod tests {
     }
 
     #[test]
-    fn each_trouble_is_named_with_its_time_and_foot() {
+    fn each_trouble_is_named_with_its_time_and_stream() {
         type Trouble = fn(i64, &mut ImuSample);
         let cases: [(AnomalyKind, Trouble, usize); 6] = [
             (
-                AnomalyKind::Gap,
+                AnomalyKind::GAP,
                 |k, s| {
                     if k >= 300 {
                         s.t_ns += 700_000_000
@@ -268,7 +276,7 @@ mod tests {
                 600,
             ),
             (
-                AnomalyKind::RepeatedTime,
+                AnomalyKind::REPEATED_TIME,
                 |k, s| {
                     if k == 300 {
                         s.t_ns -= 10_000_000
@@ -277,7 +285,7 @@ mod tests {
                 599,
             ),
             (
-                AnomalyKind::BackwardTime,
+                AnomalyKind::BACKWARD_TIME,
                 |k, s| {
                     if k == 300 {
                         s.t_ns -= 50_000_000
@@ -286,7 +294,7 @@ mod tests {
                 599,
             ),
             (
-                AnomalyKind::Saturation,
+                AnomalyKind::SATURATION,
                 |k, s| {
                     if (300..305).contains(&k) {
                         s.w_ib_b_rad_s[1] = 34.9
@@ -295,7 +303,7 @@ mod tests {
                 600,
             ),
             (
-                AnomalyKind::StuckAxis,
+                AnomalyKind::STUCK_AXIS,
                 |k, s| {
                     if (300..450).contains(&k) {
                         s.f_b_m_s2[0] = 0.125
@@ -304,7 +312,7 @@ mod tests {
                 600,
             ),
             (
-                AnomalyKind::NotFinite,
+                AnomalyKind::NOT_FINITE,
                 |k, s| {
                     if k == 300 {
                         s.f_b_m_s2[2] = f64::NAN
@@ -317,10 +325,10 @@ mod tests {
             let (told, let_in) = found(change);
             assert_eq!(told.iter().map(|a| a.kind).collect::<Vec<_>>(), [kind]);
             assert_eq!(let_in, admitted, "{kind:?}");
-            assert_eq!(told[0].foot, Some(Foot::Left));
+            assert_eq!(told[0].stream, Some(StreamId::named("body")));
             assert!(
                 (2_900_000_000..=3_500_000_000).contains(&told[0].t_start_ns)
-                    || kind == AnomalyKind::StuckAxis,
+                    || kind == AnomalyKind::STUCK_AXIS,
                 "{told:?}"
             );
         }
@@ -334,7 +342,7 @@ mod tests {
             }
         });
         assert_eq!(admitted, 599);
-        assert_eq!(told.iter().map(|a| a.kind).collect::<Vec<_>>(), [AnomalyKind::BackwardTime]);
+        assert_eq!(told.iter().map(|a| a.kind).collect::<Vec<_>>(), [AnomalyKind::BACKWARD_TIME]);
         assert!(told[0].detail.contains("3600.0 s ahead"), "{}", told[0].detail);
         let (told, admitted) = found(|k, s| {
             if k >= 300 {
@@ -342,7 +350,7 @@ mod tests {
             }
         });
         assert_eq!(admitted, 599);
-        assert_eq!(told.iter().map(|a| a.kind).collect::<Vec<_>>(), [AnomalyKind::Gap]);
+        assert_eq!(told.iter().map(|a| a.kind).collect::<Vec<_>>(), [AnomalyKind::GAP]);
     }
 
     #[test]
@@ -354,17 +362,17 @@ mod tests {
         });
         assert_eq!(admitted, 500);
         let kinds: Vec<_> = told.iter().map(|a| (a.kind, a.samples)).collect();
-        assert_eq!(kinds, [(AnomalyKind::Gap, 100), (AnomalyKind::NotFinite, 100)]);
+        assert_eq!(kinds, [(AnomalyKind::GAP, 100), (AnomalyKind::NOT_FINITE, 100)]);
     }
 
     #[test]
     fn a_magnetic_value_that_cannot_be_counts_as_missing() {
         for value in [f64::NAN, f64::INFINITY, -1e300] {
-            let (mut health, mut told) = (SensorHealth::new(Foot::Right), Vec::new());
+            let (mut health, mut told) = (SensorHealth::new(StreamId::named("body"), LIMITS), Vec::new());
             let sample = ImuSample { mag_b_ut: Some([value, 1.0, 2.0]), ..quiet(0) };
             assert_eq!(health.admit(&sample, &mut told).unwrap().mag_b_ut, None);
             health.finish(&mut told);
-            assert_eq!(told[0].kind, AnomalyKind::NotFinite);
+            assert_eq!(told[0].kind, AnomalyKind::NOT_FINITE);
         }
     }
 
@@ -373,7 +381,7 @@ mod tests {
         for (hpa, admitted) in
             [(f64::NAN, None), (-5.0, None), (0.0, None), (1e9, None), (890.2, Some(890.2))]
         {
-            let mut health = SensorHealth::new(Foot::Right);
+            let mut health = SensorHealth::new(StreamId::named("body"), LIMITS);
             let sample = ImuSample { pressure_hpa: Some(hpa), ..quiet(0) };
             assert_eq!(health.admit(&sample, &mut Vec::new()).unwrap().pressure_hpa, admitted);
         }

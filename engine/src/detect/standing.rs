@@ -1,4 +1,4 @@
-//! An inspector who stands: all feet on the ground for longer than walking ever has them there.
+//! Somebody who stands: all parts on the ground for longer than walking ever has them there.
 
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
@@ -7,7 +7,7 @@ use crate::event::TrackPoint;
 
 /// After so long it is a stand, ns: well above the moments with both feet down in a slow walk.
 const STAND_NS: i64 = 4_000_000_000;
-/// A foot that is taken to move for less than this has not moved, ns: a shift of weight.
+/// A part that is taken to move for less than this has not moved, ns: a shift of weight.
 const TWITCH_NS: i64 = 300_000_000;
 /// Who has gone less far than this since the last stand still stands there, m; and who has not gone
 /// so far since the session began is in the standing start.
@@ -20,12 +20,12 @@ pub(crate) enum Standing {
     Nothing,
     /// By now it is a stand; it began at this time.
     Begun {
-        /// When the feet came to rest, ns.
+        /// When the parts came to rest, ns.
         t_start_ns: i64,
     },
-    /// The stand is over; the feet stood until this time.
+    /// The stand is over; the parts stood until this time.
     Ended {
-        /// When the first foot lifted, ns.
+        /// When the first part lifted, ns.
         t_end_ns: i64,
     },
 }
@@ -33,7 +33,7 @@ pub(crate) enum Standing {
 /// Watches the points of one session.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub(crate) struct StandingDetector {
-    /// Since when all feet stand, and until when they were last seen to, ns.
+    /// Since when all parts stand, and until when they were last seen to, ns.
     still: Option<(i64, i64)>,
     stands: bool,
     /// Where the last stand, or the start, was.
@@ -45,7 +45,8 @@ impl StandingDetector {
     pub(crate) fn take(&mut self, point: &TrackPoint) -> Standing {
         let position_n_m = Vector3::from(point.position_n_m);
         let last_place_n_m = *self.last_place_n_m.get_or_insert(position_n_m);
-        let all_stand = [point.left, point.right].iter().flatten().all(|foot| foot.stance);
+        let mut parts = point.parts.iter().flatten().peekable();
+        let all_stand = parts.peek().is_some() && parts.all(|part| part.stance);
         let (since_ns, seen_ns) = match (self.still, all_stand) {
             (None, false) => return Standing::Nothing,
             (None, true) => (point.t_ns, point.t_ns),
@@ -82,10 +83,10 @@ impl StandingDetector {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::event::FootPoint;
+    use crate::event::Part;
 
     fn point(t_ms: i64, e_m: f64, stance: bool) -> TrackPoint {
-        let foot = Some(FootPoint { position_n_m: [e_m, 0.0, 0.0], stance });
+        let part = Some(Part { position_n_m: [e_m, 0.0, 0.0], stance });
         TrackPoint {
             t_ns: t_ms * 1_000_000,
             position_n_m: [e_m, 0.0, 0.0],
@@ -93,8 +94,8 @@ mod tests {
             sigma_heading_rad: 0.0,
             sigma_n_m: [0.0; 3],
             covariance_en_m2: 0.0,
-            left: foot,
-            right: foot,
+            tilt: None,
+            parts: [part; 2],
         }
     }
 
@@ -122,7 +123,7 @@ mod tests {
     }
 
     #[test]
-    fn a_stand_is_found_once_and_ends_when_a_foot_lifts() {
+    fn a_stand_is_found_once_and_ends_when_a_part_lifts() {
         let all = found(&[(0.0, 10), (20.0, 10), (21.0, 10), (40.0, 3), (60.0, 8)]);
         assert_eq!(all.len(), 4, "the start, the shuffle and the short stop are none: {all:?}");
         assert!(

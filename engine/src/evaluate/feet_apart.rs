@@ -16,7 +16,7 @@ pub struct FeetApart {
 /// Judges a track of two feet; `None` of one.
 pub fn feet_apart(points: &[TrackPoint]) -> Option<FeetApart> {
     let apart_m = |point: &TrackPoint| {
-        let (left, right) = (point.left?.position_n_m, point.right?.position_n_m);
+        let (left, right) = (point.parts[0]?.position_n_m, point.parts[1]?.position_n_m);
         Some(libm::hypot(left[0] - right[0], left[1] - right[1]))
     };
     Some(FeetApart {
@@ -29,15 +29,15 @@ pub fn feet_apart(points: &[TrackPoint]) -> Option<FeetApart> {
 mod tests {
     use super::*;
     use crate::evaluate::tests::points;
-    use crate::event::FootPoint;
+    use crate::event::Part;
 
     #[test]
     fn height_does_not_count() {
         let mut track = points([[0.0; 3]; 3]);
         assert_eq!(feet_apart(&track), None);
         for (point, e) in track.iter_mut().zip([0.3, 0.9, 0.25]) {
-            point.left = Some(FootPoint { position_n_m: [0.0, 0.0, 5.0], stance: true });
-            point.right = Some(FootPoint { position_n_m: [e, 0.0, 0.0], stance: true });
+            point.parts[0] = Some(Part { position_n_m: [0.0, 0.0, 5.0], stance: true });
+            point.parts[1] = Some(Part { position_n_m: [e, 0.0, 0.0], stance: true });
         }
         assert_eq!(feet_apart(&track), Some(FeetApart { at_end_m: 0.25, largest_m: 0.9 }));
     }

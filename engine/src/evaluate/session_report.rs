@@ -4,7 +4,7 @@
 use serde::Serialize;
 
 use crate::evaluate::{LoopClosure, Spread, VisitErrors, chi_square_bounds_95, loop_closure, visits};
-use crate::event::{AidKind, TrackPoint};
+use crate::event::{AidKind, MOST_PARTS, TrackPoint};
 use crate::track::{AidTally, Track};
 
 /// The report on one walk.
@@ -24,8 +24,8 @@ pub struct SessionReport {
     pub end_sigma_plan_m: Option<f64>,
     /// Sigma of the height at the end, m.
     pub end_sigma_up_m: Option<f64>,
-    /// For how much of the time a foot stood, left and right; `None` for a foot that is not there.
-    pub stance_share: [Option<f64>; 2],
+    /// For how much of the time each part stood; `None` for a part that is not there.
+    pub stance_share: [Option<f64>; MOST_PARTS],
 }
 
 /// What became of one aid's measurements.
@@ -78,10 +78,7 @@ impl SessionReport {
             sigma_plan_m: Spread::of(&sigmas),
             end_sigma_plan_m: sigmas.last().copied(),
             end_sigma_up_m: points.last().map(|point| point.sigma_n_m[2]),
-            stance_share: [
-                stance_share(points, |point| point.left),
-                stance_share(points, |point| point.right),
-            ],
+            stance_share: std::array::from_fn(|part| stance_share(points, part)),
         }
     }
 }
@@ -95,23 +92,20 @@ impl AidReport {
     }
 }
 
-fn stance_share(
-    points: &[TrackPoint],
-    foot: impl Fn(&TrackPoint) -> Option<crate::event::FootPoint>,
-) -> Option<f64> {
-    let (mut known, mut stands) = (0u64, 0u64);
-    for foot in points.iter().filter_map(foot) {
+fn stance_share(points: &[TrackPoint], part: usize) -> Option<f64> {
+    let (mut known, mut stances) = (0u64, 0u64);
+    for part in points.iter().filter_map(|point| point.parts[part]) {
         known += 1;
-        stands += u64::from(foot.stance);
+        stances += u64::from(part.stance);
     }
-    (known > 0).then(|| stands as f64 / known as f64)
+    (known > 0).then(|| stances as f64 / known as f64)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::evaluate::tests::points;
-    use crate::event::{AidOutcome, Event, FootPoint, VisitOutcome};
+    use crate::event::{AidOutcome, Event, Part, VisitOutcome};
 
     #[test]
     fn a_report_says_what_was_used_what_was_not_and_why() {
@@ -119,8 +113,8 @@ mod tests {
         let aid = |nis, accepted| {
             Event::Aid(AidOutcome {
                 t_ns: 0,
-                foot: None,
-                aid: AidKind::Heading,
+                stream: None,
+                aid: AidKind::MARKERS,
                 nis,
                 degrees_of_freedom: 1,
                 updates: 1,
@@ -144,7 +138,7 @@ mod tests {
         }));
         for (k, mut point) in points([[0.0; 3], [3.0, 0.0, 0.0], [0.3, 0.4, 0.0]]).into_iter().enumerate() {
             point.sigma_n_m = [0.6, 0.8, 0.1];
-            point.left = Some(FootPoint { position_n_m: [0.0; 3], stance: k < 2 });
+            point.parts[0] = Some(Part { position_n_m: [0.0; 3], stance: k < 2 });
             track.take(Event::Point(point));
         }
         let report = SessionReport::of(&track, 50.0);

@@ -11,7 +11,7 @@ use crate::rotation::cayley;
 const N: usize = 2 * 3 * BLOCKS_A_SENSOR;
 
 /// The truth of two feet in the middle of a walk: tilted, moving, away from the origin, with biases.
-pub(super) fn generic_truth() -> [NavState; 2] {
+pub(crate) fn generic_truth() -> [NavState; 2] {
     [
         NavState {
             c_nb: cayley(&Vector3::new(0.35, -0.5, 1.9)),
@@ -31,7 +31,7 @@ pub(super) fn generic_truth() -> [NavState; 2] {
 }
 
 /// The truth of two feet that nothing distinguishes from the origin: every number zero, axes of n.
-pub(super) fn zero_truth() -> [NavState; 2] {
+pub(crate) fn zero_truth() -> [NavState; 2] {
     let zero = NavState {
         c_nb: nalgebra::Matrix3::identity(),
         v_n: Vector3::zeros(),
@@ -74,7 +74,7 @@ fn dense_jacobian<const M: usize>(observation: &Observation<M>) -> DMatrix<f64> 
 /// at the truth the innovation is zero; its derivative by every one of the 30 errors is the model's
 /// Jacobian to within `tolerance`; and errors of every state at once give the innovation H·e, sign
 /// included, to the second order.
-pub(super) fn assert_linearised<const M: usize>(
+pub(crate) fn assert_linearised<const M: usize>(
     truth: &[NavState; 2],
     tolerance: f64,
     model: impl Fn(&[NavState; 2]) -> Observation<M>,

@@ -2,8 +2,7 @@
 //! checked against differences of the nonlinear model.
 
 #[cfg(test)]
-mod differences;
-pub mod foot_separation;
+pub(crate) mod differences;
 pub mod height;
 pub mod magnetic_heading;
 pub mod magnetic_rate;

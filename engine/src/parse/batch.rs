@@ -1,22 +1,37 @@
-//! What a device sends at once: some samples of one foot, numbered.
+//! What a device sends at once: some readings of one stream, numbered.
 
 use crate::parse::error::{ParseError, ParseErrorKind};
-use crate::sample::{Foot, ImuSample};
+use crate::sample::ImuSample;
+use crate::stream::{Readings, StreamId};
 
-/// A run of samples of one foot; each foot counts its own batches from 0.
+/// Which stream a batch is of: a frame says it by its number within the session, a message by its name.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum StreamKey {
+    /// Its number.
+    Number(u8),
+    /// Its name.
+    Id(StreamId),
+}
+
+/// A run of readings of one stream; each stream counts its own batches from 0.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Batch {
-    /// The foot.
-    pub foot: Foot,
-    /// Which batch of this foot it is, from 0.
+    /// The stream.
+    pub stream: StreamKey,
+    /// Which batch of this stream it is, from 0.
     pub sequence: u64,
-    /// The samples in the order of the sensor's log.
-    pub samples: Vec<ImuSample>,
+    /// The readings in the order of the stream's log.
+    pub readings: Readings,
 }
 
 impl Batch {
     /// The most samples that one batch may hold: five seconds at 200 Hz.
     pub const MOST_SAMPLES: usize = 1_000;
+
+    /// Of an inertial sensor.
+    pub fn imu(stream: StreamId, sequence: u64, samples: Vec<ImuSample>) -> Batch {
+        Batch { stream: StreamKey::Id(stream), sequence, readings: Readings::Imu(samples) }
+    }
 }
 
 /// Refuses a batch that is empty or would hold more than [`Batch::MOST_SAMPLES`].

@@ -1,11 +1,14 @@
 //! The JSON messages of the device socket, as `docs/wire.md` lays them out.
 
+use std::collections::BTreeMap;
+
 use serde::ser::SerializeSeq;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
-use crate::parse::batch::{self, Batch};
+use crate::parse::batch::{self, Batch, StreamKey};
 use crate::parse::error::{ParseError, ParseErrorKind, quoted};
-use crate::sample::{Foot, ImuSample};
+use crate::sample::ImuSample;
+use crate::stream::{FormerKeys, Readings, Rows, StreamId};
 
 /// What a device says in text.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -39,8 +42,12 @@ pub enum Hello {
         /// Where it starts; `None` for the site's origin.
         #[serde(skip_serializing_if = "Option::is_none")]
         start: Option<Start>,
-        /// The feet that will send.
-        feet: Vec<Foot>,
+        /// The system; `None` for the usual one.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        system: Option<String>,
+        /// The streams that will send; `None` for those that the system usually has.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        streams: Option<Vec<StreamId>>,
         /// Heading of the first sensor's x axis, clockwise from true north, degrees.
         #[serde(skip_serializing_if = "Option::is_none")]
         initial_heading_deg: Option<f64>,
@@ -93,13 +100,13 @@ pub enum Answer {
     Welcome {
         /// The session's id.
         session_id: String,
-        /// The first batch of each foot that is not on disk yet.
+        /// The first batch of each stream that is not on disk yet.
         next_sequence: NextSequence,
     },
-    /// Every batch of this foot up to this one is on disk.
+    /// Every batch of this stream up to this one is on disk.
     Ack {
-        /// The foot.
-        foot: Foot,
+        /// The stream.
+        stream: StreamId,
         /// The last batch that is on disk.
         sequence: u64,
     },
@@ -111,17 +118,11 @@ pub enum Answer {
     Finished,
 }
 
-/// The first batch of each foot that is not on disk yet.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-pub struct NextSequence {
-    /// Of the left foot.
-    pub left: u64,
-    /// Of the right foot.
-    pub right: u64,
-}
+/// The first batch of each stream that is not on disk yet.
+pub type NextSequence = BTreeMap<StreamId, u64>;
 
 impl DeviceMessage {
-    /// Reads one text message.
+    /// Reads one text message; beside `stream` and `streams` these keys are taken for them.
     ///
     /// The type is read first and the message then straight into its struct: serde's own tagged
     /// enums would build a tree of every number in a batch.
@@ -129,7 +130,7 @@ impl DeviceMessage {
     /// # Errors
     ///
     /// When it is not JSON, its type is not known, or a field is missing or wrong.
-    pub fn from_json(text: &str) -> Result<DeviceMessage, ParseError> {
+    pub fn from_json(text: &str, former: &[FormerKeys]) -> Result<DeviceMessage, ParseError> {
         #[derive(Deserialize)]
         struct Tag<'a> {
             #[serde(borrow, rename = "type")]
@@ -137,13 +138,8 @@ impl DeviceMessage {
         }
         let tag: Tag<'_> = from_str(text, "a JSON object with a \"type\"")?;
         match tag.name.as_ref() {
-            "hello" => from_str::<HelloFields>(text, "a hello")?.try_into().map(DeviceMessage::Hello),
-            "batch" => {
-                let fields: BatchFields = from_str(text, "a batch")?;
-                batch::check_size(fields.samples.len())?;
-                let samples = fields.samples.into_iter().map(|row| row.0).collect();
-                Ok(DeviceMessage::Batch(Batch { foot: fields.foot, sequence: fields.sequence, samples }))
-            }
+            "hello" => from_str::<HelloFields>(text, "a hello")?.hello(former).map(DeviceMessage::Hello),
+            "batch" => from_str::<BatchFields>(text, "a batch")?.batch(former).map(DeviceMessage::Batch),
             "visit" => from_str(text, "a visit").map(DeviceMessage::Visit),
             "fault" => from_str(text, "a fault").map(DeviceMessage::Fault),
             "finish" => Ok(DeviceMessage::Finish),
@@ -158,8 +154,40 @@ impl DeviceMessage {
 
     /// The message as the text that a device sends.
     pub fn to_json(&self) -> String {
-        serde_json::to_string(self).expect("every key is a string and no field can fail to serialise")
+        text_of(self)
     }
+}
+
+impl Answer {
+    /// Reads an answer, whatever its server calls a stream.
+    ///
+    /// # Errors
+    ///
+    /// When it is none.
+    pub fn from_json(text: &str, former: &[FormerKeys]) -> serde_json::Result<Answer> {
+        serde_json::from_str(text).or_else(|error| {
+            let mut answer: serde_json::Value = serde_json::from_str(text)?;
+            let fields = answer.as_object_mut().ok_or(error)?;
+            if let Some(stream) = former.iter().find_map(|keys| fields.remove(keys.stream)) {
+                fields.insert("stream".to_owned(), stream);
+            }
+            serde_json::from_value(answer)
+        })
+    }
+
+    /// The text of the answer; a device that knows no streams reads what it calls one.
+    pub fn to_json(&self, former: Option<&FormerKeys>) -> String {
+        match (self, former) {
+            (Answer::Ack { stream, sequence }, Some(former)) => {
+                format!(r#"{{"type":"ack","{}":"{stream}","sequence":{sequence}}}"#, former.stream)
+            }
+            _ => text_of(self),
+        }
+    }
+}
+
+fn text_of(message: &impl Serialize) -> String {
+    serde_json::to_string(message).expect("every key is a string and no field can fail to serialise")
 }
 
 fn from_str<'a, T: Deserialize<'a>>(text: &'a str, what: &str) -> Result<T, ParseError> {
@@ -173,19 +201,23 @@ fn from_str<'a, T: Deserialize<'a>>(text: &'a str, what: &str) -> Result<T, Pars
     })
 }
 
+/// What a message has beside the fields that are known by name.
+type Others = BTreeMap<String, serde_json::Value>;
+
 #[derive(Deserialize)]
 struct HelloFields {
     session_id: Option<String>,
     inspector_id: Option<String>,
     start: Option<Start>,
-    feet: Option<Vec<Foot>>,
+    system: Option<String>,
+    streams: Option<Vec<StreamId>>,
     initial_heading_deg: Option<f64>,
+    #[serde(flatten)]
+    others: Others,
 }
 
-impl TryFrom<HelloFields> for Hello {
-    type Error = ParseError;
-
-    fn try_from(fields: HelloFields) -> Result<Hello, ParseError> {
+impl HelloFields {
+    fn hello(self, former: &[FormerKeys]) -> Result<Hello, ParseError> {
         let wrong = |found: &str| {
             ParseError::new(
                 ParseErrorKind::NotJson,
@@ -194,13 +226,17 @@ impl TryFrom<HelloFields> for Hello {
                 "name the session to go on with, or the inspector who begins one",
             )
         };
-        match (fields.session_id, fields.inspector_id) {
+        match (self.session_id, self.inspector_id) {
             (Some(session_id), None) => Ok(Hello::Continue { session_id }),
             (None, Some(inspector_id)) => Ok(Hello::Begin {
                 inspector_id,
-                start: fields.start,
-                feet: fields.feet.unwrap_or_else(|| Foot::BOTH.to_vec()),
-                initial_heading_deg: fields.initial_heading_deg,
+                start: self.start,
+                system: self.system,
+                streams: match self.streams {
+                    Some(streams) => Some(streams),
+                    None => by_former_key(&self.others, former.iter().map(|keys| keys.streams))?,
+                },
+                initial_heading_deg: self.initial_heading_deg,
             }),
             (Some(_), Some(_)) => Err(wrong("both")),
             (None, None) => Err(wrong("neither")),
@@ -208,11 +244,72 @@ impl TryFrom<HelloFields> for Hello {
     }
 }
 
+/// The value of the first of these keys that is there.
+fn by_former_key<T: serde::de::DeserializeOwned>(
+    others: &Others,
+    mut keys: impl Iterator<Item = &'static str>,
+) -> Result<Option<T>, ParseError> {
+    let Some(value) = keys.find_map(|key| others.get(key)) else { return Ok(None) };
+    let read = serde_json::from_value(value.clone()).map_err(|error| {
+        ParseError::new(
+            ParseErrorKind::NotJson,
+            "names of streams",
+            format!("{} ({error})", quoted(value.to_string().as_bytes())),
+            "send the message as the device protocol lays it out",
+        )
+    })?;
+    Ok(Some(read))
+}
+
 #[derive(Deserialize)]
 struct BatchFields {
-    foot: Foot,
+    stream: Option<StreamId>,
     sequence: u64,
-    samples: Vec<SampleRow>,
+    samples: Option<Vec<SampleRow>>,
+    rows: Option<Vec<(i64, Vec<Option<f64>>)>>,
+    #[serde(flatten)]
+    others: Others,
+}
+
+impl BatchFields {
+    fn batch(self, former: &[FormerKeys]) -> Result<Batch, ParseError> {
+        let wrong = |expected: &str, found: &str| {
+            let what = "send the message as the device protocol lays it out";
+            ParseError::new(ParseErrorKind::NotJson, expected, found, what)
+        };
+        let stream = match self.stream {
+            Some(stream) => Some(stream),
+            None => by_former_key(&self.others, former.iter().map(|keys| keys.stream))?,
+        };
+        let stream = stream.ok_or_else(|| wrong("a batch with the name of its stream", "none"))?;
+        let readings = match (self.samples, self.rows) {
+            (Some(samples), None) => Readings::Imu(samples.into_iter().map(|row| row.0).collect()),
+            (None, Some(rows)) => Readings::Values(rows_of(rows)?),
+            (Some(_), Some(_)) => return Err(wrong("a batch with either samples or rows", "both")),
+            (None, None) => return Err(wrong("a batch with either samples or rows", "neither")),
+        };
+        batch::check_size(readings.len())?;
+        Ok(Batch { stream: StreamKey::Id(stream), sequence: self.sequence, readings })
+    }
+}
+
+/// Rows of equal length, as `[t_ns, [value, …]]`, null for a missing value.
+fn rows_of(given: Vec<(i64, Vec<Option<f64>>)>) -> Result<Rows, ParseError> {
+    let columns = given.first().map_or(0, |(_, values)| values.len());
+    let odd = given.iter().find(|(_, values)| values.len() != columns || columns > Rows::MOST_COLUMNS);
+    if let Some((t_ns, values)) = odd {
+        return Err(ParseError::new(
+            ParseErrorKind::NotJson,
+            format!("rows of equally many numbers, at most {}", Rows::MOST_COLUMNS),
+            format!("{columns} in the first, {} at {t_ns} ns", values.len()),
+            "send every column of the stream in every row, null for a missing value",
+        ));
+    }
+    let mut rows = Rows::new(columns);
+    for (t_ns, values) in given {
+        rows.push(t_ns, values.into_iter().map(|value| value.unwrap_or(f64::NAN)));
+    }
+    Ok(rows)
 }
 
 /// A sample as `[t_ns, gx, gy, gz, ax, ay, az, mx, my, mz, p]`, null for a missing value.
@@ -241,16 +338,28 @@ impl Serialize for SampleRow {
     }
 }
 
+/// Under the name of its stream: a batch that has only its number is not sent as text.
 impl Serialize for Batch {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         #[derive(Serialize)]
         struct Fields {
-            foot: Foot,
+            stream: StreamId,
             sequence: u64,
-            samples: Vec<SampleRow>,
+            #[serde(skip_serializing_if = "Option::is_none")]
+            samples: Option<Vec<SampleRow>>,
+            #[serde(skip_serializing_if = "Option::is_none")]
+            rows: Option<Vec<(i64, Vec<f64>)>>,
         }
-        let samples = self.samples.iter().copied().map(SampleRow).collect();
-        Fields { foot: self.foot, sequence: self.sequence, samples }.serialize(serializer)
+        let StreamKey::Id(stream) = self.stream else {
+            return Err(serde::ser::Error::custom("a batch without the name of its stream"));
+        };
+        let (samples, rows) = match &self.readings {
+            Readings::Imu(samples) => (Some(samples.iter().copied().map(SampleRow).collect()), None),
+            Readings::Values(rows) => {
+                (None, Some(rows.iter().map(|(t_ns, values)| (t_ns, values.to_vec())).collect()))
+            }
+        };
+        Fields { stream, sequence: self.sequence, samples, rows }.serialize(serializer)
     }
 }
 
@@ -260,8 +369,10 @@ mod tests {
 
     use super::*;
 
+    const FORMER: &[FormerKeys] = &[FormerKeys { stream: "side", streams: "sides" }];
+
     fn read(text: &str) -> DeviceMessage {
-        DeviceMessage::from_json(text).unwrap()
+        DeviceMessage::from_json(text, FORMER).unwrap()
     }
 
     #[test]
@@ -271,24 +382,27 @@ mod tests {
             DeviceMessage::Hello(Hello::Continue { session_id: "s1".into() })
         );
         assert_eq!(
-            read(r#"{"type":"hello","inspector_id":"i1","start":{"marker":"A17"},"feet":["right"]}"#),
+            read(r#"{"type":"hello","inspector_id":"i1","start":{"marker":"A17"},"sides":["right"]}"#),
             DeviceMessage::Hello(Hello::Begin {
                 inspector_id: "i1".into(),
                 start: Some(Start::Marker("A17".into())),
-                feet: vec![Foot::Right],
+                system: None,
+                streams: Some(vec![StreamId::named("right")]),
                 initial_heading_deg: None,
             })
         );
         let batch = read(
-            r#"{"sequence":3,"samples":[[10,0.1,0.2,0.3,0,0,9.8,null,1,2,null],[20,0,0,0,null,0,0,1,2,3,900.5]],"foot":"left","type":"batch"}"#,
+            r#"{"sequence":3,"samples":[[10,0.1,0.2,0.3,0,0,9.8,null,1,2,null],[20,0,0,0,null,0,0,1,2,3,900.5]],"side":"left","type":"batch"}"#,
         );
         let DeviceMessage::Batch(batch) = batch else { panic!("a batch") };
-        assert_eq!((batch.foot, batch.sequence, batch.samples.len()), (Foot::Left, 3, 2));
-        assert_eq!(batch.samples[0].mag_b_ut, None);
-        assert_eq!(batch.samples[0].w_ib_b_rad_s, [0.1, 0.2, 0.3]);
-        assert_eq!(batch.samples[1].mag_b_ut, Some([1.0, 2.0, 3.0]));
-        assert_eq!(batch.samples[1].pressure_hpa, Some(900.5));
-        assert!(batch.samples[1].f_b_m_s2[0].is_nan());
+        assert_eq!((batch.stream, batch.sequence), (StreamKey::Id(StreamId::named("left")), 3));
+        let Readings::Imu(samples) = batch.readings else { panic!("samples") };
+        assert_eq!(samples.len(), 2);
+        assert_eq!(samples[0].mag_b_ut, None);
+        assert_eq!(samples[0].w_ib_b_rad_s, [0.1, 0.2, 0.3]);
+        assert_eq!(samples[1].mag_b_ut, Some([1.0, 2.0, 3.0]));
+        assert_eq!(samples[1].pressure_hpa, Some(900.5));
+        assert!(samples[1].f_b_m_s2[0].is_nan());
         assert_eq!(
             read(r#"{"type":"visit","marker":"A17","t_start_ns":1,"t_end_ns":2}"#),
             DeviceMessage::Visit(VisitMessage { marker: "A17".into(), t_start_ns: 1, t_end_ns: 2 })
@@ -297,20 +411,34 @@ mod tests {
     }
 
     #[test]
+    fn rows_of_numbers_are_read_and_written_and_odd_ones_refused() {
+        let text =
+            r#"{"type":"batch","stream":"fix","sequence":0,"rows":[[10,[1.5,2.0,null]],[20,[3.0,4.0,5.0]]]}"#;
+        let DeviceMessage::Batch(batch) = read(text) else { panic!("a batch") };
+        let Readings::Values(rows) = &batch.readings else { panic!("rows") };
+        assert_eq!(rows.get(1), Some((20, &[3.0, 4.0, 5.0][..])));
+        assert!(rows.get(0).unwrap().1[2].is_nan());
+        assert_eq!(DeviceMessage::Batch(batch).to_json(), text);
+        let odd = r#"{"type":"batch","stream":"fix","sequence":0,"rows":[[10,[1]],[20,[3,4]]]}"#;
+        let error = DeviceMessage::from_json(odd, FORMER).unwrap_err().to_string();
+        assert!(error.contains("1 in the first, 2 at 20 ns"), "{error}");
+    }
+
+    #[test]
     fn wrong_messages_say_what_is_wrong() {
-        let code = |text: &str| DeviceMessage::from_json(text).unwrap_err().code();
+        let code = |text: &str| DeviceMessage::from_json(text, FORMER).unwrap_err().code();
         assert_eq!(code("hello"), "not_json");
         assert_eq!(code("{}"), "not_json");
         assert_eq!(code(r#"{"type":"hullo"}"#), "unknown_message");
         assert_eq!(code(r#"{"type":"hello"}"#), "not_json");
         assert_eq!(code(r#"{"type":"hello","session_id":"a","inspector_id":"b"}"#), "not_json");
-        assert_eq!(code(r#"{"type":"batch","foot":"left","sequence":0,"samples":[]}"#), "batch_size");
-        assert_eq!(code(r#"{"type":"batch","foot":"left","sequence":0,"samples":[[1,2]]}"#), "not_json");
+        assert_eq!(code(r#"{"type":"batch","side":"left","sequence":0,"samples":[]}"#), "batch_size");
+        assert_eq!(code(r#"{"type":"batch","side":"left","sequence":0,"samples":[[1,2]]}"#), "not_json");
         assert_eq!(
-            code(r#"{"type":"batch","foot":"left","sequence":0,"samples":[[1,0,0,0,0,0,9.8,0,0,0,0,0]]}"#),
+            code(r#"{"type":"batch","side":"left","sequence":0,"samples":[[1,0,0,0,0,0,9.8,0,0,0,0,0]]}"#),
             "not_json"
         );
-        assert_eq!(code(r#"{"type":"batch","foot":"middle","sequence":0,"samples":[]}"#), "not_json");
+        assert_eq!(code(r#"{"type":"batch","side":"Middle","sequence":0,"samples":[]}"#), "not_json");
     }
 
     proptest! {
@@ -323,20 +451,22 @@ mod tests {
         ) {
             let mut sample = batch::sample(t_ns, channels);
             if !has_mag { sample.mag_b_ut = None; }
-            let message = DeviceMessage::Batch(Batch { foot: Foot::Left, sequence, samples: vec![sample] });
+            let message = DeviceMessage::Batch(Batch::imu(StreamId::named("left"), sequence, vec![sample]));
             prop_assert_eq!(read(&message.to_json()), message);
         }
 
         #[test]
         fn arbitrary_text_never_panics(text in ".{0,200}") {
-            let _ = DeviceMessage::from_json(&text);
+            let _ = DeviceMessage::from_json(&text, FORMER);
         }
     }
 
     #[test]
     fn answers_read_as_they_are_written() {
-        let welcome =
-            Answer::Welcome { session_id: "s".into(), next_sequence: NextSequence { left: 3, right: 0 } };
+        let welcome = Answer::Welcome {
+            session_id: "s".into(),
+            next_sequence: [(StreamId::named("left"), 3), (StreamId::named("right"), 0)].into(),
+        };
         let text = serde_json::to_string(&welcome).unwrap();
         assert_eq!(text, r#"{"type":"welcome","session_id":"s","next_sequence":{"left":3,"right":0}}"#);
         assert_eq!(serde_json::from_str::<Answer>(&text).unwrap(), welcome);
@@ -344,5 +474,8 @@ mod tests {
             serde_json::from_str(r#"{"type":"error","code":"sequence_gap","status":409}"#).unwrap();
         let Answer::Error(problem) = error else { panic!("an error") };
         assert_eq!(problem["code"], "sequence_gap");
+        let ack = Answer::Ack { stream: StreamId::named("left"), sequence: 7 };
+        assert_eq!(ack.to_json(None), r#"{"type":"ack","stream":"left","sequence":7}"#);
+        assert_eq!(ack.to_json(FORMER.first()), r#"{"type":"ack","side":"left","sequence":7}"#);
     }
 }

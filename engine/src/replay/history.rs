@@ -10,9 +10,10 @@ use super::filter::{Input, Replayed};
 use super::inputs::{InputStore, Inputs};
 use super::recording::WayBack;
 use super::smoothing::{Mark, Smoothing, Source, TRAIL_NS};
+use crate::anomaly::Cause;
+use crate::cause::SensorCause;
 use crate::event::{Event, TrackPoint, VisitOutcome};
 use crate::system::Solution;
-use crate::trouble::Trouble;
 use crate::visit::Visit;
 
 mod saved;
@@ -156,7 +157,7 @@ impl<F: Replayed<B>, const B: usize> History<F, B> {
                 held && self.inputs.bring_back(needed) <= needed
             });
             let Some(checkpoint) = checkpoint else {
-                events.push(Event::Visit(turned_down(
+                events.push(Event::Visit(VisitOutcome::turned_down(
                     &visit,
                     format!(
                         "it is {:.0} s in the past, more than the history of a live session holds; it will be used when the session is finished and run again",
@@ -189,8 +190,10 @@ impl<F: Replayed<B>, const B: usize> History<F, B> {
             if visit.t_start_ns > self.t_ns {
                 let late = visit.clone();
                 self.filter.set_visits_weighed(self.filter.visits_weighed() + 1);
-                events
-                    .push(Event::Visit(turned_down(&late, "it begins after the end of the log".to_owned())));
+                events.push(Event::Visit(VisitOutcome::turned_down(
+                    &late,
+                    "it begins after the end of the log".to_owned(),
+                )));
             } else {
                 self.apply_visit(events);
             }
@@ -413,7 +416,7 @@ impl<F: Replayed<B>, const B: usize> History<F, B> {
         self.filter.clone_from(sound);
         self.filter.set_visits_weighed(visits_weighed);
         self.filter.lose_all();
-        events.push(Event::Anomaly(Trouble::FilterReset.anomaly(None, [since_ns, t_ns], 0)));
+        events.push(Event::Anomaly(SensorCause::FilterReset.anomaly(None, [since_ns, t_ns], 0)));
         true
     }
 }
@@ -425,18 +428,4 @@ pub(crate) struct Held {
     pub(crate) inputs: u64,
     pub(crate) checkpoints: usize,
     pub(crate) stretches: usize,
-}
-
-/// The outcome of a visit that could not be weighed at all.
-fn turned_down(visit: &Visit, reason: String) -> VisitOutcome {
-    VisitOutcome {
-        marker: visit.marker.clone(),
-        t_ns: visit.moment_ns(),
-        before_minus_marker_n_m: [f64::NAN; 3],
-        after_minus_marker_n_m: [f64::NAN; 3],
-        nis: f64::NAN,
-        degrees_of_freedom: 0,
-        accepted: false,
-        reason,
-    }
 }

@@ -12,4 +12,5 @@ mod numbered_queue;
 mod recording;
 mod smoothing;
 
+pub(crate) use self::history::LOOKS_BACK_NS;
 pub use self::inputs::InputStore;

@@ -3,12 +3,14 @@
 
 use nalgebra::DMatrix;
 
-use super::{Session, SessionConfig, Solution, Visit, Walk};
+use super::{Session, SessionConfig, Solution};
 use crate::event::Event;
 use crate::geo::Site;
 use crate::replay::history::Held;
-use crate::sample::Foot;
 use crate::sim::{SensorModel, Simulator, WalkKind};
+use crate::systems::pedestrian::system::{Filters, Pedestrian};
+use crate::systems::pedestrian::{self, Side};
+use crate::visit::Visit;
 
 /// What was seen of a session at one time.
 struct Seen {
@@ -29,15 +31,16 @@ fn live(hours: f64, seed: u64) -> Vec<Seen> {
         gravity_m_s2: site.gravity_m_s2,
         solution: Solution::Trail,
         max_lead_ns: Some(1_000_000_000),
-        ..SessionConfig::default()
-    });
+        ..pedestrian::two_feet()
+    })
+    .unwrap();
     let (mut events, mut seen, mut late) = (Vec::new(), Vec::new(), None);
     let look_every = (hours * 36_000.0) as u64;
     for number in 1.. {
         let Some(epoch) = simulator.next_epoch() else { break };
         let [left, right] = epoch.samples;
-        session.push(Foot::Left, &left, &mut events);
-        session.push(Foot::Right, &right, &mut events);
+        session.push(Side::Left, &left, &mut events);
+        session.push(Side::Right, &right, &mut events);
         if number % 30_000 == 0 {
             let middle =
                 |axis: usize| 0.5 * (epoch.truth[0].position_n_m[axis] + epoch.truth[1].position_n_m[axis]);
@@ -55,7 +58,7 @@ fn live(hours: f64, seed: u64) -> Vec<Seen> {
         }
         events.retain(|event| matches!(event, Event::Visit(_)));
         if number % look_every == 0 {
-            seen.push(look(&session));
+            seen.push(look(&mut session));
         }
     }
     assert!(events.iter().all(|event| matches!(event, Event::Visit(visit) if visit.accepted)), "{events:?}");
@@ -63,8 +66,9 @@ fn live(hours: f64, seed: u64) -> Vec<Seen> {
     seen
 }
 
-fn look(session: &Session) -> Seen {
-    let Walk::TwoFeet(history) = &session.walk else { panic!("two feet walk") };
+fn look(session: &mut Session) -> Seen {
+    let walk: &mut Pedestrian = session.system.as_any().unwrap().downcast_mut().unwrap();
+    let Filters::TwoFeet(history) = walk.filters() else { panic!("two feet walk") };
     let covariance = history.filter().eskf.covariance.dense();
     let size = covariance.nrows();
     let scaled = DMatrix::from_fn(size, size, |i, j| {

@@ -4,50 +4,61 @@
 use std::fmt::Write as _;
 use std::io;
 
-use crate::event::{FootPoint, TrackPoint};
+use crate::event::{Part, TrackPoint};
+use crate::system::{Declaration, PartRule};
 
-/// The columns of a track, with their units. `heading_rad` runs clockwise from true north.
-pub const COLUMNS: [&str; 16] = [
-    "t_s",
-    "e_m",
-    "n_m",
-    "u_m",
-    "heading_rad",
-    "sigma_e_m",
-    "sigma_n_m",
-    "sigma_u_m",
-    "left_e_m",
-    "left_n_m",
-    "left_u_m",
-    "right_e_m",
-    "right_n_m",
-    "right_u_m",
-    "left_stance",
-    "right_stance",
-];
+/// The columns that every track has, with their units. `heading_rad` runs clockwise from true north.
+const COLUMNS: [&str; 8] = ["t_s", "e_m", "n_m", "u_m", "heading_rad", "sigma_e_m", "sigma_n_m", "sigma_u_m"];
+/// Those of a system whose points have roll and pitch.
+const TILT_COLUMNS: [&str; 4] = ["roll_rad", "pitch_rad", "sigma_roll_rad", "sigma_pitch_rad"];
+
+/// The columns of a system's tracks: those that every track has, roll and pitch where it has them, the place of each part,
+/// and whether the parts stand.
+pub fn columns(system: &Declaration) -> Vec<String> {
+    let mut columns: Vec<String> = COLUMNS.iter().map(|name| (*name).to_owned()).collect();
+    if system.has_tilt {
+        columns.extend(TILT_COLUMNS.iter().map(|name| (*name).to_owned()));
+    }
+    for PartRule { name, .. } in system.parts {
+        columns.extend(["e_m", "n_m", "u_m"].map(|axis| format!("{name}_{axis}")));
+    }
+    let standing = system.parts.iter().filter(|part| part.has_stance);
+    columns.extend(standing.map(|part| format!("{}_stance", part.name)));
+    columns
+}
 
 /// Appends the header.
-pub fn push_header(out: &mut String) {
-    out.push_str(&COLUMNS.join(","));
+pub fn push_header(system: &Declaration, out: &mut String) {
+    out.push_str(&columns(system).join(","));
     out.push('\n');
 }
 
-/// Appends a row; the fields of a foot that is not recorded are empty.
-pub fn push_row(point: &TrackPoint, out: &mut String) {
+/// Appends a row; the fields of a part that is not there are empty.
+pub fn push_row(system: &Declaration, point: &TrackPoint, out: &mut String) {
     push_seconds(point.t_ns, out);
     let [e, n, u] = point.position_n_m;
     let [sigma_e, sigma_n, sigma_u] = point.sigma_n_m;
     push_numbers(&[e, n, u, point.heading_rad, sigma_e, sigma_n, sigma_u], out);
-    for foot in [&point.left, &point.right] {
-        match foot {
-            Some(foot) => push_numbers(&foot.position_n_m, out),
+    if system.has_tilt {
+        match &point.tilt {
+            Some(tilt) => {
+                let sigmas = [tilt.sigma_roll_rad, tilt.sigma_pitch_rad].map(f64::from);
+                push_numbers(&[tilt.roll_rad, tilt.pitch_rad, sigmas[0], sigmas[1]], out);
+            }
+            None => out.push_str(",,,,"),
+        }
+    }
+    let parts = || system.parts.iter().zip(&point.parts);
+    for (_, part) in parts() {
+        match part {
+            Some(part) => push_numbers(&part.position_n_m, out),
             None => out.push_str(",,,"),
         }
     }
-    for foot in [&point.left, &point.right] {
-        out.push_str(match foot {
-            Some(FootPoint { stance: true, .. }) => ",1",
-            Some(FootPoint { stance: false, .. }) => ",0",
+    for (_, part) in parts().filter(|(rule, _)| rule.has_stance) {
+        out.push_str(match part {
+            Some(Part { stance: true, .. }) => ",1",
+            Some(Part { stance: false, .. }) => ",0",
             None => ",",
         });
     }
@@ -80,14 +91,15 @@ pub fn push_seconds(t_ns: i64, out: &mut String) {
 ///
 /// When `out` does not take it.
 pub fn write<'a>(
+    system: &Declaration,
     points: impl IntoIterator<Item = &'a TrackPoint>,
     out: &mut impl io::Write,
 ) -> io::Result<()> {
     const PIECE_BYTES: usize = 1 << 16;
     let mut text = String::with_capacity(PIECE_BYTES + 1024);
-    push_header(&mut text);
+    push_header(system, &mut text);
     for point in points {
-        push_row(point, &mut text);
+        push_row(system, point, &mut text);
         if text.len() >= PIECE_BYTES {
             out.write_all(text.as_bytes())?;
             text.clear();
@@ -99,6 +111,7 @@ pub fn write<'a>(
 #[cfg(test)]
 pub(super) mod tests {
     use super::*;
+    use crate::systems::catalogue;
 
     pub(in crate::track) fn point() -> TrackPoint {
         TrackPoint {
@@ -108,15 +121,15 @@ pub(super) mod tests {
             sigma_heading_rad: 0.01,
             sigma_n_m: [0.1, 0.2, 0.3],
             covariance_en_m2: 0.001,
-            left: None,
-            right: Some(FootPoint { position_n_m: [1.1, -2.4, 0.0], stance: true }),
+            tilt: None,
+            parts: [None, Some(Part { position_n_m: [1.1, -2.4, 0.0], stance: true })],
         }
     }
 
     #[test]
-    fn a_missing_foot_is_empty_fields() {
+    fn a_missing_part_is_empty_fields() {
         let mut out = Vec::new();
-        write(&[point()], &mut out).unwrap();
+        write(catalogue::usual(), &[point()], &mut out).unwrap();
         assert_eq!(
             String::from_utf8(out).unwrap(),
             "t_s,e_m,n_m,u_m,heading_rad,sigma_e_m,sigma_n_m,sigma_u_m,left_e_m,left_n_m,left_u_m,\

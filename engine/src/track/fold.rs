@@ -4,7 +4,8 @@ use std::collections::BTreeMap;
 
 use serde::Serialize;
 
-use crate::event::{AidKind, AidOutcome, Alignment, Anomaly, Event, Stand, TrackPoint, VisitOutcome};
+use crate::anomaly::Anomaly;
+use crate::event::{AidKind, AidOutcome, Alignment, Event, Stand, TrackPoint, VisitOutcome};
 
 /// What a session has told so far, revisions applied.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -13,10 +14,10 @@ pub struct Track {
     pub points: Vec<TrackPoint>,
     /// The visits in the order in which they were used.
     pub visits: Vec<VisitOutcome>,
-    /// The sensor trouble in the order of time: when it was found depends on which foot's samples
+    /// The sensor trouble in the order of time: when it was found depends on which stream's samples
     /// came first.
     pub anomalies: Vec<Anomaly>,
-    /// The alignments of the feet.
+    /// The alignments of the streams.
     pub alignments: Vec<Alignment>,
     /// What became of each aid's measurements.
     pub aids: BTreeMap<AidKind, AidTally>,
@@ -52,7 +53,7 @@ impl Track {
             Event::Visit(visit) => self.visits.push(visit),
             Event::Anomaly(anomaly) => {
                 let order =
-                    |anomaly: &Anomaly| (anomaly.t_start_ns, anomaly.foot, anomaly.kind, anomaly.t_end_ns);
+                    |anomaly: &Anomaly| (anomaly.t_start_ns, anomaly.stream, anomaly.kind, anomaly.t_end_ns);
                 let at = self.anomalies.partition_point(|other| order(other) <= order(&anomaly));
                 self.anomalies.insert(at, anomaly);
             }
@@ -136,8 +137,8 @@ mod tests {
         let mut track = Track::default();
         let mut outcome = AidOutcome {
             t_ns: 0,
-            foot: None,
-            aid: AidKind::Zupt,
+            stream: None,
+            aid: AidKind::MARKERS,
             nis: 3.0,
             degrees_of_freedom: 3,
             updates: 30,
@@ -149,7 +150,7 @@ mod tests {
         track.take(Event::Aid(outcome));
         outcome.accepted = false;
         track.take(Event::Aid(outcome));
-        let tally = track.aids[&AidKind::Zupt];
+        let tally = track.aids[&AidKind::MARKERS];
         assert_eq!((tally.accepted, tally.rejected), (40, 10));
         assert!((tally.mean_nis_per_degree - 1.25).abs() < 1e-12);
     }

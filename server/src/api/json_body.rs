@@ -8,10 +8,20 @@ use serde_json::error::Category;
 
 use super::misfit::misfit;
 use crate::error::{Error, Place, Result};
+use crate::stream_field::with_stream_keys;
 
 /// Reads a body.
 pub(super) fn read<T: DeserializeOwned + JsonSchema>(body: &[u8]) -> Result<T> {
-    serde_json::from_slice(body).map_err(|error| {
+    serde_json::from_slice(body).or_else(|error| {
+        // A client that knows no streams says them in its own words.
+        let renamed = serde_json::from_slice::<Value>(body).map(with_stream_keys);
+        let read = renamed.and_then(serde_json::from_value);
+        read.map_err(|_| explained::<T>(body, error))
+    })
+}
+
+fn explained<T: JsonSchema>(body: &[u8], error: serde_json::Error) -> Error {
+    {
         if body.trim_ascii().is_empty() {
             return Error::http(
                 StatusCode::BAD_REQUEST,
@@ -21,7 +31,7 @@ pub(super) fn read<T: DeserializeOwned + JsonSchema>(body: &[u8]) -> Result<T> {
         }
         // A field that is wrong or missing stops the reader before it has seen whether all of this is JSON.
         let (error, value) = match serde_json::from_slice::<Value>(body) {
-            Ok(value) => (error, value),
+            Ok(value) => (error, with_stream_keys(value)),
             Err(syntax) => (syntax, Value::Null),
         };
         let place = Spot::of(&error, body);
@@ -32,11 +42,13 @@ pub(super) fn read<T: DeserializeOwned + JsonSchema>(body: &[u8]) -> Result<T> {
                 "its end",
                 "close what is open, and see whether all of it was sent",
             ),
-            Category::Syntax | Category::Io => {
-                place.not_json("JSON", &place.found(), "correct it; quotes, commas and brackets are where to look")
-            }
+            Category::Syntax | Category::Io => place.not_json(
+                "JSON",
+                &place.found(),
+                "correct it; quotes, commas and brackets are where to look",
+            ),
         }
-    })
+    }
 }
 
 /// Well-formed JSON that the route does not take.

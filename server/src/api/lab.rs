@@ -6,8 +6,9 @@ use axum::extract::State;
 use axum::http::{StatusCode, header};
 use axum::response::{IntoResponse, Response};
 use lodestep_engine::event::AidKind;
-use lodestep_engine::parameters::{Parameters, TABLE};
+use lodestep_engine::parameters::Parameters;
 use lodestep_engine::session::Solution;
+use lodestep_engine::systems::catalogue;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use uuid::Uuid;
@@ -93,21 +94,32 @@ struct ParameterView {
     default: f64,
 }
 
-async fn parameters() -> axum::Json<Schema> {
-    let parameters = TABLE.iter().map(|known| ParameterView {
+#[derive(Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+struct ParametersQuery {
+    /// Of this system; of walks, when it is left out.
+    system: Option<String>,
+}
+
+async fn parameters(Query(query): Query<ParametersQuery>) -> Result<axum::Json<Schema>> {
+    let system = match &query.system {
+        None => catalogue::usual(),
+        Some(name) => catalogue::named(name).ok_or_else(|| Error::not_found("system", name))?,
+    };
+    let parameters = system.parameters.iter().map(|known| ParameterView {
         key: known.key,
         unit: known.unit,
-        group: known.group.word(),
+        group: known.group,
         about: known.about,
         least: known.least,
         most: known.most,
-        default: known.default(),
+        default: known.default_of(system),
     });
-    axum::Json(Schema {
+    Ok(axum::Json(Schema {
         engine_version: ENGINE_VERSION,
         engine_sha256: ENGINE_SHA256,
         parameters: parameters.collect(),
-    })
+    }))
 }
 
 #[derive(Deserialize, JsonSchema)]

@@ -1,6 +1,8 @@
 //! A query read; what cannot be read is told by what was expected, what was found, where, and what to do.
 
 use axum::http::{StatusCode, Uri};
+use lodestep_engine::stream::FormerKeys;
+use lodestep_engine::systems::catalogue;
 use schemars::{JsonSchema, schema_for};
 use serde::de::DeserializeOwned;
 use serde_json::{Map, Number, Value};
@@ -10,6 +12,7 @@ use crate::error::{Error, Place, Result};
 
 /// Reads what stands after the question mark.
 pub(super) fn read<T: DeserializeOwned + JsonSchema>(query: &str) -> Result<T> {
+    let query = with_stream_keys(query);
     // Only what no line of a request can hold does not pass here.
     let uri: Uri = format!("/?{query}").parse().map_err(|_| {
         wrong(
@@ -21,6 +24,19 @@ pub(super) fn read<T: DeserializeOwned + JsonSchema>(query: &str) -> Result<T> {
         Ok(axum::extract::Query(asked)) => Ok(asked),
         Err(error) => Err(does_not_fit::<T>(&uri, &error.body_text())),
     }
+}
+
+/// The query with the key of clients that know no streams put right.
+fn with_stream_keys(query: &str) -> String {
+    let former = catalogue::former_keys();
+    let pairs = query.split('&').map(|pair| {
+        let value = |keys: &FormerKeys| pair.strip_prefix(keys.stream)?.strip_prefix('=');
+        match former.iter().find_map(value) {
+            Some(value) => format!("stream={value}"),
+            None => pair.to_owned(),
+        }
+    });
+    pairs.collect::<Vec<_>>().join("&")
 }
 
 fn does_not_fit<T: JsonSchema>(uri: &Uri, told: &str) -> Error {
@@ -95,7 +111,7 @@ mod tests {
     struct Asked {
         /// How many.
         limit: Option<u8>,
-        foot: Foot,
+        stream: StreamId,
         with_track: Option<bool>,
         within_m: Option<f64>,
         at: Option<String>,
@@ -103,7 +119,7 @@ mod tests {
 
     #[derive(Debug, serde::Deserialize, JsonSchema)]
     #[serde(rename_all = "snake_case")]
-    enum Foot {
+    enum StreamId {
         Left,
         Right,
     }
@@ -112,24 +128,24 @@ mod tests {
     fn what_is_wrong_is_told_with_its_name() {
         for (query, told) in [
             (
-                "foot=left&limit=many",
+                "stream=left&limit=many",
                 "expected a whole number from 0 to 255, found \"many\" at limit in the query: correct it",
             ),
             (
-                "foot=left&limit=300",
+                "stream=left&limit=300",
                 "expected a whole number from 0 to 255, found 300 at limit in the query: correct it",
             ),
-            ("foot=both", "expected one of left, right, found \"both\" at foot in the query: correct it"),
-            ("limit=3", "expected one of left, right, found none at foot in the query: add it"),
+            ("stream=both", "expected one of left, right, found \"both\" at stream in the query: correct it"),
+            ("limit=3", "expected one of left, right, found none at stream in the query: add it"),
             (
-                "foot=left&with_track=yes",
+                "stream=left&with_track=yes",
                 "expected true or false, found \"yes\" at with_track in the query: correct it",
             ),
             (
-                "foot=left&colour=red",
-                "expected only the fields at, foot, limit, with_track, within_m, found \"colour\" at colour in the query: leave it out, or correct its name",
+                "stream=left&colour=red",
+                "expected only the fields at, stream, limit, with_track, within_m, found \"colour\" at colour in the query: leave it out, or correct its name",
             ),
-            ("foot=left&foot=right", "expected foot once in the query, found it twice: leave one out"),
+            ("stream=left&stream=right", "expected stream once in the query, found it twice: leave one out"),
         ] {
             assert_eq!(read::<Asked>(query).unwrap_err().to_string(), told, "{query}");
         }
@@ -137,9 +153,11 @@ mod tests {
 
     #[test]
     fn what_fits_is_read() {
-        for query in
-            ["foot=left", "foot=right&limit=3&with_track=true&within_m=0.5&at=12", "foot=left&within_m=3"]
-        {
+        for query in [
+            "stream=left",
+            "stream=right&limit=3&with_track=true&within_m=0.5&at=12",
+            "stream=left&within_m=3",
+        ] {
             read::<Asked>(query).unwrap();
         }
     }

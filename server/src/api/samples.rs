@@ -6,9 +6,9 @@ use axum::http::header;
 use axum::response::{IntoResponse, Response};
 use bytes::Bytes;
 use futures_util::{Stream, StreamExt, TryStreamExt, stream};
-use lodestep_engine::parse::batch::Batch;
+use lodestep_engine::parse::batch::{Batch, StreamKey};
 use lodestep_engine::parse::frame;
-use lodestep_engine::sample::Foot;
+use lodestep_engine::stream::StreamId;
 use serde::Deserialize;
 use uuid::Uuid;
 
@@ -23,7 +23,7 @@ use crate::store::{Store, StoreError, logs, sessions};
 pub(super) fn routes() -> Routes {
     Routes::new()
         .get("/sessions/{id}/samples", Right::Read, show)
-        .about("The samples of a foot as they were measured, as binary frames of the device socket one after the other")
+        .about("The samples of a stream as they were measured, as binary frames of the device socket one after the other")
         .query::<Asked>()
         .gives_bytes("application/octet-stream")
 }
@@ -35,32 +35,33 @@ const READ_AT_ONCE: u64 = 20_000;
 #[serde(deny_unknown_fields)]
 struct Asked {
     #[schemars(with = "String")]
-    foot: Foot,
+    stream: StreamId,
 }
 
-/// The accepted log of the foot, or what was streamed where there is none.
+/// The accepted log of the stream, or what was streamed where there is none.
 async fn show(
     State(app): State<App>,
     Path(id): Path<Uuid>,
-    Query(Asked { foot }): Query<Asked>,
+    Query(Asked { stream }): Query<Asked>,
 ) -> Result<Response> {
     let db = app.store.read();
-    sessions::get(db, id).await?.ok_or_else(|| Error::not_found("session", id))?;
-    let log = logs::latest_accepted(db, id, foot).await?;
-    let origin = log.map_or(Origin::Stream { session_id: id, foot }, |log| Origin::Log(log.id));
-    let body = Body::from_stream(frames(app.store.clone(), origin));
-    let name = format!("attachment; filename=\"{id}-{}.frames\"", foot.name());
+    let session = sessions::get(db, id).await?.ok_or_else(|| Error::not_found("session", id))?;
+    let number = session.declaration().stream(stream).map_or(0, |stream| stream.number);
+    let log = logs::latest_accepted(db, id, stream).await?;
+    let origin = log.map_or(Origin::Stream { session_id: id, stream }, |log| Origin::Log(log.id));
+    let body = Body::from_stream(frames(app.store.clone(), number, origin));
+    let name = format!("attachment; filename=\"{id}-{}.frames\"", stream.name());
     Ok(([(header::CONTENT_TYPE, "application/octet-stream"), (header::CONTENT_DISPOSITION, &name)], body)
         .into_response())
 }
 
 /// Piece by piece: a long walk is never held whole, and no connection to the database is held while a reader is slow.
-fn frames(store: Store, origin: Origin) -> impl Stream<Item = Result<Bytes, StoreError>> {
+fn frames(store: Store, number: u8, origin: Origin) -> impl Stream<Item = Result<Bytes, StoreError>> {
     stream::try_unfold((store, 0), move |(store, from_sequence)| async move {
         let chunks = raw_chunks::next(store.read(), origin, from_sequence, READ_AT_ONCE).await?;
         let Some(last) = chunks.last() else { return Ok::<_, StoreError>(None) };
         let next = last.first_sequence + last.sequences;
-        Ok(Some((encoded(&chunks), (store, next))))
+        Ok(Some((encoded(number, &chunks), (store, next))))
     })
     .map_err(|error| {
         // The answer has begun: all that is left is to cut it short, which its reader sees.
@@ -71,12 +72,17 @@ fn frames(store: Store, origin: Origin) -> impl Stream<Item = Result<Bytes, Stor
 }
 
 /// A chunk is a frame with the number of its first batch; one that is too long for a frame is several.
-fn encoded(chunks: &[Samples]) -> Bytes {
+fn encoded(number: u8, chunks: &[Samples]) -> Bytes {
     let mut out = Vec::new();
     for chunk in chunks {
-        for samples in chunk.samples.chunks(Batch::MOST_SAMPLES) {
-            let batch = Batch { foot: chunk.foot, sequence: chunk.first_sequence, samples: samples.to_vec() };
-            frame::encode(&batch, &mut out).expect("a piece holds from one sample to as many as a frame may");
+        let mut readings = chunk.readings.clone();
+        while !readings.is_empty() {
+            let later = readings.split_off(readings.len().min(Batch::MOST_SAMPLES));
+            let stream = StreamKey::Number(number);
+            let batch = Batch { stream, sequence: chunk.first_sequence, readings };
+            frame::encode(number, &batch, &mut out)
+                .expect("a piece holds from one sample to as many as a frame may");
+            readings = later;
         }
     }
     out.into()

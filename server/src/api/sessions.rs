@@ -2,7 +2,11 @@
 
 use axum::extract::State;
 use axum::http::StatusCode;
-use lodestep_engine::sample::Foot;
+use std::collections::BTreeMap;
+
+use lodestep_engine::stream::StreamId;
+use lodestep_engine::system::Declaration;
+use lodestep_engine::systems::catalogue;
 use schemars::JsonSchema;
 use serde::Deserialize;
 use time::OffsetDateTime;
@@ -64,11 +68,14 @@ pub struct NewSession {
     /// Free words.
     #[serde(default)]
     pub title: String,
-    /// Which feet carry a sensor; both, when it is left out.
-    #[serde(default = "both")]
-    #[schemars(with = "Vec<String>")]
-    pub feet: Vec<Foot>,
-    /// Where the middle of the feet stands at the start; the site's origin, when it is left out.
+    /// The system that computes it; the one of walks, when it is left out.
+    #[serde(default)]
+    pub system: Option<String>,
+    /// The streams of its readings; those that the system usually has, when it is left out.
+    #[serde(default)]
+    #[schemars(with = "Option<Vec<String>>")]
+    pub streams: Option<Vec<StreamId>>,
+    /// Where the system's point is at the start; the site's origin, when it is left out.
     pub start: Option<NewStart>,
     /// Heading of the first sensor's x axis, clockwise from true north, degrees; from the magnetometer,
     /// when it is left out.
@@ -78,8 +85,67 @@ pub struct NewSession {
     pub automatic_visits: bool,
 }
 
-fn both() -> Vec<Foot> {
-    Foot::BOTH.to_vec()
+impl NewSession {
+    /// Of this carrier, all else as it is when it is left out.
+    pub(crate) fn of(inspector_id: Uuid) -> NewSession {
+        NewSession {
+            id: None,
+            inspector_id,
+            started_at: None,
+            title: String::new(),
+            system: None,
+            streams: None,
+            start: None,
+            initial_heading_deg: None,
+            automatic_visits: false,
+        }
+    }
+}
+
+/// The system of this name, and the streams of these names in the order of their numbers.
+fn system_and_streams(
+    name: Option<&str>,
+    wanted: Option<Vec<StreamId>>,
+) -> Result<(&'static Declaration, Vec<StreamId>)> {
+    let system = match name {
+        None => catalogue::usual(),
+        Some(name) => catalogue::named(name).ok_or_else(|| {
+            let known: Vec<&str> = catalogue::SYSTEMS.iter().map(|system| system.name).collect();
+            Error::invalid(
+                "unknown_system",
+                format!(
+                    "expected one of the systems {}, found {name:?}: name one of these",
+                    known.join(", ")
+                ),
+            )
+        })?,
+    };
+    let Some(wanted) = wanted else {
+        return Ok((system, system.usual_streams().iter().map(|stream| stream.id).collect()));
+    };
+    let all =
+        || system.usual_streams().iter().map(|stream| stream.id.to_string()).collect::<Vec<_>>().join(", ");
+    let wrong = |found: String| {
+        Error::invalid(
+            "wrong_feet",
+            format!(
+                "expected streams of the {} system ({}), found {found}: name those that send readings",
+                system.name,
+                all()
+            ),
+        )
+    };
+    let mut streams = Vec::new();
+    for id in wanted {
+        streams.push(system.stream(id).ok_or_else(|| wrong(id.to_string()))?);
+    }
+    if streams.is_empty() {
+        return Err(wrong("none".to_owned()));
+    }
+    streams.sort_by_key(|stream| stream.number);
+    streams.dedup();
+    system.check_streams(&streams).map_err(|error| Error::invalid("wrong_feet", error.to_string()))?;
+    Ok((system, streams.into_iter().map(|stream| stream.id).collect()))
 }
 
 /// `{"marker":"A17"}` or `{"position_m":[e,n,u]}`.
@@ -104,15 +170,7 @@ pub(crate) async fn begin(
     if inspectors::get(db, new.inspector_id).await?.is_none() {
         return Err(Error::not_found("inspector", new.inspector_id));
     }
-    let mut feet = new.feet;
-    feet.sort_unstable();
-    feet.dedup();
-    if feet.is_empty() {
-        return Err(Error::invalid(
-            "wrong_feet",
-            r#"expected "left", "right" or both in feet, found none: name the feet that carry a sensor"#,
-        ));
-    }
+    let (system, streams) = system_and_streams(new.system.as_deref(), new.streams)?;
     if new.initial_heading_deg.is_some_and(|heading| heading.abs() > 360.0) {
         return Err(Error::invalid(
             "wrong_heading",
@@ -154,7 +212,9 @@ pub(crate) async fn begin(
         // To the microsecond, as it will be read back.
         started_at: new.started_at.map_or(now, |at| utc::from_us(utc::to_us(at))),
         ended_at: None,
-        feet,
+        system: system.name.to_owned(),
+        streams,
+        former: BTreeMap::new(),
         start,
         initial_heading_deg: new.initial_heading_deg,
         automatic_visits: new.automatic_visits,
@@ -168,7 +228,8 @@ pub(crate) async fn begin(
         track_sha256: None,
         error: None,
         created_at: now,
-    };
+    }
+    .with_former_keys();
     let row = session.clone();
     let entry = caller.did("session.added", session.id, None, serde_json::to_value(&session).ok());
     app.store

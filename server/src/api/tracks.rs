@@ -181,6 +181,7 @@ async fn send(app: App, session_id: Uuid, asked: Asked, format: Format) -> Resul
     let inspector = inspectors::get(app.store.read(), session.inspector_id).await?;
     let inspector = inspector.map(|inspector| inspector.name).unwrap_or_default();
     let place = track_file::place(&app.site, &session, &inspector);
+    let system = session.declaration();
     let run = asked.run()?;
     let stretch = asked.stretch_ns()?;
     let (points, visits) = match (run, Rate::parse(asked.rate_hz.as_deref())?) {
@@ -196,7 +197,7 @@ async fn send(app: App, session_id: Uuid, asked: Asked, format: Format) -> Resul
     let name = run.name();
     let (mut writer, body) = body_writer(Handle::current());
     tokio::task::spawn_blocking(move || {
-        let written = track_file::write(format, &name, &points, &visits, &place, &mut writer);
+        let written = track_file::write(format, system, &name, &points, &visits, &place, &mut writer);
         writer.end(written);
     });
     let mut response = body.into_response();

@@ -29,7 +29,7 @@ const MOST_PREVIEW_BYTES: usize = 16 << 20;
 pub(super) fn routes() -> Routes {
     Routes::new()
         .post("/sessions/{id}/logs", Needs::OwnSession, begin)
-        .about("Begins the upload of a foot's log")
+        .about("Begins the upload of a stream's log")
         .takes::<BeginLog>()
         .gives::<Log>()
 }

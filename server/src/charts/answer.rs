@@ -3,7 +3,7 @@
 use futures_util::TryStreamExt;
 use lodestep_engine::measure::height::pressure_height_m;
 use lodestep_engine::sample::ImuSample;
-use lodestep_engine::systems::pedestrian::tuning::Tuning;
+use lodestep_engine::stream::Readings;
 use serde::Serialize;
 use tokio::runtime::Handle;
 use uuid::Uuid;
@@ -13,6 +13,8 @@ use super::limits::{Limit, limits};
 use super::of_points::of_points;
 use super::of_samples::{CHARTS as OF_SAMPLES, RATE, SampleCells};
 use crate::error::Result;
+use crate::sessions::engine_config::engine_config;
+use crate::sessions::parameters::{self, Wanted};
 use crate::sessions::stored_samples::{self, Recording};
 use crate::state::App;
 use crate::store::charts::Series;
@@ -80,7 +82,7 @@ pub(crate) async fn charts(app: &App, session: &Session, window: Window) -> Resu
     let processed = !series.is_empty();
     if !processed {
         let points: Vec<_> = track::points(app.store.read(), session.id, Run::Main).try_collect().await?;
-        series = of_points(Run::Main, &points);
+        series = of_points(session.declaration(), Run::Main, &points);
     }
     series.retain(|line| window.wants(&line.chart));
     let wants_samples = OF_SAMPLES.iter().any(|chart| window.wants(chart));
@@ -94,12 +96,17 @@ pub(crate) async fn charts(app: &App, session: &Session, window: Window) -> Resu
     if window.wants("pressure_height") {
         level_pressure(app, session, &mut series).await?;
     }
-    let tuning = Tuning::default();
+    // The levels that the session is computed with, not those of a system as it is by default.
+    let mut config = engine_config(&app.site, session, &session.streams);
+    // Where these cannot be told any more, its levels are those of the defaults.
+    if let Ok(chosen) = parameters::of_walk(app, session, Wanted::AsStored).await {
+        chosen.parameters.apply(&mut config);
+    }
     Ok(Charts {
         session_id: session.id,
         from_s: seconds(window.from_ns),
         to_s: seconds(window.to_ns),
-        limits: limits(&tuning).into_iter().filter(|limit| window.wants(&limit.chart)).collect(),
+        limits: limits(&config).into_iter().filter(|limit| window.wants(&limit.chart)).collect(),
         series: series.iter().filter_map(|line| merged(line, &window)).collect(),
     })
 }
@@ -107,14 +114,14 @@ pub(crate) async fn charts(app: &App, session: &Session, window: Window) -> Resu
 /// The samples of the window, cut into cells as small as it shows them.
 async fn from_samples(app: &App, session: &Session, window: &Window) -> Result<Vec<Series>> {
     let mut recordings = Vec::new();
-    for &foot in &session.feet {
-        recordings.extend(stored_samples::recording(&app.store, session.id, foot).await?);
+    for &stream in &session.streams {
+        recordings.extend(stored_samples::recording(&app.store, session.id, stream).await?);
     }
     let (store, runtime, window) = (app.store.clone(), Handle::current(), window.clone());
     let reading = tokio::task::spawn_blocking(move || {
         let mut all = Vec::new();
         for recording in recordings {
-            all.extend(foot_samples(&store, &runtime, &recording, &window)?);
+            all.extend(stream_samples(&store, &runtime, &recording, &window)?);
         }
         Ok::<_, StoreError>(all)
     });
@@ -126,7 +133,7 @@ fn has_values(line: &Series) -> bool {
     line.low.iter().any(|value| value.is_finite())
 }
 
-fn foot_samples(
+fn stream_samples(
     store: &Store,
     runtime: &Handle,
     recording: &Recording,
@@ -134,13 +141,13 @@ fn foot_samples(
 ) -> Result<Vec<Series>, StoreError> {
     let between = raw_chunks::sequences_between(store.read(), recording.origin, window.from_ns, window.to_ns);
     let Some((first, last)) = runtime.block_on(between)? else { return Ok(Vec::new()) };
-    let mut cells = SampleCells::new(recording.foot, window.sample_cell_ns());
+    let mut cells = SampleCells::new(recording.stream, window.sample_cell_ns());
     let mut next = first;
     while next <= last {
         let chunks = runtime.block_on(raw_chunks::next(store.read(), recording.origin, next, 1))?;
         let Some(end) = chunks.last().map(|chunk| chunk.first_sequence + chunk.sequences) else { break };
         next = end;
-        let samples = chunks.iter().flat_map(|chunk| &chunk.samples);
+        let samples = chunks.iter().flat_map(|chunk| imu_samples(&chunk.readings));
         samples.filter(|s| (window.from_ns..window.to_ns).contains(&s.t_ns)).for_each(|s| cells.take(s));
     }
     Ok(cells.into_series().filter(|line| window.wants(&line.chart)).collect())
@@ -151,18 +158,28 @@ async fn level_pressure(app: &App, session: &Session, series: &mut [Series]) -> 
     let first = track::first(app.store.read(), session.id).await?;
     let first_u_m = first.map_or(session.start.position_m[2], |point| point.position_n_m[2]);
     for line in series.iter_mut().filter(|line| line.chart == "pressure_height") {
-        let foot = session.feet.iter().copied().find(|foot| foot.name() == line.name);
-        let Some(foot) = foot else { continue };
-        let Some(recording) = stored_samples::recording(&app.store, session.id, foot).await? else {
+        let stream = session.streams.iter().copied().find(|stream| stream.name() == line.name);
+        let Some(stream) = stream else { continue };
+        let Some(recording) = stored_samples::recording(&app.store, session.id, stream).await? else {
             continue;
         };
         let chunks = raw_chunks::next(app.store.read(), recording.origin, 0, 1).await?;
-        let Some(zero_m) = mean_height_m(chunks.iter().flat_map(|chunk| &chunk.samples)) else { continue };
+        let Some(zero_m) = mean_height_m(chunks.iter().flat_map(|chunk| imu_samples(&chunk.readings))) else {
+            continue;
+        };
         for value in line.low.iter_mut().chain(&mut line.high) {
             *value += (first_u_m - zero_m) as f32;
         }
     }
     Ok(())
+}
+
+/// The samples of an inertial sensor; none of another stream.
+fn imu_samples(readings: &Readings) -> &[ImuSample] {
+    match readings {
+        Readings::Imu(samples) => samples,
+        Readings::Values(_) => &[],
+    }
 }
 
 /// Mean height by pressure of the first readings, m in the standard atmosphere.

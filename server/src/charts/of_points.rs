@@ -1,9 +1,10 @@
-//! What a track shows: how sure it is, its heading and height, its speed, the stance and distance of the feet.
+//! What a track shows: how sure it is, its heading and height, its speed, the stance and distance of its parts.
 
 use std::collections::VecDeque;
 
-use lodestep_engine::event::TrackPoint;
+use lodestep_engine::event::{MOST_PARTS, TrackPoint};
 use lodestep_engine::rotation::wrap;
+use lodestep_engine::system::Declaration;
 
 use super::cells::{CELL_NS, Cells};
 use crate::store::charts::Series;
@@ -17,10 +18,10 @@ const OF_EACH_RUN: [&str; 5] = ["sigma_plan", "sigma_up", "sigma_heading", "head
 
 /// A run's points, oldest first, cut into cells. A heading goes on beyond a full turn: a line that jumps from
 /// 180° to −180° has no smallest and largest value.
-pub(crate) fn of_points(run: Run, points: &[TrackPoint]) -> Vec<Series> {
+pub(crate) fn of_points(system: &Declaration, run: Run, points: &[TrackPoint]) -> Vec<Series> {
     let mut of_run: [Cells; 5] = std::array::from_fn(|_| Cells::new(CELL_NS));
-    let [mut stance_left, mut stance_right, mut speed, mut separation] =
-        std::array::from_fn(|_| Cells::new(CELL_NS));
+    let mut stance: [Cells; MOST_PARTS] = std::array::from_fn(|_| Cells::new(CELL_NS));
+    let [mut speed, mut separation] = std::array::from_fn(|_| Cells::new(CELL_NS));
     let mut heading_rad = points.first().map_or(0.0, |point| point.heading_rad);
     let mut recent: VecDeque<(i64, [f64; 3])> = VecDeque::new();
     for point in points {
@@ -40,13 +41,13 @@ pub(crate) fn of_points(run: Run, points: &[TrackPoint]) -> Vec<Series> {
         if run != Run::Main {
             continue;
         }
-        for (cells, foot) in [(&mut stance_left, point.left), (&mut stance_right, point.right)] {
-            if let Some(foot) = foot {
-                cells.take(t_ns, f64::from(u8::from(foot.stance)));
+        for (cells, part) in stance.iter_mut().zip(point.parts) {
+            if let Some(part) = part {
+                cells.take(t_ns, f64::from(u8::from(part.stance)));
             }
         }
-        if let (Some(left), Some(right)) = (point.left, point.right) {
-            separation.take(t_ns, in_plan_m(&left.position_n_m, &right.position_n_m));
+        if let [Some(first), Some(second)] = point.parts {
+            separation.take(t_ns, in_plan_m(&first.position_n_m, &second.position_n_m));
         }
         while recent.front().is_some_and(|(then_ns, _)| t_ns - then_ns > SPEED_OVER_NS) {
             recent.pop_front();
@@ -60,13 +61,10 @@ pub(crate) fn of_points(run: Run, points: &[TrackPoint]) -> Vec<Series> {
     }
     let lines =
         OF_EACH_RUN.into_iter().zip(of_run).map(|(chart, cells)| cells.into_series(chart, run.name()));
-    let main = [
-        stance_left.into_series("stance", "left"),
-        stance_right.into_series("stance", "right"),
-        speed.into_series("speed", run.name()),
-        separation.into_series("separation", run.name()),
-    ];
-    lines.chain(main).flatten().collect()
+    let standing = system.parts.iter().zip(stance).filter(|(part, _)| part.has_stance);
+    let standing = standing.map(|(part, cells)| cells.into_series("stance", part.name));
+    let main = [speed.into_series("speed", run.name()), separation.into_series("separation", run.name())];
+    lines.chain(standing).chain(main).flatten().collect()
 }
 
 fn in_plan_m(from_m: &[f64; 3], to_m: &[f64; 3]) -> f64 {
@@ -75,12 +73,13 @@ fn in_plan_m(from_m: &[f64; 3], to_m: &[f64; 3]) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    use lodestep_engine::event::FootPoint;
+    use lodestep_engine::event::Part;
+    use lodestep_engine::systems::catalogue;
 
     use super::*;
 
     fn point(t_ns: i64, e_m: f64, heading_rad: f64) -> TrackPoint {
-        let foot = |n_m, stance| Some(FootPoint { position_n_m: [e_m, n_m, 0.0], stance });
+        let part = |n_m, stance| Some(Part { position_n_m: [e_m, n_m, 0.0], stance });
         TrackPoint {
             t_ns,
             position_n_m: [e_m, 0.0, -3.0],
@@ -88,8 +87,8 @@ mod tests {
             sigma_heading_rad: 0.1,
             sigma_n_m: [3.0, 4.0, 1.5],
             covariance_en_m2: 0.0,
-            left: foot(0.1, t_ns % 200_000_000 == 0),
-            right: foot(-0.1, false),
+            tilt: None,
+            parts: [part(0.1, t_ns % 200_000_000 == 0), part(-0.1, false)],
         }
     }
 
@@ -97,7 +96,7 @@ mod tests {
     fn a_walk_of_a_metre_a_second_that_turns_about_is_cut_into_cells() {
         let turning = |k: i64| wrap(3.0 + 0.05 * k as f64);
         let points: Vec<_> = (0..30).map(|k| point(k * 100_000_000, k as f64 * 0.1, turning(k))).collect();
-        let all = of_points(Run::Main, &points);
+        let all = of_points(catalogue::usual(), Run::Main, &points);
         let line = |chart: &str, name: &str| {
             all.iter().find(|series| series.chart == chart && series.name == name).unwrap()
         };
@@ -108,7 +107,11 @@ mod tests {
         // On beyond half a turn, without a jump.
         let heading = &line("heading", "main").low;
         assert!(heading.windows(2).all(|pair| (pair[1] - pair[0] - 0.05).abs() < 1e-4), "{heading:?}");
-        assert!(of_points(Run::Filtered, &points).iter().all(|series| series.name == "filtered"));
-        assert!(of_points(Run::Main, &[]).is_empty());
+        assert!(
+            of_points(catalogue::usual(), Run::Filtered, &points)
+                .iter()
+                .all(|series| series.name == "filtered")
+        );
+        assert!(of_points(catalogue::usual(), Run::Main, &[]).is_empty());
     }
 }

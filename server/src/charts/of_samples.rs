@@ -2,7 +2,8 @@
 //! came in each second.
 
 use lodestep_engine::measure::height::pressure_height_m;
-use lodestep_engine::sample::{Foot, ImuSample};
+use lodestep_engine::sample::ImuSample;
+use lodestep_engine::stream::StreamId;
 
 use super::cells::Cells;
 use crate::store::charts::Series;
@@ -17,10 +18,10 @@ const SECOND_NS: i64 = 1_000_000_000;
 /// A silence is drawn as so many seconds without samples, at most.
 const LONGEST_SILENCE_S: i64 = 3_600;
 
-/// One foot's samples, cut into cells: rad/s, m/s², µT, m in the standard atmosphere.
+/// One stream's samples, cut into cells: rad/s, m/s², µT, m in the standard atmosphere.
 #[derive(Clone, Debug)]
 pub(super) struct SampleCells {
-    foot: Foot,
+    stream: StreamId,
     cells: [Cells; 4],
     rate: Cells,
     /// The present second, and how many samples it has had.
@@ -30,9 +31,9 @@ pub(super) struct SampleCells {
 }
 
 impl SampleCells {
-    pub(super) fn new(foot: Foot, cell_ns: i64) -> SampleCells {
+    pub(super) fn new(stream: StreamId, cell_ns: i64) -> SampleCells {
         SampleCells {
-            foot,
+            stream,
             cells: std::array::from_fn(|_| Cells::new(cell_ns)),
             rate: Cells::new(SECOND_NS),
             second: None,
@@ -75,9 +76,11 @@ impl SampleCells {
     }
 
     pub(super) fn into_series(self) -> impl Iterator<Item = Series> {
-        let foot = self.foot.name();
+        let stream = self.stream;
         let cells = CHARTS.into_iter().zip(self.cells);
-        cells.chain([(RATE, self.rate)]).filter_map(move |(chart, cells)| cells.into_series(chart, foot))
+        cells
+            .chain([(RATE, self.rate)])
+            .filter_map(move |(chart, cells)| cells.into_series(chart, stream.name()))
     }
 }
 
@@ -87,7 +90,7 @@ mod tests {
 
     #[test]
     fn the_rate_counts_whole_seconds_and_shows_a_silence() {
-        let mut cells = SampleCells::new(Foot::Left, 100_000_000);
+        let mut cells = SampleCells::new(StreamId::named("body"), 100_000_000);
         for k in (0..250).chain(550..700) {
             cells.take(&ImuSample {
                 t_ns: k * 10_000_000,

@@ -3,8 +3,9 @@
 use std::collections::BTreeMap;
 
 use lodestep_engine::event::{AidKind, Event};
-use lodestep_engine::sample::{Foot, ImuSample};
-use lodestep_engine::session::{SensorState, Session};
+use lodestep_engine::sample::ImuSample;
+use lodestep_engine::session::{SensorState, Session, SessionConfig};
+use lodestep_engine::stream::{Kind, StreamId};
 
 use super::cells::{CELL_NS, Cells};
 use super::of_samples::SampleCells;
@@ -18,42 +19,47 @@ const AXES: [&str; 3] = ["x", "y", "z"];
 /// The record of one run.
 #[derive(Debug)]
 pub(crate) struct Recorder {
-    samples: [SampleCells; 2],
+    samples: BTreeMap<StreamId, SampleCells>,
     /// Innovations of each aid, accepted and not.
     innovations: BTreeMap<(AidKind, bool), Cells>,
-    sensors: [SensorCells; 2],
+    sensors: BTreeMap<StreamId, SensorCells>,
     next_look_ns: i64,
 }
 
-/// The biases of one foot's sensor, each axis with its sigma, and the field's heading less the filter's.
+/// The biases of one stream's sensor, each axis with its sigma, and the field's heading less the filter's.
 #[derive(Debug)]
 struct SensorCells {
-    foot: Foot,
+    stream: StreamId,
     biases: [(&'static str, [Cells; 3]); 4],
     magnetic: Cells,
 }
 
 impl Recorder {
-    pub(crate) fn new() -> Recorder {
+    /// Of a session that is configured so.
+    pub(crate) fn new(config: &SessionConfig) -> Recorder {
+        let inertial =
+            || config.streams.iter().filter(|stream| stream.kind == Kind::Imu).map(|stream| stream.id);
         Recorder {
-            samples: Foot::BOTH.map(|foot| SampleCells::new(foot, CELL_NS)),
+            samples: inertial().map(|stream| (stream, SampleCells::new(stream, CELL_NS))).collect(),
             innovations: BTreeMap::new(),
-            sensors: Foot::BOTH.map(SensorCells::new),
+            sensors: inertial().map(|stream| (stream, SensorCells::new(stream))).collect(),
             next_look_ns: i64::MIN,
         }
     }
 
     /// A sample that the session is given next.
     #[inline]
-    pub(crate) fn sample(&mut self, foot: Foot, sample: &ImuSample) {
-        self.samples[foot.index()].take(sample);
+    pub(crate) fn sample(&mut self, stream: StreamId, sample: &ImuSample) {
+        if let Some(cells) = self.samples.get_mut(&stream) {
+            cells.take(sample);
+        }
     }
 
     /// Something that the session told.
     pub(crate) fn event(&mut self, event: &Event) {
         // Visits are few, and stored one by one.
         if let Event::Aid(outcome) = event
-            && outcome.aid != AidKind::Markers
+            && outcome.aid != AidKind::MARKERS
         {
             self.innovations
                 .entry((outcome.aid, outcome.accepted))
@@ -71,7 +77,9 @@ impl Recorder {
         }
         self.next_look_ns = t_ns.saturating_add(LOOK_NS);
         for state in session.sensors() {
-            self.sensors[state.foot.index()].take(t_ns, &state);
+            if let Some(cells) = self.sensors.get_mut(&state.stream) {
+                cells.take(t_ns, &state);
+            }
         }
     }
 
@@ -79,17 +87,17 @@ impl Recorder {
         let innovations = self.innovations.into_iter().filter_map(|((aid, accepted), cells)| {
             cells.into_series(&innovation_chart(aid), if accepted { "accepted" } else { "rejected" })
         });
-        let samples = self.samples.into_iter().flat_map(SampleCells::into_series);
-        let sensors = self.sensors.into_iter().flat_map(SensorCells::into_series);
+        let samples = self.samples.into_values().flat_map(SampleCells::into_series);
+        let sensors = self.sensors.into_values().flat_map(SensorCells::into_series);
         samples.chain(innovations).chain(sensors).collect()
     }
 }
 
 impl SensorCells {
-    fn new(foot: Foot) -> SensorCells {
+    fn new(stream: StreamId) -> SensorCells {
         let three = || std::array::from_fn(|_| Cells::new(LOOK_NS));
         SensorCells {
-            foot,
+            stream,
             biases: ["gyro_bias", "gyro_bias_sigma", "accelerometer_bias", "accelerometer_bias_sigma"]
                 .map(|chart| (chart, three())),
             magnetic: Cells::new(LOOK_NS),
@@ -114,44 +122,37 @@ impl SensorCells {
     }
 
     fn into_series(self) -> impl Iterator<Item = Series> {
-        let foot = self.foot.name();
+        let stream = self.stream;
         let biases = self.biases.into_iter().flat_map(move |(chart, axes)| {
             AXES.into_iter()
                 .zip(axes)
-                .filter_map(move |(axis, cells)| cells.into_series(chart, &format!("{foot}_{axis}")))
+                .filter_map(move |(axis, cells)| cells.into_series(chart, &format!("{stream}_{axis}")))
         });
-        biases.chain(self.magnetic.into_series("magnetic", foot))
+        biases.chain(self.magnetic.into_series("magnetic", stream.name()))
     }
 }
 
 /// The chart of an aid's innovations.
 pub(super) fn innovation_chart(aid: AidKind) -> String {
-    let aid = match aid {
-        AidKind::Zupt => "zupt",
-        AidKind::Heading => "heading",
-        AidKind::Maru => "maru",
-        AidKind::Separation => "separation",
-        AidKind::Markers => "markers",
-        AidKind::Altimeter => "altimeter",
-    };
-    format!("nis_{aid}")
+    format!("nis_{}", aid.as_str())
 }
 
 #[cfg(test)]
 mod tests {
     use lodestep_engine::event::AidOutcome;
+    use lodestep_engine::systems::pedestrian;
 
     use super::*;
 
     #[test]
     fn innovations_are_told_apart_by_what_became_of_them_and_infinite_ones_are_not_drawn() {
-        let mut recorder = Recorder::new();
+        let mut recorder = Recorder::new(&pedestrian::two_feet());
         for (t_ns, nis, accepted) in [(0, 0.5, true), (1_000_000_000, 20.0, false), (2, f64::INFINITY, false)]
         {
             recorder.event(&Event::Aid(AidOutcome {
                 t_ns,
-                foot: None,
-                aid: AidKind::Separation,
+                stream: None,
+                aid: pedestrian::aids::SEPARATION,
                 nis,
                 degrees_of_freedom: 1,
                 updates: 1,

@@ -1,6 +1,6 @@
 //! The list of aids on the command line.
 
-use lodestep_engine::session::Aids;
+use lodestep_engine::systems::pedestrian::Aids;
 
 /// The names that `--aid` knows.
 pub(super) const NAMES: &str = "zupt, heading, maru, separation, markers, altimeter";

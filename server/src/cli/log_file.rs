@@ -10,9 +10,10 @@ use lodestep_engine::parse::log_format::LogFormat;
 use lodestep_engine::parse::log_reader::common_zero_ns;
 use lodestep_engine::parse::{LogReader, Reading};
 use lodestep_engine::sample::ImuSample;
+use lodestep_engine::stream::Readings;
 
 use crate::cli::failure::Failure;
-use crate::sessions::in_time_order::FootSamples;
+use crate::sessions::in_time_order::StreamReadings;
 use crate::sessions::unpack::{Unpack, UnpackError, UnpackLimits};
 
 /// Unpacked bytes that are parsed at a time.
@@ -66,8 +67,17 @@ impl LogFile {
     }
 }
 
-impl FootSamples for LogFile {
-    fn next_piece(&mut self, samples: &mut Vec<ImuSample>) -> Result<()> {
+impl StreamReadings for LogFile {
+    fn next_piece(&mut self) -> Result<Readings> {
+        let mut samples = Vec::new();
+        self.read_piece(&mut samples)?;
+        Ok(Readings::Imu(samples))
+    }
+}
+
+impl LogFile {
+    /// Replaces `samples` by the next piece; leaves it empty at the end.
+    fn read_piece(&mut self, samples: &mut Vec<ImuSample>) -> Result<()> {
         samples.clear();
         while samples.is_empty() && !self.ended {
             let n =
@@ -92,7 +102,7 @@ pub(super) fn shared_zero_ns(paths: [&Path; 2], reading: &Reading) -> Result<Opt
         let mut log = LogFile::open_as(path, reading.clone(), &ProgressBar::hidden())?;
         let mut samples = Vec::new();
         while log.reader.clock_ns().is_none() && !log.ended {
-            log.next_piece(&mut samples)?;
+            log.read_piece(&mut samples)?;
         }
         let canonical = log.reader.recognised().is_none_or(|r| r.format == LogFormat::Canonical);
         let Some((first, _)) = log.reader.clock_ns().filter(|_| !canonical) else { return Ok(None) };

@@ -9,8 +9,9 @@ use lodestep_engine::geo::Site;
 use lodestep_engine::parameters::Parameters;
 use lodestep_engine::parse::Reading;
 use lodestep_engine::parse::mapping::Mapping;
-use lodestep_engine::sample::Foot;
-use lodestep_engine::session::{Aids, SessionConfig};
+use lodestep_engine::session::SessionConfig;
+use lodestep_engine::systems::pedestrian::Side;
+use lodestep_engine::systems::pedestrian::{self, Aids};
 use time::OffsetDateTime;
 use time::format_description::well_known::Rfc3339;
 
@@ -144,7 +145,7 @@ pub(super) fn process(args: &ProcessArgs) -> Result<()> {
     }
     let bar = progress::of_bytes();
     let mut feet = Vec::new();
-    for (foot, path) in [(Foot::Left, &args.left), (Foot::Right, &args.right)] {
+    for (foot, path) in [(Side::Left, &args.left), (Side::Right, &args.right)] {
         if let Some(path) = path {
             feet.push((foot, LogFile::open_as(path, reading.clone(), &bar)?));
         }
@@ -157,7 +158,7 @@ pub(super) fn process(args: &ProcessArgs) -> Result<()> {
     }
 
     let start_unix_ns = args.started_at.and_then(|start| i64::try_from(start.unix_timestamp_nanos()).ok());
-    args.out.write(&walked.track, args.rate_hz, frame, start_unix_ns)?;
+    args.out.write(config.system.declaration(), &walked.track, args.rate_hz, frame, start_unix_ns)?;
     if let Some(path) = &args.report {
         let inputs = Inputs::read([&args.left, &args.right].map(Option::as_deref), &visits)?;
         let report = serde_json::to_string_pretty(&Report::new(&config, &parameters, inputs, &walked))?;
@@ -230,9 +231,11 @@ impl ProcessArgs {
     }
 
     fn session_config(&self, site: Option<&Site>) -> SessionConfig {
-        let mut config = SessionConfig::default();
-        let worn = [(Foot::Left, &self.left), (Foot::Right, &self.right)];
-        config.feet = worn.into_iter().filter(|(_, log)| log.is_some()).map(|(foot, _)| foot).collect();
+        let worn = [(Side::Left, &self.left), (Side::Right, &self.right)];
+        let sides: Vec<Side> =
+            worn.into_iter().filter(|(_, log)| log.is_some()).map(|(side, _)| side).collect();
+        let own = pedestrian::Config { aids: self.aid.unwrap_or_default(), ..Default::default() };
+        let mut config = own.session(&sides);
         if let Some(site) = site {
             config.gravity_m_s2 = site.gravity_m_s2;
             config.declination_rad = site.declination_deg.to_radians();
@@ -247,7 +250,6 @@ impl ProcessArgs {
             config.initial_position_n_m = position_n_m;
         }
         config.initial_heading_rad = self.initial_heading_deg.map(f64::to_radians);
-        config.aids = self.aid.unwrap_or_default();
         config.solution = self.solution.into();
         config
     }

@@ -1,7 +1,8 @@
 //! What a processing found out, as JSON.
 
+use lodestep_engine::anomaly::Anomaly;
 use lodestep_engine::evaluate::SessionReport;
-use lodestep_engine::event::{Alignment, Anomaly, TrackPoint};
+use lodestep_engine::event::{Alignment, TrackPoint};
 use lodestep_engine::parameters::Parameters;
 use lodestep_engine::session::{SessionConfig, Solution};
 use serde::Serialize;

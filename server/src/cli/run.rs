@@ -3,11 +3,11 @@
 use std::time::Instant;
 
 use anyhow::Result;
-use lodestep_engine::sample::Foot;
 use lodestep_engine::session::{SessionConfig, Summary, Visit};
+use lodestep_engine::stream::StreamId;
 use lodestep_engine::track::Track;
 
-use crate::sessions::in_time_order::{FootSamples, InTimeOrder};
+use crate::sessions::in_time_order::{InTimeOrder, StreamReadings};
 use crate::sessions::run::{Run, feed};
 
 /// What a walk came to.
@@ -19,15 +19,15 @@ pub(super) struct Walked {
 }
 
 /// Runs the engine over the logs of one walk; the visits are told beforehand, by time.
-pub(super) fn run<S: FootSamples>(
+pub(super) fn run<S: StreamReadings>(
     config: SessionConfig,
     visits: &[Visit],
-    feet: impl IntoIterator<Item = (Foot, S)>,
+    streams: impl IntoIterator<Item = (impl Into<StreamId>, S)>,
 ) -> Result<Walked> {
     let begin = Instant::now();
     // How many samples a log holds is known at its end.
-    let mut run = Run::new(config, visits, 0);
-    feed(&mut run, InTimeOrder::new(feet), |_| true)?;
+    let mut run = Run::new(config, visits, 0)?;
+    feed(&mut run, InTimeOrder::new(streams), |_| true)?;
     run.smooth(|_| true);
     let (summary, process_seconds) = (run.summary(), begin.elapsed().as_secs_f64());
     Ok(Walked { track: run.track, summary, process_seconds })

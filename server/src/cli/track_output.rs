@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result};
 use lodestep_engine::geo::LocalFrame;
+use lodestep_engine::system::Declaration;
 use lodestep_engine::track::{Track, TrackPlace, csv, decimate, geojson, gpx, kml};
 
 use crate::cli::failure::Failure;
@@ -48,6 +49,7 @@ impl TrackOutput {
     /// Writes the track, with a point each `1/rate_hz` s when a rate is given.
     pub(super) fn write(
         &self,
+        system: &Declaration,
         track: &Track,
         rate_hz: Option<f64>,
         frame: Option<LocalFrame>,
@@ -62,12 +64,12 @@ impl TrackOutput {
             anyhow::Ok(TrackPlace { name, frame, start_unix_ns })
         };
         match self {
-            TrackOutput::Stdout => match csv::write(points, &mut io::stdout().lock()) {
-                // Whoever reads has had enough, as `head` does.
+            TrackOutput::Stdout => match csv::write(system, points, &mut io::stdout().lock()) {
+                // The reader has had enough, as `head` does.
                 Err(error) if error.kind() == io::ErrorKind::BrokenPipe => Ok(()),
                 written => written.context("standard output cannot be written"),
             },
-            TrackOutput::Csv(path) => output_file::write(path, |out| csv::write(points, out)),
+            TrackOutput::Csv(path) => output_file::write(path, |out| csv::write(system, points, out)),
             TrackOutput::GeoJson(path) => {
                 let place = place(path)?;
                 output_file::write(path, |out| geojson::write(points, &track.visits, &place, out))

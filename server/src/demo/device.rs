@@ -9,7 +9,9 @@ use futures_util::{FutureExt, SinkExt, StreamExt};
 use lodestep_engine::parse::batch::Batch;
 use lodestep_engine::parse::frame;
 use lodestep_engine::parse::live_message::{Answer, DeviceMessage, Hello, NextSequence};
-use lodestep_engine::sample::{Foot, ImuSample};
+use lodestep_engine::sample::ImuSample;
+use lodestep_engine::systems::catalogue::former_keys;
+use lodestep_engine::systems::pedestrian::Side;
 use tokio::net::TcpStream;
 use tokio_tungstenite::tungstenite::Message;
 use tokio_tungstenite::tungstenite::client::IntoClientRequest;
@@ -35,7 +37,7 @@ pub(super) struct Device {
 }
 
 struct Sent {
-    foot: Foot,
+    foot: Side,
     sequence: u64,
     frame: Vec<u8>,
 }
@@ -44,20 +46,20 @@ impl Device {
     /// Connects for a session that has been begun.
     pub(super) async fn connect(url: &str, token: &str, session_id: Uuid) -> Result<Device> {
         let (socket, next) = hello(url, token, session_id).await?;
-        let next = [next.left, next.right];
+        let next = Side::BOTH.map(|side| next.get(&side.stream()).copied().unwrap_or(0));
         let (url, token) = (url.to_owned(), token.to_owned());
         Ok(Device { url, token, session_id, socket, next, unacknowledged: VecDeque::new() })
     }
 
     /// Sends samples of a foot as its next batch; nothing, when there are none.
-    pub(super) async fn send(&mut self, foot: Foot, samples: Vec<ImuSample>) -> Result<()> {
+    pub(super) async fn send(&mut self, foot: Side, samples: Vec<ImuSample>) -> Result<()> {
         if samples.is_empty() {
             return Ok(());
         }
         let sequence = self.next[foot.index()];
         self.next[foot.index()] += 1;
         let mut frame = Vec::new();
-        frame::encode(&Batch { foot, sequence, samples }, &mut frame)?;
+        frame::encode(foot.index() as u8, &Batch::imu(foot.stream(), sequence, samples), &mut frame)?;
         let message = Message::binary(frame.clone());
         self.unacknowledged.push_back(Sent { foot, sequence, frame });
         if self.socket.send(message).await.is_err() {
@@ -123,9 +125,10 @@ impl Device {
 
     fn take(&mut self, message: Message) -> Result<Heard> {
         let Message::Text(text) = message else { return Ok(Heard::Other) };
-        match serde_json::from_str(text.as_str()).context("the server sent no answer of the protocol")? {
-            Answer::Ack { foot, sequence } => {
-                self.unacknowledged.retain(|sent| sent.foot != foot || sent.sequence > sequence);
+        let answer = Answer::from_json(text.as_str(), &former_keys());
+        match answer.context("the server sent no answer of the protocol")? {
+            Answer::Ack { stream, sequence } => {
+                self.unacknowledged.retain(|sent| sent.foot.stream() != stream || sent.sequence > sequence);
                 Ok(Heard::Other)
             }
             Answer::Finished => Ok(Heard::Finished),
@@ -148,7 +151,7 @@ impl Device {
                 continue;
             };
             self.socket = socket;
-            let next = [on_disk.left, on_disk.right];
+            let next = Side::BOTH.map(|side| on_disk.get(&side.stream()).copied().unwrap_or(0));
             self.unacknowledged.retain(|sent| sent.sequence >= next[sent.foot.index()]);
             let mut resent = true;
             for sent in &self.unacknowledged {

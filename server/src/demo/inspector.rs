@@ -4,8 +4,8 @@
 use std::time::Duration;
 
 use anyhow::Result;
-use lodestep_engine::sample::Foot;
 use lodestep_engine::sim::{SensorModel, Simulator, WalkKind};
+use lodestep_engine::systems::pedestrian::Side;
 use tokio::time::{Instant, sleep_until};
 use uuid::Uuid;
 
@@ -98,14 +98,10 @@ impl Walk {
         .await?;
         let clock = Clock::started_before(self.history_s);
         let new = NewSession {
-            id: None,
-            inspector_id: self.inspector_id,
             started_at: Some(utc::now() - Duration::from_secs_f64(self.history_s)),
             title: "Spiral road (demo)".to_owned(),
-            feet: Foot::BOTH.to_vec(),
             start: Some(NewStart::PositionM(simulator.start_n_m())),
-            automatic_visits: false,
-            initial_heading_deg: None,
+            ..NewSession::of(self.inspector_id)
         };
         let session = begin(app, &Caller::itself("demo"), new, SessionState::Created).await?;
         let mut device = Device::connect(url, app.auth.own_token(), session.id).await?;
@@ -126,8 +122,8 @@ impl Walk {
             }
             trouble.befall(&mut right);
             sleep_until(clock.at(t_ns)).await;
-            device.send(Foot::Left, left).await?;
-            device.send(Foot::Right, right).await?;
+            device.send(Side::Left, left).await?;
+            device.send(Side::Right, right).await?;
             for message in diary.due(t_ns) {
                 device.tell(&message).await?;
             }

@@ -13,8 +13,9 @@ use futures_util::StreamExt;
 use futures_util::future::{BoxFuture, FutureExt};
 use futures_util::stream::FuturesOrdered;
 use lodestep_engine::event::TrackPoint;
-use lodestep_engine::parse::batch::Batch;
-use lodestep_engine::parse::live_message::{Answer, FaultMessage, NextSequence, VisitMessage};
+use lodestep_engine::parse::batch::{Batch, StreamKey};
+use lodestep_engine::parse::live_message::{Answer, FaultMessage, VisitMessage};
+use lodestep_engine::stream::{Kind, Readings, StreamId};
 use time::OffsetDateTime;
 use tokio::sync::mpsc;
 use tokio::time::{Instant, MissedTickBehavior, interval};
@@ -121,7 +122,7 @@ pub(super) struct Actor {
     pub(super) walk: Walk,
     /// What may take up the states of this walk.
     pub(super) fits: String,
-    pub(super) sequences: [Sequence; 2],
+    pub(super) sequences: BTreeMap<StreamId, Sequence>,
     /// Visits that the walk has been told, with what became of them.
     pub(super) told: Vec<StreamVisit>,
     /// Visits that automatic mode has made.
@@ -240,10 +241,9 @@ impl Actor {
             );
             before.send(ToDevice::Last(device::told(gone.into_problem())));
         }
-        let [left, right] = self.sequences.map(|foot| foot.next_on_disk());
         device.send(ToDevice::Answer(Answer::Welcome {
             session_id: self.session.id.to_string(),
-            next_sequence: NextSequence { left, right },
+            next_sequence: self.sequences.iter().map(|(id, stream)| (*id, stream.next_on_disk())).collect(),
         }));
         self.device = Some(device);
         self.heard_at = Instant::now();
@@ -265,41 +265,82 @@ impl Actor {
 
     fn on_batch(&mut self, batch: Batch, received_at: OffsetDateTime) {
         self.heard_at = Instant::now();
-        let Batch { foot, sequence, samples } = batch;
-        if !self.session.feet.contains(&foot) {
-            let wrong = Error::invalid(
-                "wrong_foot",
-                format!(
-                    "expected samples of the feet that the session was begun with, found the {} foot: begin a session with both feet",
-                    foot.name()
-                ),
-            );
-            return self.answer(device::told(wrong.into_problem()));
-        }
-        match self.sequences[foot.index()].judge(sequence) {
+        let Batch { stream, sequence, readings } = batch;
+        let stream = match self.stream_of(stream, &readings) {
+            Ok(stream) => stream,
+            Err(wrong) => return self.answer(device::told(wrong.into_problem())),
+        };
+        let arrived = self.sequences.entry(stream).or_default();
+        match arrived.judge(sequence) {
             Arrival::OnDisk => {
-                if let Some(sequence) = self.sequences[foot.index()].last_on_disk() {
-                    self.answer(Answer::Ack { foot, sequence });
+                if let Some(sequence) = arrived.last_on_disk() {
+                    self.answer(Answer::Ack { stream, sequence });
                 }
             }
             Arrival::Underway => {}
-            Arrival::Gap { expected } => self.answer(device::sequence_gap(foot, sequence, expected)),
+            Arrival::Gap { expected } => self.answer(device::sequence_gap(stream, sequence, expected)),
             Arrival::Next => {
-                self.sequences[foot.index()].taken();
+                arrived.taken();
                 metrics::counter!("lodestep_live_batches_total").increment(1);
-                metrics::counter!("lodestep_live_samples_total").increment(samples.len() as u64);
-                let findings = self.walk.take(foot, &samples);
+                metrics::counter!("lodestep_live_samples_total").increment(readings.len() as u64);
+                let findings = self.walk.take(stream, &readings);
                 let automatic = self.note_automatic(&findings);
                 let changes = self.changes(&findings, received_at);
                 let gathered = &mut self.gathered;
-                gathered.samples += samples.len();
-                gathered.raw.push(Samples { foot, first_sequence: sequence, sequences: 1, samples });
+                gathered.samples += readings.len();
+                gathered.raw.push(Samples { stream, first_sequence: sequence, sequences: 1, readings });
                 gathered.findings.add(findings);
                 gathered.automatic.extend(automatic);
                 gathered.then.changes.extend(changes);
-                gathered.then.batches[foot.index()] = Some(sequence);
+                gathered.then.batches.insert(stream, sequence);
             }
         }
+    }
+
+    /// The stream of the session that a batch is of, where its readings are such as the stream has.
+    fn stream_of(&self, key: StreamKey, readings: &Readings) -> Result<StreamId> {
+        let system = self.session.declaration();
+        let known = self.session.declared_streams().into_iter().find(|stream| match key {
+            StreamKey::Number(number) => stream.number == number,
+            StreamKey::Id(id) => stream.id == id,
+        });
+        let Some(stream) = known else {
+            let names: Vec<&str> = self.session.streams.iter().map(StreamId::name).collect();
+            let found = match key {
+                StreamKey::Number(number) => format!("stream number {number}"),
+                StreamKey::Id(id) => format!("the stream {id}"),
+            };
+            return Err(Error::invalid(
+                "wrong_foot",
+                format!(
+                    "expected readings of the streams that the session was begun with ({}), found {found}: begin a session with all of its streams",
+                    names.join(", ")
+                ),
+            ));
+        };
+        let columns = system.rule_of(&stream).map_or(0, |rule| rule.columns.len());
+        let fits = match readings {
+            Readings::Imu(_) => stream.kind == Kind::Imu,
+            Readings::Values(rows) => stream.kind == Kind::Values && rows.columns() == columns,
+        };
+        if !fits {
+            let expected = match stream.kind {
+                Kind::Imu => "samples of an inertial sensor".to_owned(),
+                Kind::Values => format!("rows of {columns} numbers"),
+            };
+            let found = match readings {
+                Readings::Imu(_) => "samples of an inertial sensor".to_owned(),
+                Readings::Values(rows) => format!("rows of {}", rows.columns()),
+            };
+            return Err(Error::invalid(
+                "wrong_readings",
+                format!(
+                    "expected {expected} of the stream {}, found {found}: send what the {} system declares for it",
+                    stream.id, system.name
+                ),
+            ));
+        }
+        Ok(stream.id)
     }
 
     async fn on_fault(&mut self, message: FaultMessage, caller: &Caller) -> Go {

@@ -7,6 +7,7 @@ use serde_json::{Map, Value};
 use tokio::sync::mpsc;
 
 use crate::error::{Error, Place, Problem};
+use crate::stream_field::StreamField;
 
 /// Answers that may wait for a device. One that reads none of them is let go: what it did not hear
 /// is told again when it comes back.
@@ -45,15 +46,15 @@ pub(crate) fn told(problem: Problem) -> Answer {
     Answer::Error(fields)
 }
 
-/// A hole in the numbers of a foot's batches.
-pub(crate) fn sequence_gap(foot: lodestep_engine::sample::Foot, found: u64, expected: u64) -> Answer {
+/// A hole in the numbers of a stream's batches.
+pub(crate) fn sequence_gap(stream: lodestep_engine::stream::StreamId, found: u64, expected: u64) -> Answer {
     let detail = format!(
-        "expected batch {expected} of the {} foot, found {found}: send the batches from {expected} on, without a hole",
-        foot.name()
+        "expected batch {expected} of the {} stream, found {found}: send the batches from {expected} on, without a hole",
+        stream.name()
     );
     let mut fields = as_fields(&Error::conflict("sequence_gap", detail).into_problem());
     fields.remove("type");
-    fields.insert("foot".into(), foot.name().into());
+    fields.append(&mut as_fields(&StreamField(stream)));
     fields.insert("expected_sequence".into(), expected.into());
     Answer::Error(fields)
 }

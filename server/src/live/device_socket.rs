@@ -10,6 +10,7 @@ use bytes::Bytes;
 use futures_util::SinkExt;
 use lodestep_engine::parse::frame;
 use lodestep_engine::parse::live_message::{Answer, DeviceMessage};
+use lodestep_engine::systems::catalogue::{former_keys, former_keys_of};
 use serde_json::Value;
 use tokio::sync::mpsc;
 use tokio::time::{Instant, MissedTickBehavior, interval, timeout};
@@ -110,7 +111,7 @@ impl Connection {
                 }
                 Some(Ok(Message::Close(_)) | Err(_)) | None => return Ok(None),
             };
-            return match DeviceMessage::from_json(text.as_str()) {
+            return match DeviceMessage::from_json(text.as_str(), &former_keys()) {
                 Ok(DeviceMessage::Hello(hello)) => {
                     if let Some(token) = token_in(text.as_str()) {
                         self.caller = by_token(&self.app, &token, &self.caller.address).await?;
@@ -192,7 +193,7 @@ impl Connection {
                 Command::Batch(batch, utc::now())
             }
             Some(Ok(Message::Text(text))) => {
-                let message = DeviceMessage::from_json(text.as_str());
+                let message = DeviceMessage::from_json(text.as_str(), &former_keys());
                 match message.map_err(|error| device::wrong_message(&error))? {
                     DeviceMessage::Batch(batch) => Command::Batch(batch, utc::now()),
                     DeviceMessage::Visit(visit) => Command::Visit(visit, self.caller.clone()),
@@ -231,7 +232,7 @@ impl Connection {
         self.put(text(&answer)).await
     }
 
-    /// Sends an answer together with those that wait behind it: the two feet's acknowledgements come at once.
+    /// Sends an answer together with those that wait behind it: the acknowledgements of two streams come at once.
     async fn send_with_waiting(&mut self, first: Answer, answers: &mut mpsc::Receiver<ToDevice>) -> Flow {
         let mut next = Some(first);
         while let Some(answer) = next.take() {
@@ -289,8 +290,11 @@ impl Connection {
 }
 
 fn text(answer: &Answer) -> Message {
-    let text = serde_json::to_string(answer).expect("answers hold strings and numbers only");
-    Message::Text(text.into())
+    let former = match answer {
+        Answer::Ack { stream, .. } => former_keys_of(*stream),
+        _ => None,
+    };
+    Message::Text(answer.to_json(former.as_ref()).into())
 }
 
 /// The token that a hello shows, where the handshake's headers could not.

@@ -1,7 +1,6 @@
 //! A device's hello: which session it is about, and whether it can be streamed.
 
 use lodestep_engine::parse::live_message::{Hello, NextSequence, Start};
-use lodestep_engine::sample::Foot;
 use lodestep_engine::session::{SessionConfig, Solution};
 use uuid::Uuid;
 
@@ -17,7 +16,7 @@ use crate::state::App;
 use crate::store::sessions::{self, Session, SessionState};
 use crate::store::{StoreError, stream_chunks};
 
-/// How far one foot may run ahead of the other in a stream before the walk goes on without it, ns.
+/// How far one stream may run ahead of the other in a stream before the walk goes on without it, ns.
 const MAX_LEAD_NS: i64 = 1_000_000_000;
 
 /// What a hello leads to.
@@ -34,8 +33,18 @@ pub(super) async fn open(app: &App, caller: &Caller, hello: Hello) -> Result<Ope
     caller.needs(Right::Walk)?;
     match hello {
         Hello::Continue { session_id } => go_on(app, caller, &session_id).await,
-        Hello::Begin { inspector_id, start, feet, initial_heading_deg } => {
-            begin(app, caller, &inspector_id, start, feet, initial_heading_deg)
+        Hello::Begin { inspector_id, start, system, streams, initial_heading_deg } => {
+            let new = NewSession {
+                start: start.map(|start| match start {
+                    Start::Marker(name) => NewStart::Marker(name),
+                    Start::PositionM(position_m) => NewStart::PositionM(position_m),
+                }),
+                system,
+                streams,
+                initial_heading_deg,
+                ..NewSession::of(inspector(&inspector_id)?)
+            };
+            api::sessions::begin(app, caller, new, SessionState::Live)
                 .await
                 .map(|session| Opened::Live(Box::new(session)))
         }
@@ -51,11 +60,12 @@ async fn go_on(app: &App, caller: &Caller, session_id: &str) -> Result<Opened> {
     if matches!(session.state, SessionState::Created | SessionState::Live) {
         return Ok(Opened::Live(Box::new(session)));
     }
-    let next_sequence = NextSequence {
-        left: stream_chunks::next_sequence(db, id, Foot::Left).await?,
-        right: stream_chunks::next_sequence(db, id, Foot::Right).await?,
-    };
-    if next_sequence == NextSequence::default() {
+    let mut next_sequence = NextSequence::new();
+    let usual = session.declaration().usual_streams().into_iter().map(|stream| stream.id);
+    for stream in usual.chain(session.streams.iter().copied()) {
+        next_sequence.insert(stream, stream_chunks::next_sequence(db, id, stream).await?);
+    }
+    if next_sequence.values().all(|next| *next == 0) {
         return Err(Error::conflict(
             "session_not_streamed",
             "expected a session that is streamed or has no samples yet, found one whose logs were uploaded: begin a session of its own for the stream",
@@ -64,35 +74,13 @@ async fn go_on(app: &App, caller: &Caller, session_id: &str) -> Result<Opened> {
     Ok(Opened::Over(id, next_sequence))
 }
 
-async fn begin(
-    app: &App,
-    caller: &Caller,
-    inspector_id: &str,
-    start: Option<Start>,
-    feet: Vec<Foot>,
-    initial_heading_deg: Option<f64>,
-) -> Result<Session> {
-    let inspector_id =
-        Uuid::parse_str(inspector_id).map_err(|_| Error::not_found("inspector", inspector_id))?;
-    let new = NewSession {
-        id: None,
-        inspector_id,
-        started_at: None,
-        title: String::new(),
-        feet,
-        start: start.map(|start| match start {
-            Start::Marker(name) => NewStart::Marker(name),
-            Start::PositionM(position_m) => NewStart::PositionM(position_m),
-        }),
-        initial_heading_deg,
-        automatic_visits: false,
-    };
-    api::sessions::begin(app, caller, new, SessionState::Live).await
+fn inspector(id: &str) -> Result<Uuid> {
+    Uuid::parse_str(id).map_err(|_| Error::not_found("inspector", id))
 }
 
 /// What the engine is told of a session that is streamed.
 pub(super) async fn session_config(app: &App, session: &Session) -> Result<SessionConfig, StoreError> {
-    let config = engine_config(&app.site, session, session.feet.clone());
+    let config = engine_config(&app.site, session, &session.streams);
     let identification = identification(app, session).await?;
     let parameters = parameters::of_stream(app, session).await?;
     let mut config =

@@ -4,9 +4,11 @@
 //! they were taken the first time; the walk then goes on as if the server had never stopped. It is given all of them, or a
 //! state that was saved some minutes before the end of the walk and what came after: either way it comes to the same.
 
+use std::collections::BTreeMap;
+
 use futures_util::{Stream, TryStreamExt};
-use lodestep_engine::sample::Foot;
 use lodestep_engine::session::{SOURCES, Session as EngineSession, SessionConfig};
+use lodestep_engine::stream::StreamId;
 use sha2::{Digest, Sha256};
 use uuid::Uuid;
 
@@ -28,8 +30,8 @@ pub(super) struct Rebuilt {
     pub(super) walk: Walk,
     /// What it found on the way.
     pub(super) findings: Findings,
-    /// By foot.
-    pub(super) sequences: [Sequence; 2],
+    /// By stream.
+    pub(super) sequences: BTreeMap<StreamId, Sequence>,
     /// Visits that the walk has been told.
     pub(super) told: Vec<StreamVisit>,
     /// What may take up the states that it will save.
@@ -78,10 +80,12 @@ pub(super) async fn from_all_samples(
     session_id: Uuid,
     told: &Told,
 ) -> Result<Rebuilt, StoreError> {
-    let mut walk = Walk::new(told.config.clone(), told.stored_hz);
-    walk.put_past_in(Box::new(app.input_file.of_session()));
+    let inputs = Box::new(app.input_file.of_session());
+    let walk = Walk::new(told.config.clone(), told.stored_hz, Some(inputs)).map_err(|error| {
+        StoreError::Damaged { what: format!("the streams of session {session_id}"), why: error.to_string() }
+    })?;
     let chunks = stream_chunks::as_received(app.store.read(), session_id);
-    replay(walk, [0; 2], 0, told, chunks).await
+    replay(walk, BTreeMap::new(), 0, told, chunks).await
 }
 
 /// Replays what came after a saved state from before all that the walk can look back to; `None` where there is none, as in
@@ -99,8 +103,8 @@ pub(super) async fn from_a_saved_state(
             tracing::warn!(session = %session_id, "a saved state could not be read: the walk is made from its samples");
             continue;
         };
-        let chunks = stream_chunks::as_received_from(db, session_id, state.next_sequence);
-        let rebuilt = replay(walk, state.next_sequence, state.samples, told, chunks).await?;
+        let chunks = stream_chunks::as_received_from(db, session_id, &state.next_sequences);
+        let rebuilt = replay(walk, state.next_sequences, state.samples, told, chunks).await?;
         if !rebuilt.walk.lacks_past() {
             metrics::counter!("lodestep_live_states_taken_up_total").increment(1);
             return Ok(Some(rebuilt));
@@ -109,10 +113,10 @@ pub(super) async fn from_a_saved_state(
     Ok(None)
 }
 
-/// Gives a walk that has taken so many samples what came after: `next` is the next batch of each foot.
+/// Gives a walk that has taken so many samples what came after: `next` is the next batch of each stream.
 async fn replay(
     mut walk: Walk,
-    mut next: [u64; 2],
+    mut next: BTreeMap<StreamId, u64>,
     samples: u64,
     told: &Told,
     chunks: impl Stream<Item = Result<Samples, StoreError>>,
@@ -126,12 +130,16 @@ async fn replay(
         while let Some(earlier) = visits.next_if(|visit| visit.after_samples <= walk.samples_taken()) {
             findings.add(walk.visit(earlier.for_engine()));
         }
-        findings.add(walk.take(chunk.foot, &chunk.samples));
-        next[chunk.foot.index()] = chunk.first_sequence + chunk.sequences;
+        findings.add(walk.take(chunk.stream, &chunk.readings));
+        next.insert(chunk.stream, chunk.first_sequence + chunk.sequences);
     }
     for visit in visits {
         findings.add(walk.visit(visit.for_engine()));
     }
-    let sequences = Foot::BOTH.map(|foot| Sequence::resumed_at(next[foot.index()]));
+    // A device of a system that is older than streams reads all of the system's streams, whichever the session has.
+    let declared = told.config.system.declaration().usual_streams().into_iter().map(|stream| stream.id);
+    let streams = declared.chain(told.config.streams.iter().map(|stream| stream.id));
+    let resumed = |stream: StreamId| Sequence::resumed_at(next.get(&stream).copied().unwrap_or(0));
+    let sequences = streams.map(|stream| (stream, resumed(stream))).collect();
     Ok(Rebuilt { walk, findings, sequences, told: told.visits.clone(), fits: told.fits.clone() })
 }

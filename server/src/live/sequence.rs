@@ -1,4 +1,4 @@
-//! Which batch of a foot comes next: what is taken, what is on disk, what is a repetition or a hole.
+//! Which batch of a stream comes next: what is taken, what is on disk, what is a repetition or a hole.
 
 /// What to do with a batch that has arrived.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -16,7 +16,7 @@ pub(crate) enum Arrival {
     },
 }
 
-/// The batches of one foot.
+/// The batches of one stream.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(crate) struct Sequence {
     next: u64,
@@ -24,7 +24,7 @@ pub(crate) struct Sequence {
 }
 
 impl Sequence {
-    /// A foot of which all batches before `next` are on disk.
+    /// A stream of which all batches before `next` are on disk.
     pub(crate) fn resumed_at(next: u64) -> Sequence {
         Sequence { next, next_on_disk: next }
     }
@@ -74,25 +74,25 @@ mod tests {
 
     #[test]
     fn batches_are_taken_in_order_and_repetitions_are_told_apart_by_where_they_are() {
-        let mut foot = Sequence::resumed_at(5);
-        assert_eq!(foot.judge(4), Arrival::OnDisk);
-        assert_eq!(foot.judge(5), Arrival::Next);
-        foot.taken();
-        foot.taken();
-        assert_eq!(foot.judge(5), Arrival::Underway);
-        foot.on_disk(5);
-        assert_eq!(foot.judge(5), Arrival::OnDisk);
-        assert_eq!(foot.judge(6), Arrival::Underway);
-        assert_eq!(foot.judge(9), Arrival::Gap { expected: 7 });
-        assert_eq!(foot.next_on_disk(), 6);
-        assert_eq!(foot.last_on_disk(), Some(5));
+        let mut stream = Sequence::resumed_at(5);
+        assert_eq!(stream.judge(4), Arrival::OnDisk);
+        assert_eq!(stream.judge(5), Arrival::Next);
+        stream.taken();
+        stream.taken();
+        assert_eq!(stream.judge(5), Arrival::Underway);
+        stream.on_disk(5);
+        assert_eq!(stream.judge(5), Arrival::OnDisk);
+        assert_eq!(stream.judge(6), Arrival::Underway);
+        assert_eq!(stream.judge(9), Arrival::Gap { expected: 7 });
+        assert_eq!(stream.next_on_disk(), 6);
+        assert_eq!(stream.last_on_disk(), Some(5));
     }
 
     #[test]
     fn nothing_is_on_disk_at_the_start() {
-        let foot = Sequence::default();
-        assert_eq!(foot.last_on_disk(), None);
-        assert_eq!(foot.judge(0), Arrival::Next);
-        assert_eq!(foot.judge(1), Arrival::Gap { expected: 0 });
+        let stream = Sequence::default();
+        assert_eq!(stream.last_on_disk(), None);
+        assert_eq!(stream.judge(0), Arrival::Next);
+        assert_eq!(stream.judge(1), Arrival::Gap { expected: 0 });
     }
 }

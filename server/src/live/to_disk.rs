@@ -8,7 +8,7 @@ use std::time::Duration;
 use futures_util::StreamExt;
 use futures_util::future::FutureExt;
 use lodestep_engine::parse::live_message::Answer;
-use lodestep_engine::sample::Foot;
+use lodestep_engine::stream::StreamId;
 use tokio::time::Instant;
 
 use super::actor::{Actor, Go};
@@ -46,8 +46,8 @@ pub(super) struct Written {
 /// What follows when something is on disk.
 #[derive(Default)]
 pub(super) struct Then {
-    /// The last batch of each foot that is in it.
-    pub(super) batches: [Option<u64>; 2],
+    /// The last batch of each stream that is in it.
+    pub(super) batches: BTreeMap<StreamId, u64>,
     pub(super) answers: Vec<Answer>,
     pub(super) changes: Vec<Change>,
     pub(super) finished: bool,
@@ -107,7 +107,7 @@ impl Actor {
             t_ns,
             fits: self.fits.clone(),
             samples: self.walk.samples_taken(),
-            next_sequence: self.sequences.map(|foot| foot.next_taken()),
+            next_sequences: self.sequences.iter().map(|(id, stream)| (*id, stream.next_taken())).collect(),
             body,
         })
     }
@@ -124,7 +124,7 @@ impl Actor {
 
     /// Something is on disk, or is not.
     pub(super) fn on_written(&mut self, first: Written) -> Go {
-        let mut acknowledged = [const { None }; 2];
+        let mut acknowledged = BTreeMap::new();
         let mut next = Some(first);
         let mut go = Go::On;
         while let Some(Written { result, submitted_at, then }) = next.take() {
@@ -138,11 +138,9 @@ impl Actor {
                 self.last_answer(told);
                 return Go::Ended;
             }
-            for foot in Foot::BOTH {
-                if let Some(sequence) = then.batches[foot.index()] {
-                    self.sequences[foot.index()].on_disk(sequence);
-                    acknowledged[foot.index()] = Some(Answer::Ack { foot, sequence });
-                }
+            for (stream, sequence) in then.batches {
+                self.sequences.entry(stream).or_default().on_disk(sequence);
+                acknowledged.insert(stream, Answer::Ack { stream, sequence });
             }
             self.app.hub.publish_all(then.changes);
             for answer in then.answers {
@@ -154,7 +152,7 @@ impl Actor {
             // One acknowledgement stands for all batches of one commit.
             next = self.underway.next().now_or_never().flatten();
         }
-        for answer in acknowledged.into_iter().flatten() {
+        for answer in acknowledged.into_values() {
             metrics::counter!("lodestep_live_acks_total").increment(1);
             self.answer(answer);
         }

@@ -5,10 +5,11 @@
 
 use std::collections::{BTreeMap, VecDeque};
 
-use lodestep_engine::event::{Anomaly, Event, Stand, TrackPoint, VisitOutcome};
+use lodestep_engine::anomaly::Anomaly;
+use lodestep_engine::event::{Event, Stand, TrackPoint, VisitOutcome};
 use lodestep_engine::replay::InputStore;
-use lodestep_engine::sample::{Foot, ImuSample};
-use lodestep_engine::session::{Session, SessionConfig, Summary, Visit};
+use lodestep_engine::session::{ConfigError, Session, SessionConfig, Summary, Visit};
+use lodestep_engine::stream::{Readings, StreamId};
 use serde::{Deserialize, Serialize};
 
 use super::grid::{Choice, Grid, SavedGrid};
@@ -18,8 +19,8 @@ use crate::wire::Motion;
 
 /// The speed that is shown is the mean over this time, ns.
 const SPEED_OVER_NS: i64 = 1_000_000_000;
-/// Both feet have to stand for this long until the inspector counts as standing, ns: longer than the
-/// moments in which both feet are on the ground while walking.
+/// Both streams have to stand for this long until the inspector counts as standing, ns: longer than the
+/// moments in which both streams are on the ground while walking.
 const STANDING_AFTER_NS: i64 = 700_000_000;
 
 /// A state is saved this often at most, ns: there is one for each minute of a walk.
@@ -95,17 +96,22 @@ impl Findings {
 }
 
 impl Walk {
-    /// A walk that waits for its first samples, of which so many points a second are stored.
-    pub(crate) fn new(config: SessionConfig, stored_hz: f64) -> Walk {
-        Walk {
-            session: Session::new(config),
+    /// A walk that waits for its first readings, of which so many points a second are stored; what it seldom needs lies in
+    /// `inputs`.
+    pub(crate) fn new(
+        config: SessionConfig,
+        stored_hz: f64,
+        inputs: Option<Box<dyn InputStore>>,
+    ) -> Result<Walk, ConfigError> {
+        Ok(Walk {
+            session: Session::with_store(config, inputs)?,
             grid: Grid::new(stored_hz),
             shown: VecDeque::new(),
             moved_ns: i64::MIN,
             samples_taken: 0,
             events: Vec::new(),
             saved_ns: None,
-        }
+        })
     }
 
     /// The walk whose state this is, told the same; it goes on with what came after. `None` where the state is none of this program's.
@@ -151,16 +157,11 @@ impl Walk {
         self.session.lacks_past()
     }
 
-    /// Puts what it seldom needs there; to be said before the first sample.
-    pub(crate) fn put_past_in(&mut self, inputs: Box<dyn InputStore>) {
-        self.session.put_past_in(inputs);
-    }
-
-    /// Takes the next samples of a foot.
-    pub(crate) fn take(&mut self, foot: Foot, samples: &[ImuSample]) -> Findings {
+    /// Takes the next readings of a stream.
+    pub(crate) fn take(&mut self, stream: StreamId, readings: &Readings) -> Findings {
         let mut findings = Findings::default();
-        for sample in samples {
-            self.session.push(foot, sample, &mut self.events);
+        for reading in readings.iter() {
+            self.session.push(stream, reading, &mut self.events);
             self.samples_taken += 1;
             self.sort_events(&mut findings);
         }
@@ -178,8 +179,8 @@ impl Walk {
     /// No more samples will come.
     pub(crate) fn finish(&mut self) -> Findings {
         let mut findings = Findings::default();
-        for foot in self.session.config().feet.clone() {
-            self.session.end_foot(foot, &mut self.events);
+        for stream in self.session.config().streams.clone() {
+            self.session.end(stream.id, &mut self.events);
         }
         self.session.finish(&mut self.events);
         self.sort_events(&mut findings);
@@ -191,7 +192,7 @@ impl Walk {
         self.session.summary()
     }
 
-    /// Samples that it was given, both feet: the place in the stream.
+    /// Samples that it was given, both streams: the place in the stream.
     pub(crate) fn samples_taken(&self) -> u64 {
         self.samples_taken
     }
@@ -218,8 +219,14 @@ impl Walk {
     }
 
     fn on_point(&mut self, point: TrackPoint, findings: &mut Findings) {
-        let stands = |foot: Option<lodestep_engine::event::FootPoint>| foot.is_none_or(|foot| foot.stance);
-        if !(stands(point.left) && stands(point.right)) {
+        // What has no parts that could stand is on its way while it changes its place.
+        let moves = match self.shown.back() {
+            Some(last) if point.parts.iter().all(Option::is_none) => {
+                (last.1, last.2) != (point.position_n_m[0], point.position_n_m[1])
+            }
+            _ => point.parts.iter().flatten().any(|part| !part.stance),
+        };
+        if moves {
             self.moved_ns = point.t_ns;
         }
         let choice = self.grid.choose(point.t_ns);

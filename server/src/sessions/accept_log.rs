@@ -60,7 +60,7 @@ pub(crate) async fn finish(
     }
     check_hash(app, &log, &sha256).await?;
     let log = Log { reading: reading.unwrap_or_else(|| log.reading.clone()), ..log };
-    if let Some(held) = logs::accepted_with(app.store.read(), log.session_id, log.foot, &sha256).await? {
+    if let Some(held) = logs::accepted_with(app.store.read(), log.session_id, log.stream.0, &sha256).await? {
         uploads::same_reading(&held, &log.reading)?;
         return settle(app, Log { state: LogState::Unchanged, sha256: Some(sha256), ..log }).await;
     }
@@ -121,10 +121,10 @@ async fn read(app: &App, log: &Log) -> Result<ReadLog, ReadLogError> {
         return Err(UnpackError::Empty.into());
     }
     let limits = limits(app);
-    let (foot, reading) = (log.foot, log.reading.clone());
+    let (stream, reading) = (log.stream.0, log.reading.clone());
     // Reading is work for a core: a few at a time, the others wait here.
     let _permit = app.log_readers.acquire().await;
-    match blocking(move || read_log::read_log(&path, &spill_path, foot, reading, limits)).await {
+    match blocking(move || read_log::read_log(&path, &spill_path, stream, reading, limits)).await {
         Ok(read) => read,
         Err(error) => Err(ReadLogError::Spill(io::Error::other(error.to_string()))),
     }

@@ -196,7 +196,7 @@ pub(crate) async fn compare(store: &Store, session_ids: &[Uuid]) -> Result<Compa
 /// Whether only what was chosen sets the two apart: the same samples, the same visits as far as both use them, the same
 /// engine.
 fn same(own: &Provenance, of: &Provenance) -> bool {
-    let uses_visits = of.aids.contains(&AidKind::Markers);
+    let uses_visits = of.aids.contains(&AidKind::MARKERS);
     own.engine_sha256 == of.engine_sha256
         && own.inputs == of.inputs
         && (!uses_visits || own.visits_sha256 == of.visits_sha256)

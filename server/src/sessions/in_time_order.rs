@@ -1,122 +1,131 @@
-//! Two feet's samples as one sequence: the foot whose next sample is older goes first.
+//! A session's streams as one sequence: the stream whose next reading is older goes first.
 
-use lodestep_engine::sample::{Foot, ImuSample};
+use lodestep_engine::stream::{Reading, Readings, StreamId};
 
-/// Where one foot's samples come from, piece by piece, in the order of its log.
-pub(crate) trait FootSamples {
-    /// Replaces `samples` by the next piece; leaves it empty at the end.
-    fn next_piece(&mut self, samples: &mut Vec<ImuSample>) -> anyhow::Result<()>;
+/// Where one stream's readings come from, piece by piece, in the order of its log.
+pub(crate) trait StreamReadings {
+    /// The next piece; an empty one at the end.
+    fn next_piece(&mut self) -> anyhow::Result<Readings>;
 }
 
 /// What happens next in a session.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) enum Step {
-    /// This foot has a sample.
-    Sample(Foot, ImuSample),
-    /// This foot has no more.
-    End(Foot),
+pub(crate) enum Step<'a> {
+    /// This stream has a reading.
+    Reading(StreamId, Reading<'a>),
+    /// This stream has no more.
+    End(StreamId),
 }
 
 struct Source<S> {
-    foot: Foot,
-    samples: S,
-    piece: Vec<ImuSample>,
+    stream: StreamId,
+    readings: S,
+    piece: Readings,
     at: usize,
 }
 
-impl<S: FootSamples> Source<S> {
-    /// The sample that comes next, with the next piece read where the last one is used up.
-    fn peek(&mut self) -> anyhow::Result<Option<ImuSample>> {
+impl<S: StreamReadings> Source<S> {
+    /// Time of the reading that comes next, with the next piece read where the last one is used up.
+    fn next_ns(&mut self) -> anyhow::Result<Option<i64>> {
         if self.at == self.piece.len() {
-            self.samples.next_piece(&mut self.piece)?;
+            self.piece = self.readings.next_piece()?;
             self.at = 0;
         }
-        Ok(self.piece.get(self.at).copied())
+        Ok(self.piece.get(self.at).map(|reading| reading.t_ns()))
     }
 }
 
-/// The merged sequence. Of equal times the left foot goes first. A foot whose clock steps back keeps
-/// its own order; that is for the session to judge.
+/// The merged sequence. Of equal times the stream goes first whose name does in the alphabet. A stream whose clock steps
+/// back keeps its own order; that is for the session to judge.
 pub(crate) struct InTimeOrder<S> {
     sources: Vec<Source<S>>,
 }
 
-impl<S: FootSamples> InTimeOrder<S> {
-    pub(crate) fn new(feet: impl IntoIterator<Item = (Foot, S)>) -> Self {
-        let mut sources: Vec<_> = feet
+impl<S: StreamReadings> InTimeOrder<S> {
+    pub(crate) fn new(streams: impl IntoIterator<Item = (impl Into<StreamId>, S)>) -> Self {
+        let mut sources: Vec<_> = streams
             .into_iter()
-            .map(|(foot, samples)| Source { foot, samples, piece: Vec::new(), at: 0 })
+            .map(|(stream, readings)| Source {
+                stream: stream.into(),
+                readings,
+                piece: Readings::Imu(Vec::new()),
+                at: 0,
+            })
             .collect();
-        sources.sort_by_key(|source| source.foot);
+        sources.sort_by_key(|source| source.stream);
         InTimeOrder { sources }
     }
 
-    /// The next step; `None` when every foot has ended.
-    pub(crate) fn next(&mut self) -> anyhow::Result<Option<Step>> {
-        let mut oldest: Option<(usize, ImuSample)> = None;
-        for i in 0..self.sources.len() {
-            match self.sources[i].peek()? {
-                None => return Ok(Some(Step::End(self.sources.remove(i).foot))),
-                Some(sample) if oldest.is_none_or(|(_, old)| sample.t_ns < old.t_ns) => {
-                    oldest = Some((i, sample));
+    /// The next step; `None` when every stream has ended.
+    pub(crate) fn next(&mut self) -> anyhow::Result<Option<Step<'_>>> {
+        let mut oldest: Option<(usize, i64)> = None;
+        for number in 0..self.sources.len() {
+            match self.sources[number].next_ns()? {
+                None => return Ok(Some(Step::End(self.sources.remove(number).stream))),
+                Some(t_ns) if oldest.is_none_or(|(_, oldest_ns)| t_ns < oldest_ns) => {
+                    oldest = Some((number, t_ns));
                 }
                 Some(_) => {}
             }
         }
-        Ok(oldest.map(|(i, sample)| {
-            self.sources[i].at += 1;
-            Step::Sample(self.sources[i].foot, sample)
-        }))
+        let Some((number, _)) = oldest else { return Ok(None) };
+        let source = &mut self.sources[number];
+        source.at += 1;
+        Ok(source.piece.get(source.at - 1).map(|reading| Step::Reading(source.stream, reading)))
     }
 }
 
 #[cfg(test)]
 mod tests {
+    use lodestep_engine::stream::Rows;
+
     use super::*;
 
     /// Pieces of three samples each.
     struct Times(std::vec::IntoIter<i64>);
 
-    impl FootSamples for Times {
-        fn next_piece(&mut self, samples: &mut Vec<ImuSample>) -> anyhow::Result<()> {
-            samples.clear();
-            samples.extend(self.0.by_ref().take(3).map(|t_ns| ImuSample {
-                t_ns,
-                w_ib_b_rad_s: [0.0; 3],
-                f_b_m_s2: [0.0; 3],
-                mag_b_ut: None,
-                pressure_hpa: None,
-            }));
-            Ok(())
+    impl StreamReadings for Times {
+        fn next_piece(&mut self) -> anyhow::Result<Readings> {
+            let mut rows = Rows::new(1);
+            self.0.by_ref().take(3).for_each(|t_ns| rows.push(t_ns, [0.0]));
+            Ok(Readings::Values(rows))
         }
     }
 
-    fn merged(left: Vec<i64>, right: Vec<i64>) -> Vec<(Foot, Option<i64>)> {
-        let feet = [(Foot::Right, Times(right.into_iter())), (Foot::Left, Times(left.into_iter()))];
-        let mut order = InTimeOrder::new(feet);
+    fn left() -> StreamId {
+        StreamId::named("a")
+    }
+
+    fn right() -> StreamId {
+        StreamId::named("b")
+    }
+
+    fn merged(left: Vec<i64>, right: Vec<i64>) -> Vec<(StreamId, Option<i64>)> {
+        let streams = [(self::right(), Times(right.into_iter())), (self::left(), Times(left.into_iter()))];
+        let mut order = InTimeOrder::new(streams);
         let mut steps = Vec::new();
         while let Some(step) = order.next().unwrap() {
             steps.push(match step {
-                Step::Sample(foot, sample) => (foot, Some(sample.t_ns)),
-                Step::End(foot) => (foot, None),
+                Step::Reading(stream, reading) => (stream, Some(reading.t_ns())),
+                Step::End(stream) => (stream, None),
             });
         }
         steps
     }
 
     #[test]
-    fn the_older_sample_goes_first_and_the_left_foot_of_equals() {
-        use Foot::{Left, Right};
+    fn the_older_sample_goes_first_and_the_first_stream_of_equals() {
+        let (left, right) = (left(), right());
         let steps = merged(vec![0, 10, 20, 30], vec![5, 10]);
         let expected = [
-            (Left, Some(0)),
-            (Right, Some(5)),
-            (Left, Some(10)),
-            (Right, Some(10)),
-            (Right, None),
-            (Left, Some(20)),
-            (Left, Some(30)),
-            (Left, None),
+            (left, Some(0)),
+            (right, Some(5)),
+            (left, Some(10)),
+            (right, Some(10)),
+            (right, None),
+            (left, Some(20)),
+            (left, Some(30)),
+            (left, None),
         ];
         assert_eq!(steps, expected);
     }
@@ -124,13 +133,13 @@ mod tests {
     #[test]
     fn a_clock_that_steps_back_loses_and_reorders_nothing() {
         let steps = merged(vec![0, 100, 50, 60, 70], vec![55, 65]);
-        let left: Vec<_> = steps.iter().filter(|s| s.0 == Foot::Left).filter_map(|s| s.1).collect();
-        assert_eq!(left, [0, 100, 50, 60, 70]);
+        let of_left: Vec<_> = steps.iter().filter(|s| s.0 == left()).filter_map(|s| s.1).collect();
+        assert_eq!(of_left, [0, 100, 50, 60, 70]);
         assert_eq!(steps.len(), 9);
     }
 
     #[test]
-    fn feet_without_samples_end_at_once() {
-        assert_eq!(merged(vec![], vec![]), [(Foot::Left, None), (Foot::Right, None)]);
+    fn streams_without_readings_end_at_once() {
+        assert_eq!(merged(vec![], vec![]), [(left(), None), (right(), None)]);
     }
 }

@@ -4,8 +4,8 @@
 use std::time::Instant;
 
 use futures_util::FutureExt;
+use lodestep_engine::event::AidKind;
 use lodestep_engine::parameters::Parameters;
-use lodestep_engine::session::Aids;
 use tokio::runtime::Handle;
 use uuid::Uuid;
 
@@ -41,9 +41,9 @@ pub(crate) async fn compute(
     parameters.apply(&mut walk.config);
     walk.chosen.parameters = parameters;
     if let Some(kinds) = &asked.aids {
-        walk.config.aids = Aids::only(kinds);
+        walk.config.system.use_aids(kinds);
     }
-    if !walk.config.aids.markers {
+    if !walk.config.system.aids().contains(&AidKind::MARKERS) {
         walk.config.identification = None;
     }
     let cell_ns = stored_grid::cell_ns(app.config.track_rate_hz);
@@ -72,7 +72,7 @@ fn work(
 ) -> Result<Outcome, ProcessError> {
     let begun = Instant::now();
     make_automatically(store, runtime, walk, cell_ns, progress)?;
-    let mut run = walk.begin_in_lab(asked.solution);
+    let mut run = walk.begin_in_lab(asked.solution)?;
     let total = walk.samples().max(1) as f64;
     let fed = run::feed(&mut run, walk.samples_in_order(store, runtime), |done| {
         progress.tell("filtering", FILTERED_AT * done as f64 / total);

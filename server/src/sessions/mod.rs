@@ -1,7 +1,7 @@
 //! What a session is made of on the server.
 //!
 //! A log comes in ([`uploads`], [`upload_file`], [`upload_turns`]), is read whole ([`unpack`],
-//! [`read_log`], [`spill`]; [`preview_log`] keeps nothing) and accepted ([`accept_log`]); the samples of both feet
+//! [`read_log`], [`spill`]; [`preview_log`] keeps nothing) and accepted ([`accept_log`]); the samples of both streams
 //! ([`stored_samples`], [`in_time_order`]) are run through the engine ([`run`]), as [`process`] has it:
 //! [`stored_walk`] reads what a walk is computed from and [`parameters`] says with which parameters, [`put_in_place`] stores the result, [`provenance`] says where
 //! it comes from. A [`lab_run`] does the same with chosen parameters; [`comparison`] holds such runs against the

@@ -39,7 +39,7 @@ impl Chosen {
 }
 
 /// For a walk that is computed from what is stored.
-pub(super) async fn of_walk(app: &App, session: &Session, wanted: Wanted) -> Result<Chosen, ProcessError> {
+pub(crate) async fn of_walk(app: &App, session: &Session, wanted: Wanted) -> Result<Chosen, ProcessError> {
     let db = app.store.read();
     match wanted {
         Wanted::Defaults => Ok(Chosen::default()),

@@ -5,7 +5,7 @@ use std::time::Instant;
 
 use lodestep_engine::event::{TrackPoint, VisitOutcome};
 use lodestep_engine::identify::automatic_visits;
-use lodestep_engine::session::Solution;
+use lodestep_engine::session::{ConfigError, Solution};
 use tokio::runtime::Handle;
 use uuid::Uuid;
 
@@ -32,8 +32,10 @@ pub(crate) enum ProcessError {
     SessionGone,
     #[error("{0}")]
     Parameters(String),
+    #[error(transparent)]
+    Streams(#[from] ConfigError),
     #[error(
-        "there are no samples to compute a track from: upload a log of at least one foot, then process again"
+        "there are no samples to compute a track from: upload a log of at least one stream, then process again"
     )]
     NoSamples,
     #[error(
@@ -105,7 +107,7 @@ fn compute(
 ) -> Result<((Computed, Provenance), Vec<TrackPoint>), ProcessError> {
     let begun = Instant::now();
     make_automatically(store, runtime, walk, cell_ns, progress)?;
-    let mut main = walk.begin(Run::Main);
+    let mut main = walk.begin(Run::Main)?;
     main.record();
     let total = walk.samples().max(1) as f64;
     let fed = run::feed(&mut main, walk.samples_in_order(store, runtime), |done| {
@@ -141,7 +143,7 @@ fn without_markers(
     cell_ns: i64,
     progress: &mut Progress,
 ) -> Result<Vec<TrackPoint>, ProcessError> {
-    let mut run = walk.begin(Run::WithoutMarkers);
+    let mut run = walk.begin(Run::WithoutMarkers)?;
     run.thin(cell_ns);
     let total = walk.samples().max(1) as f64;
     let fed = run::feed(&mut run, walk.samples_in_order(store, runtime), |done| {
@@ -164,7 +166,7 @@ pub(super) fn make_automatically(
     if !walk.session.automatic_visits {
         return Ok(());
     }
-    let mut run = walk.begin(Run::Filtered);
+    let mut run = walk.begin(Run::Filtered)?;
     run.thin(cell_ns);
     let total = walk.samples().max(1) as f64;
     let fed = run::feed(&mut run, walk.samples_in_order(store, runtime), |done| {
@@ -197,7 +199,7 @@ pub(crate) async fn full_track(
     let (store, runtime) = (app.store.clone(), Handle::current());
     let _permit = app.log_readers.acquire().await;
     let computing = yielding(move || {
-        let mut run = walk.begin(run);
+        let mut run = walk.begin(run)?;
         run::feed(&mut run, walk.samples_in_order(&store, &runtime), |_| true)?;
         run.smooth(|_| true);
         Ok::<_, anyhow::Error>(run.track)

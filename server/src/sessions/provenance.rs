@@ -4,13 +4,14 @@ use lodestep_engine::session::{SessionConfig, Solution, Visit};
 use sha2::{Digest, Sha256};
 use tokio::runtime::Handle;
 
-use super::in_time_order::FootSamples;
+use super::in_time_order::StreamReadings;
 use super::parameters::Chosen;
 use super::process::ProcessError;
 use super::stored_samples::{Recording, StoredSamples};
 use super::stored_walk::Walk;
 use crate::store::lab_runs::{Input, Provenance, Source};
 use crate::store::{Store, raw_chunks};
+use crate::stream_field::StreamField;
 
 /// The engine's version: that of all crates here.
 pub(crate) const ENGINE_VERSION: &str = env!("CARGO_PKG_VERSION");
@@ -31,7 +32,7 @@ pub(super) fn provenance(
         engine_sha256: ENGINE_SHA256.to_owned(),
         parameters: chosen.parameters.clone().into(),
         parameter_set: chosen.set.clone(),
-        aids: walk.config.aids.kinds(),
+        aids: walk.config.system.aids(),
         solution,
         inputs: inputs.collect::<Result<_, _>>()?,
         visits_sha256: sha256_of_json(&visits)?,
@@ -57,21 +58,21 @@ fn input(recording: &Recording, store: &Store, runtime: &Handle) -> Result<Input
         Some(sha256) => (Source::Log, sha256.clone()),
         None => (Source::Stream, samples_sha256(recording, store, runtime)?),
     };
-    Ok(Input { foot: recording.foot, source, sha256, samples: recording.samples })
+    Ok(Input { stream: StreamField(recording.stream), source, sha256, samples: recording.samples })
 }
 
 /// Over a stream's samples, however they lie in chunks: the time and the values of each, as the store lays them out.
 fn samples_sha256(recording: &Recording, store: &Store, runtime: &Handle) -> Result<String, ProcessError> {
     let mut reader = StoredSamples::new(store.clone(), runtime.clone(), recording.origin);
-    let (mut hash, mut samples, mut bytes) = (Sha256::new(), Vec::new(), Vec::new());
+    let (mut hash, mut bytes) = (Sha256::new(), Vec::new());
     loop {
-        reader.next_piece(&mut samples).map_err(ProcessError::Read)?;
-        if samples.is_empty() {
+        let readings = reader.next_piece().map_err(ProcessError::Read)?;
+        if readings.is_empty() {
             return Ok(hex(&hash.finalize()));
         }
         bytes.clear();
-        for sample in &samples {
-            raw_chunks::lay_out(sample, &mut bytes);
+        for reading in readings.iter() {
+            raw_chunks::lay_out(&reading, &mut bytes);
         }
         hash.update(&bytes);
     }

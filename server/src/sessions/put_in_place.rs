@@ -100,9 +100,11 @@ pub(super) async fn put_beside(
     filtered: Vec<TrackPoint>,
     without_markers: Option<Vec<TrackPoint>>,
 ) -> Result<(), ProcessError> {
-    let mut charts = charts::pack(&charts::of_points(Run::Filtered, &filtered))?;
+    let session = store::sessions::get(app.store.read(), session_id).await?;
+    let system = session.ok_or(ProcessError::SessionGone)?.declaration();
+    let mut charts = charts::pack(&charts::of_points(system, Run::Filtered, &filtered))?;
     if let Some(points) = &without_markers {
-        charts.extend(charts::pack(&charts::of_points(Run::WithoutMarkers, points))?);
+        charts.extend(charts::pack(&charts::of_points(system, Run::WithoutMarkers, points))?);
     }
     let stored = app
         .store

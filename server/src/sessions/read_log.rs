@@ -6,7 +6,8 @@ use std::path::Path;
 
 use lodestep_engine::parse::log_format::LogFormat;
 use lodestep_engine::parse::{LogReader, ParseError, Reading};
-use lodestep_engine::sample::{Foot, ImuSample};
+use lodestep_engine::sample::ImuSample;
+use lodestep_engine::stream::{Readings, StreamId};
 use sha2::{Digest, Sha256};
 
 use super::spill::Spill;
@@ -65,13 +66,13 @@ pub(crate) fn sha256(path: &Path) -> io::Result<String> {
 pub(crate) fn read_log(
     path: &Path,
     spill_path: &Path,
-    foot: Foot,
+    stream: StreamId,
     reading: Reading,
     limits: UnpackLimits,
 ) -> Result<ReadLog, ReadLogError> {
     let file = File::open(path).map_err(UnpackError::Io)?;
     let mut unpack = Unpack::new(file, limits)?;
-    let mut chunks = Chunks::new(foot, Spill::create(spill_path).map_err(ReadLogError::Spill)?);
+    let mut chunks = Chunks::new(stream, Spill::create(spill_path).map_err(ReadLogError::Spill)?);
     let mut reader = LogReader::new(reading);
     match parse(&mut unpack, &mut reader, &mut chunks) {
         // What does not read as a log may be a bomb: that is the more useful thing to say.
@@ -100,7 +101,7 @@ fn parse(unpack: &mut Unpack<File>, reader: &mut LogReader, chunks: &mut Chunks)
 
 /// Samples on their way into chunks.
 struct Chunks {
-    foot: Foot,
+    stream: StreamId,
     waiting: Vec<ImuSample>,
     samples: u64,
     first_t_ns: Option<i64>,
@@ -109,9 +110,9 @@ struct Chunks {
 }
 
 impl Chunks {
-    fn new(foot: Foot, spill: Spill) -> Chunks {
+    fn new(stream: StreamId, spill: Spill) -> Chunks {
         let waiting = Vec::with_capacity(2 * SAMPLES_A_CHUNK);
-        Chunks { foot, waiting, samples: 0, first_t_ns: None, last_t_ns: 0, spill }
+        Chunks { stream, waiting, samples: 0, first_t_ns: None, last_t_ns: 0, spill }
     }
 
     /// Packs as many full chunks as there are.
@@ -130,7 +131,12 @@ impl Chunks {
         self.last_t_ns = last.t_ns;
         self.samples += samples.len() as u64;
         let first_sequence = self.spill.chunks() as u64;
-        let packed = Packed::new(&Samples { foot: self.foot, first_sequence, sequences: 1, samples })?;
+        let packed = Packed::new(&Samples {
+            stream: self.stream,
+            first_sequence,
+            sequences: 1,
+            readings: Readings::Imu(samples),
+        })?;
         self.spill.push(packed).map_err(ReadLogError::Spill)
     }
 

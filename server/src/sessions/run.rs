@@ -1,11 +1,13 @@
 //! Runs of the engine over a stored session: samples in, tracks and what was found out.
 
+use lodestep_engine::anomaly::Anomaly;
 use lodestep_engine::evaluate::SessionReport;
-use lodestep_engine::event::{Anomaly, Event, Stand, TrackPoint, VisitOutcome};
-use lodestep_engine::session::{Session, SessionConfig, Summary, Visit};
+use lodestep_engine::event::{Event, Stand, TrackPoint, VisitOutcome};
+use lodestep_engine::session::{ConfigError, Session, SessionConfig, Summary, Visit};
+use lodestep_engine::stream::Reading;
 use lodestep_engine::track::Track;
 
-use super::in_time_order::{FootSamples, InTimeOrder, Step};
+use super::in_time_order::{InTimeOrder, Step, StreamReadings};
 use super::run_figures::figures_of;
 use super::stored_grid::Grid;
 use crate::charts::{Recorder, of_points};
@@ -47,9 +49,9 @@ pub(crate) struct Run {
 impl Run {
     /// Before its first sample. Room for the points of `most_epochs` (0 where nobody knows) is taken at once: a track
     /// that grows is moved as a whole again and again, and for that moment held twice.
-    pub(crate) fn new(config: SessionConfig, visits: &[Visit], most_epochs: u64) -> Run {
+    pub(crate) fn new(config: SessionConfig, visits: &[Visit], most_epochs: u64) -> Result<Run, ConfigError> {
         let mut run = Run {
-            session: Session::new(config),
+            session: Session::new(config)?,
             events: Vec::new(),
             track: Track { points: Vec::with_capacity(most_epochs as usize), ..Track::default() },
             grid: None,
@@ -58,7 +60,7 @@ impl Run {
         for visit in visits {
             run.session.visit(visit.clone(), &mut run.events);
         }
-        run
+        Ok(run)
     }
 
     /// Keeps points at the stored rate alone, where not every epoch is wanted.
@@ -69,19 +71,21 @@ impl Run {
 
     /// Keeps what charts need, from now on.
     pub(crate) fn record(&mut self) {
-        self.recorder = Some(Box::new(Recorder::new()));
+        self.recorder = Some(Box::new(Recorder::new(self.session.config())));
     }
 
-    fn take(&mut self, step: &Step) {
+    fn take(&mut self, step: Step<'_>) {
         match step {
-            Step::Sample(foot, sample) => {
-                self.session.push(*foot, sample, &mut self.events);
+            Step::Reading(stream, reading) => {
+                self.session.push(stream, reading, &mut self.events);
                 if let Some(recorder) = &mut self.recorder {
-                    recorder.sample(*foot, sample);
-                    recorder.look(&self.session, sample.t_ns);
+                    if let Reading::Imu(sample) = reading {
+                        recorder.sample(stream, sample);
+                    }
+                    recorder.look(&self.session, reading.t_ns());
                 }
             }
-            Step::End(foot) => self.session.end_foot(*foot, &mut self.events),
+            Step::End(stream) => self.session.end(stream, &mut self.events),
         }
         self.take_events();
     }
@@ -137,7 +141,11 @@ impl Run {
     pub(crate) fn into_computed(mut self, cell_ns: i64, process_s: f64) -> Computed {
         let recorded = self.recorder.take().map(|recorder| recorder.into_series());
         let mut charts = recorded.unwrap_or_default();
-        charts.extend(of_points(store::track::Run::Main, &self.track.points));
+        charts.extend(of_points(
+            self.session.config().system.declaration(),
+            store::track::Run::Main,
+            &self.track.points,
+        ));
         let summary = self.summary();
         let report = SessionReport::of(&self.track, summary.distance_m);
         Computed {
@@ -156,14 +164,14 @@ impl Run {
 
 /// Feeds all samples to a run. `go_on` hears how many are done and says whether to continue; the answer
 /// is no when it said so.
-pub(crate) fn feed<S: FootSamples>(
+pub(crate) fn feed<S: StreamReadings>(
     run: &mut Run,
     mut samples: InTimeOrder<S>,
     mut go_on: impl FnMut(u64) -> bool,
 ) -> anyhow::Result<bool> {
     let mut done = 0;
     while let Some(step) = samples.next()? {
-        run.take(&step);
+        run.take(step);
         done += 1;
         if done % SAMPLES_A_STRIDE == 0 && !go_on(done) {
             return Ok(false);

@@ -42,7 +42,7 @@ pub(super) fn figures_of(
         left_stance_share,
         right_stance_share,
         nis_per_degree: aids
-            .chain(markers_nis_per_degree(&track.visits).map(|nis| (AidKind::Markers, nis)))
+            .chain(markers_nis_per_degree(&track.visits).map(|nis| (AidKind::MARKERS, nis)))
             .filter_map(|(aid, nis)| Some((columns_word(aid), known(nis)?)))
             .collect(),
         end_sigma_plan_m: report.end_sigma_plan_m.and_then(known),

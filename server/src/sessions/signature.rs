@@ -8,8 +8,8 @@ pub(crate) const LONGEST: usize = 16;
 const GZIP: &[u8] = b"\x1f\x8b";
 const ZSTD: &[u8] = b"\x28\xb5\x2f\xfd";
 
-const SEND_THE_LOG: &str = "Choose the CSV log of one foot";
-const SEND_GZIP: &str = "Unpack it and send the CSV of one foot, plain or packed with gzip or zstd";
+const SEND_THE_LOG: &str = "Choose the CSV log of one stream";
+const SEND_GZIP: &str = "Unpack it and send the CSV of one stream, plain or packed with gzip or zstd";
 
 /// Files that people do send, by their first bytes.
 const FOREIGN: &[(&[u8], &str, &str)] = &[

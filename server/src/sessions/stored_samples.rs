@@ -1,39 +1,39 @@
-//! One foot's raw samples out of the store, a few chunks at a time.
+//! One stream's raw samples out of the store, a few chunks at a time.
 
-use lodestep_engine::sample::{Foot, ImuSample};
+use lodestep_engine::stream::{Kind, Readings, StreamId};
 use tokio::runtime::Handle;
 use uuid::Uuid;
 
-use super::in_time_order::FootSamples;
+use super::in_time_order::StreamReadings;
 use crate::store::logs;
 use crate::store::raw_chunks::{self, Origin};
 use crate::store::{Store, StoreError};
 
-/// Samples held of one foot at a time, at least one chunk.
+/// Samples held of one stream at a time, at least one chunk.
 const SAMPLES_AT_ONCE: u64 = 8_192;
 
-/// Where a foot's samples lie, and how many there are.
+/// Where a stream's samples lie, and how many there are.
 #[derive(Clone, Debug)]
 pub(crate) struct Recording {
-    pub(crate) foot: Foot,
+    pub(crate) stream: StreamId,
     pub(crate) origin: Origin,
     pub(crate) samples: u64,
     /// Of a log, over its bytes as they were sent, lower-case hex.
     pub(crate) log_sha256: Option<String>,
 }
 
-/// The recording that stands for a foot: the log accepted last, or else the stream.
+/// The recording that stands for a stream: the log accepted last, or else the stream.
 pub(crate) async fn recording(
     store: &Store,
     session_id: Uuid,
-    foot: Foot,
+    stream: StreamId,
 ) -> Result<Option<Recording>, StoreError> {
-    let (origin, log_sha256) = match logs::latest_accepted(store.read(), session_id, foot).await? {
+    let (origin, log_sha256) = match logs::latest_accepted(store.read(), session_id, stream).await? {
         Some(log) => (Origin::Log(log.id), log.sha256),
-        None => (Origin::Stream { session_id, foot }, None),
+        None => (Origin::Stream { session_id, stream }, None),
     };
     let samples = raw_chunks::samples(store.read(), origin).await?;
-    Ok((samples > 0).then_some(Recording { foot, origin, samples, log_sha256 }))
+    Ok((samples > 0).then_some(Recording { stream, origin, samples, log_sha256 }))
 }
 
 /// Reads a recording from a thread that may block. No connection is held between two reads.
@@ -50,14 +50,17 @@ impl StoredSamples {
     }
 }
 
-impl FootSamples for StoredSamples {
-    fn next_piece(&mut self, samples: &mut Vec<ImuSample>) -> anyhow::Result<()> {
-        samples.clear();
+impl StreamReadings for StoredSamples {
+    fn next_piece(&mut self) -> anyhow::Result<Readings> {
+        let mut piece: Option<Readings> = None;
         let next = raw_chunks::next(self.store.read(), self.origin, self.next_sequence, SAMPLES_AT_ONCE);
         for chunk in self.runtime.block_on(next)? {
             self.next_sequence = chunk.first_sequence + chunk.sequences;
-            samples.extend_from_slice(&chunk.samples);
+            match &mut piece {
+                None => piece = Some(chunk.readings),
+                Some(piece) => piece.append(chunk.readings),
+            }
         }
-        Ok(())
+        Ok(piece.unwrap_or_else(|| Readings::none_of(Kind::Imu, 0)))
     }
 }

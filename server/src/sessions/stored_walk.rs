@@ -2,10 +2,9 @@
 
 use std::collections::HashMap;
 
-use lodestep_engine::event::{Anomaly, VisitOutcome};
-use lodestep_engine::sample::Foot;
-use lodestep_engine::session::{SessionConfig, Solution, Visit};
-use lodestep_engine::trouble::Trouble;
+use lodestep_engine::anomaly::Anomaly;
+use lodestep_engine::event::{AidKind, VisitOutcome};
+use lodestep_engine::session::{ConfigError, SessionConfig, Solution, Visit};
 use tokio::runtime::Handle;
 use uuid::Uuid;
 
@@ -34,7 +33,7 @@ pub(super) struct Walk {
     pub(super) automatic: Vec<store::visits::Visit>,
     /// Told about visits that cannot be used.
     pub(super) outcomes: Vec<VisitOutcome>,
-    /// Told about feet that have no samples.
+    /// Told about streams that have no samples.
     pub(super) anomalies: Vec<Anomaly>,
 }
 
@@ -44,10 +43,10 @@ impl Walk {
         let session = store::sessions::get(db, session_id).await?.ok_or(ProcessError::SessionGone)?;
         let mut recordings = Vec::new();
         let mut anomalies = Vec::new();
-        for &foot in &session.feet {
-            match stored_samples::recording(&app.store, session_id, foot).await? {
+        for &stream in &session.streams {
+            match stored_samples::recording(&app.store, session_id, stream).await? {
                 Some(recording) => recordings.push(recording),
-                None => anomalies.push(missing_foot(foot)),
+                None => anomalies.push((session.declaration().not_stored)(stream)),
             }
         }
         if recordings.is_empty() {
@@ -79,8 +78,8 @@ impl Walk {
                 None => outcomes.push(unknown_marker(visit)),
             }
         }
-        let feet = recordings.iter().map(|recording| recording.foot).collect();
-        let mut config = engine_config(&app.site, &session, feet);
+        let streams: Vec<_> = recordings.iter().map(|recording| recording.stream).collect();
+        let mut config = engine_config(&app.site, &session, &streams);
         config.identification = (!identification.markers.all().is_empty()).then_some(identification);
         let chosen = parameters::of_walk(app, &session, wanted).await?;
         chosen.parameters.apply(&mut config);
@@ -96,7 +95,7 @@ impl Walk {
         self.recordings.iter().map(|recording| recording.samples).sum()
     }
 
-    /// An epoch has a sample of each foot that is recorded.
+    /// An epoch has a sample of each stream that is recorded.
     fn most_epochs(&self) -> u64 {
         self.recordings.iter().map(|recording| recording.samples).max().unwrap_or_default()
     }
@@ -104,12 +103,12 @@ impl Walk {
     /// The samples, to be read on a thread that may block.
     pub(super) fn samples_in_order(&self, store: &Store, runtime: &Handle) -> InTimeOrder<StoredSamples> {
         InTimeOrder::new(self.recordings.iter().map(|recording| {
-            (recording.foot, StoredSamples::new(store.clone(), runtime.clone(), recording.origin))
+            (recording.stream, StoredSamples::new(store.clone(), runtime.clone(), recording.origin))
         }))
     }
 
     /// One run, before its first sample.
-    pub(super) fn begin(&self, run: Run) -> run::Run {
+    pub(super) fn begin(&self, run: Run) -> Result<run::Run, ConfigError> {
         let mut config = self.config.clone();
         let visits = match run {
             Run::Main => {
@@ -118,7 +117,9 @@ impl Walk {
             }
             Run::Filtered => &self.visits[..],
             Run::WithoutMarkers => {
-                config.aids.markers = false;
+                let mut aids = config.system.aids();
+                aids.retain(|aid| *aid != AidKind::MARKERS);
+                config.system.use_aids(&aids);
                 config.identification = None;
                 &[]
             }
@@ -129,23 +130,18 @@ impl Walk {
 
 impl Walk {
     /// A lab run, before its first sample: as the configuration has it, for this solution.
-    pub(super) fn begin_in_lab(&self, solution: Solution) -> run::Run {
+    pub(super) fn begin_in_lab(&self, solution: Solution) -> Result<run::Run, ConfigError> {
         let mut config = self.config.clone();
         config.solution = solution;
-        let visits = if config.aids.markers { &self.visits[..] } else { &[] };
+        let visits = if config.system.aids().contains(&AidKind::MARKERS) { &self.visits[..] } else { &[] };
         run::Run::new(config, visits, self.most_epochs())
     }
 
     /// Visits of whatever origin that a run with markers uses.
     pub(super) fn used_visits(&self) -> impl Iterator<Item = &Visit> {
-        let used = self.config.aids.markers;
+        let used = self.config.system.aids().contains(&AidKind::MARKERS);
         self.visits.iter().chain(self.made()).filter(move |_| used)
     }
-}
-
-/// A session that says both feet and holds one is computed with the one, and says so.
-fn missing_foot(foot: Foot) -> Anomaly {
-    Trouble::FootNotStored { foot }.anomaly(Some(foot), [0; 2], 0)
 }
 
 /// A visit whose marker has been deleted or renamed measures nothing.

@@ -4,6 +4,7 @@ use std::io::{self, Write};
 
 use lodestep_engine::event::{TrackPoint, VisitOutcome};
 use lodestep_engine::geo::{Geodetic, LocalFrame};
+use lodestep_engine::system::Declaration;
 use lodestep_engine::track::{TrackPlace, csv, geojson, gpx, kml};
 
 use crate::site::Site;
@@ -81,6 +82,7 @@ pub(crate) fn outcomes(visits: Vec<Visit>) -> Vec<VisitOutcome> {
 /// Writes the file; `run` is a word or an id.
 pub(crate) fn write(
     format: Format,
+    system: &Declaration,
     run: &str,
     points: &[TrackPoint],
     visits: &[VisitOutcome],
@@ -88,8 +90,8 @@ pub(crate) fn write(
     out: &mut impl Write,
 ) -> io::Result<()> {
     match format {
-        Format::Json => write_json(run, points, out),
-        Format::Csv => csv::write(points, out),
+        Format::Json => write_json(system, run, points, out),
+        Format::Csv => csv::write(system, points, out),
         Format::GeoJson => geojson::write(points, visits, place, out),
         Format::Gpx => gpx::write(points, place, out),
         Format::Kml => kml::write(points, place, out),
@@ -97,14 +99,20 @@ pub(crate) fn write(
 }
 
 /// The rows of the CSV track as arrays, `null` for an empty field.
-fn write_json(run: &str, points: &[TrackPoint], out: &mut impl Write) -> io::Result<()> {
-    let columns = csv::COLUMNS.map(|column| format!("\"{column}\"")).join(",");
+fn write_json(
+    system: &Declaration,
+    run: &str,
+    points: &[TrackPoint],
+    out: &mut impl Write,
+) -> io::Result<()> {
+    let columns =
+        csv::columns(system).iter().map(|column| format!("\"{column}\"")).collect::<Vec<_>>().join(",");
     write!(out, "{{\"run\":\"{run}\",\"columns\":[{columns}],\"rows\":[")?;
     let (mut row, mut json) = (String::new(), String::new());
     for (i, point) in points.iter().enumerate() {
         row.clear();
         json.clear();
-        csv::push_row(point, &mut row);
+        csv::push_row(system, point, &mut row);
         json.push_str(if i == 0 { "[" } else { ",\n[" });
         for (i, field) in row.trim_end().split(',').enumerate() {
             if i > 0 {
@@ -122,7 +130,8 @@ fn write_json(run: &str, points: &[TrackPoint], out: &mut impl Write) -> io::Res
 
 #[cfg(test)]
 mod tests {
-    use lodestep_engine::event::FootPoint;
+    use lodestep_engine::event::Part;
+    use lodestep_engine::systems::catalogue;
 
     use super::*;
 
@@ -135,11 +144,11 @@ mod tests {
             sigma_heading_rad: 0.1,
             sigma_n_m: [f64::INFINITY, 0.2, 0.3],
             covariance_en_m2: 0.0,
-            left: Some(FootPoint { position_n_m: [1.0, 2.0, 3.0], stance: true }),
-            right: None,
+            tilt: None,
+            parts: [Some(Part { position_n_m: [1.0, 2.0, 3.0], stance: true }), None],
         };
         let mut out = Vec::new();
-        write_json("without_markers", &[point, point], &mut out).unwrap();
+        write_json(catalogue::usual(), "without_markers", &[point, point], &mut out).unwrap();
         let json: serde_json::Value = serde_json::from_slice(&out).unwrap();
         assert_eq!(json["run"], "without_markers");
         assert_eq!(json["columns"].as_array().unwrap().len(), json["rows"][0].as_array().unwrap().len());
@@ -152,7 +161,7 @@ mod tests {
     #[test]
     fn a_track_without_points_is_still_a_track() {
         let mut out = Vec::new();
-        write_json("main", &[], &mut out).unwrap();
+        write_json(catalogue::usual(), "main", &[], &mut out).unwrap();
         let json: serde_json::Value = serde_json::from_slice(&out).unwrap();
         assert_eq!(json["rows"], serde_json::json!([]));
     }

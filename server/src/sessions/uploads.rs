@@ -11,7 +11,7 @@ use axum::http::StatusCode;
 use bytes::Bytes;
 use futures_util::{FutureExt, StreamExt};
 use lodestep_engine::parse::Reading;
-use lodestep_engine::sample::Foot;
+use lodestep_engine::stream::StreamId;
 use schemars::JsonSchema;
 use serde::Deserialize;
 use uuid::Uuid;
@@ -24,6 +24,7 @@ use crate::store::StoreError;
 use crate::store::health::Health;
 use crate::store::logs::{self, Log, LogState};
 use crate::store::sessions::{self, SessionState};
+use crate::stream_field::StreamField;
 use crate::utc;
 use crate::wire::Change;
 
@@ -44,9 +45,9 @@ const MOST_UNFINISHED_OF_ONE: u64 = 64;
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct BeginLog {
-    /// The foot that the log was recorded on.
+    /// The stream that the log was recorded on.
     #[schemars(with = "String")]
-    pub(crate) foot: Foot,
+    pub(crate) stream: StreamId,
     /// The file's name, to be shown.
     pub(crate) file_name: Option<String>,
     /// How many bytes will be sent.
@@ -71,14 +72,14 @@ pub(crate) enum Begun {
 pub(crate) async fn begin(app: &App, session_id: Uuid, asked: BeginLog) -> Result<Begun> {
     let session = sessions::get(app.store.read(), session_id).await?;
     let session = session.ok_or_else(|| Error::not_found("session", session_id))?;
-    if !session.feet.contains(&asked.foot) {
-        let feet: Vec<_> = session.feet.iter().map(|foot| foot.name()).collect();
+    if !session.streams.contains(&asked.stream) {
+        let streams: Vec<_> = session.streams.iter().map(|stream| stream.name()).collect();
         return Err(Error::invalid(
             "foot_not_worn",
             format!(
-                "expected a log of a foot that this session wears a sensor on ({}), found {}: choose the other foot, or make a session with both",
-                feet.join(", "),
-                asked.foot.name()
+                "expected a log of one of the streams of this session ({}), found {}: choose one of these, or make a session that has it",
+                streams.join(", "),
+                asked.stream.name()
             ),
         ));
     }
@@ -88,7 +89,7 @@ pub(crate) async fn begin(app: &App, session_id: Uuid, asked: BeginLog) -> Resul
     let sha256 = asked.sha256.as_deref().map(parse_sha256).transpose()?;
     let begun = logs::of_session(app.store.read(), session_id).await?;
     if let Some(sha256) = &sha256
-        && let Some(log) = known(&begun, asked.foot, sha256)
+        && let Some(log) = known(&begun, asked.stream, sha256)
     {
         if log.state == LogState::Unchanged {
             same_reading(&log, &asked.reading)?;
@@ -114,7 +115,7 @@ pub(crate) async fn begin(app: &App, session_id: Uuid, asked: BeginLog) -> Resul
     let log = Log {
         id: Uuid::now_v7(),
         session_id,
-        foot: asked.foot,
+        stream: StreamField(asked.stream),
         state: LogState::Receiving,
         file_name: asked.file_name.map(|name| name.chars().filter(|c| !c.is_control()).take(200).collect()),
         offset_bytes: 0,
@@ -151,9 +152,9 @@ pub(crate) async fn begin(app: &App, session_id: Uuid, asked: BeginLog) -> Resul
     Ok(Begun::New(log))
 }
 
-/// The log with these bytes that this foot has, accepted or on its way.
-fn known(begun: &[Log], foot: Foot, sha256: &str) -> Option<Log> {
-    let same = |log: &&Log| log.foot == foot && log.sha256.as_deref() == Some(sha256);
+/// The log with these bytes that this stream has, accepted or on its way.
+fn known(begun: &[Log], stream: StreamId, sha256: &str) -> Option<Log> {
+    let same = |log: &&Log| log.stream.0 == stream && log.sha256.as_deref() == Some(sha256);
     let accepted = begun.iter().filter(same).find(|log| log.state == LogState::Accepted);
     if let Some(log) = accepted {
         return Some(Log { state: LogState::Unchanged, ..log.clone() });
@@ -163,7 +164,7 @@ fn known(begun: &[Log], foot: Foot, sha256: &str) -> Option<Log> {
 
 /// Refuses bytes that this session holds already, read in another way: they would be other samples.
 pub(crate) fn same_reading(held: &Log, asked: &Reading) -> Result<()> {
-    // The clock's zero follows from the other foot's log, which may have come later.
+    // The clock's zero follows from the other stream's log, which may have come later.
     let said = |reading: &Reading| Reading { clock_zero_ns: None, ..reading.clone() };
     if said(&held.reading) == said(asked) {
         return Ok(());

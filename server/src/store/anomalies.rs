@@ -5,7 +5,7 @@ use sqlx::sqlite::SqliteRow;
 use sqlx::{FromRow, Row, SqliteExecutor};
 use uuid::Uuid;
 
-use lodestep_engine::event;
+use lodestep_engine::anomaly;
 
 use super::{StoreError, columns};
 
@@ -16,20 +16,22 @@ pub struct Anomaly {
     pub session_id: Uuid,
     /// What was found. Its kind stands as `anomaly`, for `kind` names the change that carries it.
     #[serde(flatten, with = "found")]
-    pub found: event::Anomaly,
+    pub found: anomaly::Anomaly,
 }
 
 /// The wire's shape of an anomaly.
 mod found {
-    use lodestep_engine::event::{Anomaly, AnomalyKind};
+    use lodestep_engine::anomaly::{Anomaly, AnomalyKind};
     use lodestep_engine::figures::Figures;
-    use lodestep_engine::sample::Foot;
     use serde::{Deserialize, Deserializer, Serialize, Serializer};
+
+    use crate::stream_field::OptionalStreamField;
 
     #[derive(Serialize, Deserialize)]
     struct Shape {
         anomaly: AnomalyKind,
-        foot: Option<Foot>,
+        #[serde(flatten)]
+        stream: OptionalStreamField,
         t_start_ns: i64,
         t_end_ns: i64,
         samples: u64,
@@ -38,14 +40,15 @@ mod found {
     }
 
     pub(super) fn serialize<S: Serializer>(found: &Anomaly, to: S) -> Result<S::Ok, S::Error> {
-        let Anomaly { kind, foot, t_start_ns, t_end_ns, samples, detail, figures } = found.clone();
-        Shape { anomaly: kind, foot, t_start_ns, t_end_ns, samples, detail, figures }.serialize(to)
+        let Anomaly { kind, stream, t_start_ns, t_end_ns, samples, detail, figures } = found.clone();
+        let stream = OptionalStreamField(stream);
+        Shape { anomaly: kind, stream, t_start_ns, t_end_ns, samples, detail, figures }.serialize(to)
     }
 
     pub(super) fn deserialize<'de, D: Deserializer<'de>>(from: D) -> Result<Anomaly, D::Error> {
-        let Shape { anomaly: kind, foot, t_start_ns, t_end_ns, samples, detail, figures } =
+        let Shape { anomaly: kind, stream, t_start_ns, t_end_ns, samples, detail, figures } =
             Shape::deserialize(from)?;
-        Ok(Anomaly { kind, foot, t_start_ns, t_end_ns, samples, detail, figures })
+        Ok(Anomaly { kind, stream: stream.0, t_start_ns, t_end_ns, samples, detail, figures })
     }
 }
 
@@ -53,9 +56,9 @@ impl FromRow<'_, SqliteRow> for Anomaly {
     fn from_row(row: &SqliteRow) -> sqlx::Result<Self> {
         Ok(Anomaly {
             session_id: columns::id(row, "session_id")?,
-            found: event::Anomaly {
+            found: anomaly::Anomaly {
                 kind: columns::word(row, "kind")?,
-                foot: columns::optional_foot(row, "foot")?,
+                stream: columns::optional_stream(row, "stream")?,
                 t_start_ns: row.try_get("t_start_ns")?,
                 t_end_ns: row.try_get("t_end_ns")?,
                 samples: columns::count(row, "samples")?,
@@ -84,15 +87,15 @@ pub async fn count(db: impl SqliteExecutor<'_>, session_id: Uuid) -> Result<u64,
 pub async fn insert(
     db: impl SqliteExecutor<'_>,
     session_id: Uuid,
-    found: &event::Anomaly,
+    found: &anomaly::Anomaly,
 ) -> Result<(), StoreError> {
     sqlx::query(
-        "insert into anomalies (session_id, kind, foot, t_start_ns, t_end_ns, samples, detail, figures)
+        "insert into anomalies (session_id, kind, stream, t_start_ns, t_end_ns, samples, detail, figures)
          values (?1, ?2, ?3, ?4, ?5, ?6, ?7, ?8)",
     )
     .bind(session_id.to_string())
-    .bind(columns::to_word(found.kind))
-    .bind(found.foot.map(|foot| foot.name()))
+    .bind(found.kind.as_str().to_owned())
+    .bind(found.stream.map(|stream| stream.name().to_owned()))
     .bind(found.t_start_ns)
     .bind(found.t_end_ns)
     .bind(columns::to_column(found.samples))
@@ -115,18 +118,17 @@ pub async fn clear(db: impl SqliteExecutor<'_>, session_id: Uuid) -> Result<(), 
 #[cfg(test)]
 mod tests {
     use lodestep_engine::figures::Figures;
-    use lodestep_engine::trouble::Trouble;
+    use lodestep_engine::systems::catalogue::SYSTEMS;
 
-    use super::columns;
     use crate::page_words::assert_words;
 
     #[test]
-    fn the_page_has_words_for_every_trouble_in_both_languages() {
-        for trouble in Trouble::one_of_each() {
-            let kind = columns::to_word(trouble.kind());
-            assert_words("anomaly.told", &kind, &trouble.figures());
+    fn the_page_has_words_for_every_anomaly_in_both_languages() {
+        for anomaly in SYSTEMS.iter().flat_map(|system| (system.anomalies)()) {
+            let kind = anomaly.kind.as_str();
+            assert_words("anomaly.told", kind, &anomaly.figures.unwrap_or_default());
             for general in ["anomaly", "anomaly.about"] {
-                assert_words(general, &kind, &Figures::new());
+                assert_words(general, kind, &Figures::new());
             }
         }
     }

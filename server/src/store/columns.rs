@@ -5,7 +5,7 @@ use sqlx::sqlite::SqliteRow;
 use time::OffsetDateTime;
 use uuid::Uuid;
 
-use lodestep_engine::sample::Foot;
+use lodestep_engine::stream::StreamId;
 
 use crate::utc;
 
@@ -70,21 +70,16 @@ pub(super) fn enu(row: &SqliteRow, columns: [&str; 3]) -> sqlx::Result<[f64; 3]>
     Ok([row.try_get(columns[0])?, row.try_get(columns[1])?, row.try_get(columns[2])?])
 }
 
-/// One foot by its name.
-pub(super) fn foot_named(name: &str) -> Option<Foot> {
-    Foot::BOTH.into_iter().find(|foot| foot.name() == name)
-}
-
-/// A foot.
-pub(super) fn foot(row: &SqliteRow, column: &str) -> sqlx::Result<Foot> {
+/// The name of a stream.
+pub(super) fn stream(row: &SqliteRow, column: &str) -> sqlx::Result<StreamId> {
     let name: &str = row.try_get(column)?;
-    parse(column, name, foot_named(name))
+    parse(column, name, StreamId::read(name))
 }
 
-/// A foot that may be null.
-pub(super) fn optional_foot(row: &SqliteRow, column: &str) -> sqlx::Result<Option<Foot>> {
+/// The name of a stream that may be null.
+pub(super) fn optional_stream(row: &SqliteRow, column: &str) -> sqlx::Result<Option<StreamId>> {
     let name: Option<&str> = row.try_get(column)?;
-    name.map(|name| parse(column, name, foot_named(name))).transpose()
+    name.map(|name| parse(column, name, StreamId::read(name))).transpose()
 }
 
 /// A value that has a word of its own (an enum with `serde` names).

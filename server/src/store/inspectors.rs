@@ -35,23 +35,23 @@ impl FromRow<'_, SqliteRow> for Inspector {
 
 /// All, by name.
 pub async fn list(db: impl SqliteExecutor<'_>) -> Result<Vec<Inspector>, StoreError> {
-    Ok(sqlx::query_as("select * from inspectors order by name").fetch_all(db).await?)
+    Ok(sqlx::query_as("select * from carriers order by name").fetch_all(db).await?)
 }
 
 /// The one with this id.
 pub async fn get(db: impl SqliteExecutor<'_>, id: Uuid) -> Result<Option<Inspector>, StoreError> {
-    let query = sqlx::query_as("select * from inspectors where id = ?1").bind(id.to_string());
+    let query = sqlx::query_as("select * from carriers where id = ?1").bind(id.to_string());
     Ok(query.fetch_optional(db).await?)
 }
 
 /// The one with this name.
 pub async fn by_name(db: impl SqliteExecutor<'_>, name: &str) -> Result<Option<Inspector>, StoreError> {
-    Ok(sqlx::query_as("select * from inspectors where name = ?1").bind(name).fetch_optional(db).await?)
+    Ok(sqlx::query_as("select * from carriers where name = ?1").bind(name).fetch_optional(db).await?)
 }
 
 /// Adds one.
 pub async fn insert(db: impl SqliteExecutor<'_>, inspector: &Inspector) -> Result<(), StoreError> {
-    sqlx::query("insert into inspectors (id, name, created_at) values (?1, ?2, ?3)")
+    sqlx::query("insert into carriers (id, name, created_at) values (?1, ?2, ?3)")
         .bind(inspector.id.to_string())
         .bind(&inspector.name)
         .bind(utc::to_us(inspector.created_at))
@@ -62,13 +62,13 @@ pub async fn insert(db: impl SqliteExecutor<'_>, inspector: &Inspector) -> Resul
 
 /// Gives one another name; `false` when there is none with this id.
 pub async fn rename(db: impl SqliteExecutor<'_>, id: Uuid, name: &str) -> Result<bool, StoreError> {
-    let query = sqlx::query("update inspectors set name = ?2 where id = ?1").bind(id.to_string()).bind(name);
+    let query = sqlx::query("update carriers set name = ?2 where id = ?1").bind(id.to_string()).bind(name);
     Ok(query.execute(db).await?.rows_affected() > 0)
 }
 
 /// Removes one who never walked; `false` when there is none with this id. Fails on one with sessions
 /// or faults: those say who it was.
 pub async fn delete(db: impl SqliteExecutor<'_>, id: Uuid) -> Result<bool, StoreError> {
-    let query = sqlx::query("delete from inspectors where id = ?1").bind(id.to_string());
+    let query = sqlx::query("delete from carriers where id = ?1").bind(id.to_string());
     Ok(query.execute(db).await?.rows_affected() > 0)
 }

@@ -3,7 +3,6 @@
 use std::collections::BTreeMap;
 
 use lodestep_engine::event::AidKind;
-use lodestep_engine::sample::Foot;
 use lodestep_engine::session::Solution;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -15,6 +14,7 @@ use uuid::Uuid;
 use super::jobs::JobState;
 use super::site_parameters::SetVersion;
 use super::{StoreError, columns};
+use crate::stream_field::StreamField;
 use crate::utc;
 
 /// One lab run.
@@ -62,7 +62,7 @@ pub struct Figures {
     pub epochs: u64,
     /// From the first to the last point, s.
     pub duration_s: f64,
-    /// Length of the path of the middle of the feet, m.
+    /// Length of the path of the middle of the streams, m.
     pub distance_m: f64,
     /// End against start in plan, m: an error where the walk was a closed one.
     pub closure_m: Option<f64>,
@@ -84,9 +84,9 @@ pub struct Figures {
     pub visits_accepted: u64,
     /// How far the largest correction by a visit moved the track in plan, m.
     pub largest_correction_m: Option<f64>,
-    /// For how much of the time the left foot stood.
+    /// For how much of the time the left stream stood.
     pub left_stance_share: Option<f64>,
-    /// For how much of the time the right foot stood.
+    /// For how much of the time the right stream stood.
     pub right_stance_share: Option<f64>,
     /// Mean normalised innovation squared over its degrees of freedom, by aid: 1 where the filter is honest.
     pub nis_per_degree: BTreeMap<String, f64>,
@@ -116,7 +116,7 @@ pub struct Provenance {
     /// What was told.
     #[schemars(with = "String")]
     pub solution: Solution,
-    /// What was read, a foot each.
+    /// What was read, a stream each.
     pub inputs: Vec<Input>,
     /// Over the visits with the places of their markers, lower-case hex.
     pub visits_sha256: String,
@@ -128,12 +128,12 @@ pub struct Provenance {
     pub track_sha256: String,
 }
 
-/// The samples of one foot.
+/// The samples of one stream.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Input {
-    /// Which foot.
-    #[schemars(with = "String")]
-    pub foot: Foot,
+    /// Which stream.
+    #[serde(flatten)]
+    pub stream: StreamField,
     /// Where they came from.
     pub source: Source,
     /// Of a log, over its bytes as they were sent; of a stream, over its samples as the store lays them out.

@@ -1,6 +1,6 @@
 //! The points of lab runs, packed: they are read whole and never searched.
 
-use lodestep_engine::event::{FootPoint, TrackPoint};
+use lodestep_engine::event::{Part, Tilt, TrackPoint};
 use sqlx::{Row, SqliteExecutor};
 use uuid::Uuid;
 
@@ -8,10 +8,14 @@ use super::{StoreError, columns};
 
 /// Of zstd.
 const LEVEL: i32 = 1;
-/// The layout of the points, as the migration tells it.
-const ENCODING: i64 = 1;
+/// The layout of the points: as the migration tells it, and roll, pitch and their sigmas after it.
+const ENCODING: i64 = 2;
+/// The layout before there was roll and pitch.
+const WITHOUT_TILT: i64 = 1;
 /// Values of a point beside its time.
-const VALUES: usize = 17;
+const VALUES: usize = 21;
+/// The same in the layout before.
+const VALUES_WITHOUT_TILT: usize = 17;
 
 /// Points packed for their row.
 #[derive(Clone, Debug)]
@@ -38,9 +42,11 @@ impl Packed {
 fn values_of(point: &TrackPoint) -> [f64; VALUES] {
     let [e, n, u] = point.position_n_m;
     let [sigma_e, sigma_n, sigma_u] = point.sigma_n_m;
-    let feet = [point.left, point.right];
-    let [left, right] = feet.map(|foot| foot.map_or([f64::NAN; 3], |foot| foot.position_n_m));
-    let [left_stands, right_stands] = feet.map(|foot| foot.map_or(f64::NAN, |foot| f64::from(foot.stance)));
+    let [first, second] = point.parts.map(|part| part.map_or([f64::NAN; 3], |part| part.position_n_m));
+    let stances = point.parts.map(|part| part.map_or(f64::NAN, |part| f64::from(part.stance)));
+    let tilt = point.tilt.map_or([f64::NAN; 4], |tilt| {
+        [tilt.roll_rad, tilt.pitch_rad, tilt.sigma_roll_rad.into(), tilt.sigma_pitch_rad.into()]
+    });
     [
         e,
         n,
@@ -51,23 +57,28 @@ fn values_of(point: &TrackPoint) -> [f64; VALUES] {
         sigma_n,
         sigma_u,
         point.covariance_en_m2,
-        left[0],
-        left[1],
-        left[2],
-        right[0],
-        right[1],
-        right[2],
-        left_stands,
-        right_stands,
+        first[0],
+        first[1],
+        first[2],
+        second[0],
+        second[1],
+        second[2],
+        stances[0],
+        stances[1],
+        tilt[0],
+        tilt[1],
+        tilt[2],
+        tilt[3],
     ]
 }
 
 fn point_of(t_ns: i64, values: [f64; VALUES]) -> TrackPoint {
     let [e, n, u, heading_rad, sigma_heading_rad, sigma_e, sigma_n, sigma_u, covariance_en_m2, rest @ ..] =
         values;
-    let [left_e, left_n, left_u, right_e, right_n, right_u, left_stands, right_stands] = rest;
-    let foot = |position_n_m, stands: f64| {
-        (!stands.is_nan()).then_some(FootPoint { position_n_m, stance: stands != 0.0 })
+    let [e_0, n_0, u_0, e_1, n_1, u_1, stance_0, stance_1, roll_rad, pitch_rad, sigma_roll, sigma_pitch] =
+        rest;
+    let part = |position_n_m, stance: f64| {
+        (!stance.is_nan()).then_some(Part { position_n_m, stance: stance != 0.0 })
     };
     TrackPoint {
         t_ns,
@@ -76,8 +87,13 @@ fn point_of(t_ns: i64, values: [f64; VALUES]) -> TrackPoint {
         sigma_heading_rad,
         sigma_n_m: [sigma_e, sigma_n, sigma_u],
         covariance_en_m2,
-        left: foot([left_e, left_n, left_u], left_stands),
-        right: foot([right_e, right_n, right_u], right_stands),
+        tilt: (!roll_rad.is_nan()).then_some(Tilt {
+            roll_rad,
+            pitch_rad,
+            sigma_roll_rad: sigma_roll as f32,
+            sigma_pitch_rad: sigma_pitch as f32,
+        }),
+        parts: [part([e_0, n_0, u_0], stance_0), part([e_1, n_1, u_1], stance_1)],
     }
 }
 
@@ -103,11 +119,15 @@ pub async fn get(db: impl SqliteExecutor<'_>, run_id: Uuid) -> Result<Vec<TrackP
     let Some(row) = query.fetch_optional(db).await? else { return Ok(Vec::new()) };
     let damaged = |why: String| StoreError::Damaged { what: format!("track of lab run {run_id}"), why };
     let (points, encoding): (u64, i64) = (columns::count(&row, "points")?, row.try_get("encoding")?);
-    if encoding != ENCODING {
-        return Err(damaged(format!("expected encoding {ENCODING}, found {encoding}")));
-    }
+    let stored = match encoding {
+        ENCODING => VALUES,
+        WITHOUT_TILT => VALUES_WITHOUT_TILT,
+        _ => {
+            return Err(damaged(format!("expected encoding {WITHOUT_TILT} or {ENCODING}, found {encoding}")));
+        }
+    };
     let points = usize::try_from(points).map_err(|error| damaged(error.to_string()))?;
-    let bytes = points.saturating_mul(8 * (1 + VALUES));
+    let bytes = points.saturating_mul(8 * (1 + stored));
     let body: &[u8] = row.try_get("body")?;
     let plain = zstd::bulk::decompress(body, bytes).map_err(|error| damaged(error.to_string()))?;
     if plain.len() != bytes {
@@ -115,7 +135,10 @@ pub async fn get(db: impl SqliteExecutor<'_>, run_id: Uuid) -> Result<Vec<TrackP
     }
     let (words, _) = plain.as_chunks::<8>();
     let point = |i: usize| {
-        let value = |column: usize| f64::from_le_bytes(words[(1 + column) * points + i]);
+        let value = |column: usize| match words.get((1 + column) * points + i) {
+            Some(word) if column < stored => f64::from_le_bytes(*word),
+            _ => f64::NAN,
+        };
         point_of(i64::from_le_bytes(words[i]), std::array::from_fn(value))
     };
     Ok((0..points).map(point).collect())
@@ -127,7 +150,7 @@ mod tests {
 
     #[test]
     fn a_point_survives_packing_bit_by_bit() {
-        let foot = FootPoint { position_n_m: [1.0, f64::MIN_POSITIVE, -0.0], stance: true };
+        let stream = Part { position_n_m: [1.0, f64::MIN_POSITIVE, -0.0], stance: true };
         let point = TrackPoint {
             t_ns: -7,
             position_n_m: [0.1, 0.2, 0.3],
@@ -135,8 +158,8 @@ mod tests {
             sigma_heading_rad: 0.5,
             sigma_n_m: [1.0, 2.0, 3.0],
             covariance_en_m2: -0.25,
-            left: None,
-            right: Some(foot),
+            tilt: Some(Tilt { roll_rad: 0.1, pitch_rad: -0.2, sigma_roll_rad: 0.25, sigma_pitch_rad: 0.5 }),
+            parts: [None, Some(stream)],
         };
         assert_eq!(point_of(point.t_ns, values_of(&point)), point);
     }

@@ -1,5 +1,8 @@
 //! States of live walks, saved in the transaction that stores the samples that they have taken.
 
+use std::collections::BTreeMap;
+
+use lodestep_engine::stream::StreamId;
 use sqlx::sqlite::SqliteRow;
 use sqlx::{FromRow, Row, SqliteConnection, SqliteExecutor};
 use uuid::Uuid;
@@ -13,10 +16,10 @@ pub struct LiveState {
     pub t_ns: i64,
     /// What saved it, and what the walk was told: only the same may take it up.
     pub fits: String,
-    /// Samples that it has taken, both feet.
+    /// Samples that it has taken, of all streams.
     pub samples: u64,
-    /// The next batch of each foot, left first.
-    pub next_sequence: [u64; 2],
+    /// The next batch of each stream.
+    pub next_sequences: BTreeMap<StreamId, u64>,
     /// The state.
     pub body: Vec<u8>,
 }
@@ -27,10 +30,7 @@ impl FromRow<'_, SqliteRow> for LiveState {
             t_ns: row.try_get("t_ns")?,
             fits: row.try_get("fits")?,
             samples: columns::count(row, "samples")?,
-            next_sequence: [
-                columns::count(row, "next_sequence_left")?,
-                columns::count(row, "next_sequence_right")?,
-            ],
+            next_sequences: columns::json(row, "next_sequences")?,
             body: row.try_get("body")?,
         })
     }
@@ -51,16 +51,15 @@ pub(super) async fn save(
         .execute(&mut *db)
         .await?;
     let query = sqlx::query(
-        "insert into live_states (session_id, t_ns, fits, samples, next_sequence_left, next_sequence_right, body)
-         values (?1, ?2, ?3, ?4, ?5, ?6, ?7)",
+        "insert into live_states (session_id, t_ns, fits, samples, next_sequences, body)
+         values (?1, ?2, ?3, ?4, ?5, ?6)",
     );
     query
         .bind(session_id.to_string())
         .bind(state.t_ns)
         .bind(state.fits.clone())
         .bind(columns::to_column(state.samples))
-        .bind(columns::to_column(state.next_sequence[0]))
-        .bind(columns::to_column(state.next_sequence[1]))
+        .bind(columns::to_json(&state.next_sequences)?)
         .bind(state.body.clone())
         .execute(db)
         .await?;

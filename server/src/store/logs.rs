@@ -1,8 +1,8 @@
-//! Logs on their way and logs that were handed in, one foot each.
+//! Logs on their way and logs that were handed in, one stream each.
 
 use lodestep_engine::parse::Reading;
 use lodestep_engine::parse::log_format::LogFormat;
-use lodestep_engine::sample::Foot;
+use lodestep_engine::stream::StreamId;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use sqlx::sqlite::SqliteRow;
@@ -11,18 +11,19 @@ use time::OffsetDateTime;
 use uuid::Uuid;
 
 use super::{StoreError, columns};
+use crate::stream_field::StreamField;
 use crate::utc;
 
-/// One foot's log.
+/// One stream's log.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Log {
     /// Its id.
     pub id: Uuid,
     /// The walk it belongs to.
     pub session_id: Uuid,
-    /// The foot it was recorded on.
-    #[schemars(with = "String")]
-    pub foot: Foot,
+    /// The stream it was recorded on.
+    #[serde(flatten)]
+    pub stream: StreamField,
     /// How far it has come.
     pub state: LogState,
     /// As the sender calls it; shown, never used as a path.
@@ -94,7 +95,7 @@ impl FromRow<'_, SqliteRow> for Log {
         Ok(Log {
             id: columns::id(row, "id")?,
             session_id: columns::id(row, "session_id")?,
-            foot: columns::foot(row, "foot")?,
+            stream: StreamField(columns::stream(row, "stream")?),
             state: columns::word(row, "state")?,
             file_name: row.try_get("file_name")?,
             offset_bytes: columns::count(row, "offset_bytes")?,
@@ -128,7 +129,7 @@ pub async fn receiving_of_same_inspector(
     let query = sqlx::query(
         "select count(*) as logs from logs join sessions on sessions.id = logs.session_id
          where logs.state = 'receiving'
-         and sessions.inspector_id = (select inspector_id from sessions where id = ?1)",
+         and sessions.carrier_id = (select carrier_id from sessions where id = ?1)",
     )
     .bind(session_id.to_string());
     Ok(columns::count(&query.fetch_one(db).await?, "logs")?)
@@ -146,34 +147,34 @@ pub async fn get(db: impl SqliteExecutor<'_>, id: Uuid) -> Result<Option<Log>, S
     Ok(sqlx::query_as("select * from logs where id = ?1").bind(id.to_string()).fetch_optional(db).await?)
 }
 
-/// The accepted log of this session and foot with these bytes.
+/// The accepted log of this session and stream with these bytes.
 pub async fn accepted_with(
     db: impl SqliteExecutor<'_>,
     session_id: Uuid,
-    foot: Foot,
+    stream: StreamId,
     sha256: &str,
 ) -> Result<Option<Log>, StoreError> {
     let query = sqlx::query_as(
-        "select * from logs where session_id = ?1 and foot = ?2 and sha256 = ?3 and state = 'accepted'",
+        "select * from logs where session_id = ?1 and stream = ?2 and sha256 = ?3 and state = 'accepted'",
     )
     .bind(session_id.to_string())
-    .bind(foot.name())
+    .bind(stream.name().to_owned())
     .bind(sha256);
     Ok(query.fetch_optional(db).await?)
 }
 
-/// The log that stands for this foot: the one accepted last.
+/// The log that stands for this stream: the one accepted last.
 pub async fn latest_accepted(
     db: impl SqliteExecutor<'_>,
     session_id: Uuid,
-    foot: Foot,
+    stream: StreamId,
 ) -> Result<Option<Log>, StoreError> {
     let query = sqlx::query_as(
-        "select * from logs where session_id = ?1 and foot = ?2 and state = 'accepted'
+        "select * from logs where session_id = ?1 and stream = ?2 and state = 'accepted'
          order by finished_at desc, id desc limit 1",
     )
     .bind(session_id.to_string())
-    .bind(foot.name());
+    .bind(stream.name().to_owned());
     Ok(query.fetch_optional(db).await?)
 }
 
@@ -183,14 +184,14 @@ pub async fn insert(db: impl SqliteExecutor<'_>, log: &Log) -> Result<(), StoreE
         db,
         log,
         "insert into logs (
-            id, session_id, foot, state, file_name, offset_bytes, size_bytes, sha256, codec, samples,
+            id, session_id, stream, state, file_name, offset_bytes, size_bytes, sha256, codec, samples,
             t_first_ns, t_last_ns, error, created_at, finished_at, format, reading
          ) values (?1, ?2, ?3, ?4, ?5, ?6, ?7, ?8, ?9, ?10, ?11, ?12, ?13, ?14, ?15, ?16, ?17)",
     )
     .await
 }
 
-/// Writes one as it now stands; whose it is, which foot and when it began stay.
+/// Writes one as it now stands; whose it is, which stream and when it began stay.
 pub async fn update(db: impl SqliteExecutor<'_>, log: &Log) -> Result<(), StoreError> {
     write(
         db,
@@ -199,7 +200,7 @@ pub async fn update(db: impl SqliteExecutor<'_>, log: &Log) -> Result<(), StoreE
             state = ?4, file_name = ?5, offset_bytes = ?6, size_bytes = ?7, sha256 = ?8, codec = ?9,
             samples = ?10, t_first_ns = ?11, t_last_ns = ?12, error = ?13, finished_at = ?15,
             format = ?16, reading = ?17
-         where id = ?1 and session_id = ?2 and foot = ?3 and created_at = ?14",
+         where id = ?1 and session_id = ?2 and stream = ?3 and created_at = ?14",
     )
     .await
 }
@@ -209,7 +210,7 @@ async fn write(db: impl SqliteExecutor<'_>, log: &Log, sql: &'static str) -> Res
     sqlx::query(sql)
         .bind(log.id.to_string())
         .bind(log.session_id.to_string())
-        .bind(log.foot.name())
+        .bind(log.stream.0.name().to_owned())
         .bind(columns::to_word(log.state))
         .bind(&log.file_name)
         .bind(columns::to_column(log.offset_bytes))

@@ -2,7 +2,8 @@
 //! came live in `stream_chunks`.
 
 use futures_util::{Stream, TryStreamExt};
-use lodestep_engine::sample::{Foot, ImuSample};
+use lodestep_engine::sample::ImuSample;
+use lodestep_engine::stream::{Reading, Readings, StreamId};
 use sqlx::sqlite::SqliteRow;
 use sqlx::{Row, SqliteExecutor};
 use uuid::Uuid;
@@ -12,7 +13,9 @@ use super::{StoreError, columns, sample_columns, stream_chunks};
 /// 88 bytes a sample, as the first migration tells it, as one zstd frame: how samples were packed until step 14.
 const PLAIN_IN_ZSTD: i64 = 1;
 /// By columns, as `sample_columns` tells it.
-pub(super) const BY_COLUMNS: i64 = 2;
+const BY_COLUMNS: i64 = 2;
+/// Rows of numbers, by columns, as `sample_columns` tells it.
+const ROWS: i64 = 3;
 
 /// Bytes of one sample in the first layout: the time and ten channels, eight bytes each.
 const SAMPLE_BYTES: usize = 88;
@@ -20,52 +23,66 @@ const SAMPLE_BYTES: usize = 88;
 /// More samples than any chunk holds: a log's have some thousands.
 const MOST_SAMPLES: usize = 1 << 20;
 
-/// Samples of one foot, in the order of its log.
+/// Readings of one stream, in the order of its log.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Samples {
     /// Whose.
-    pub foot: Foot,
+    pub stream: StreamId,
     /// Number of the first batch (stream) or of the chunk (log).
     pub first_sequence: u64,
     /// How many batches or chunks these are.
     pub sequences: u64,
-    /// The samples.
-    pub samples: Vec<ImuSample>,
+    /// The readings.
+    pub readings: Readings,
 }
 
 /// Samples packed for their column.
 #[derive(Clone, Debug)]
 pub struct Packed {
-    pub(super) foot: Foot,
+    pub(super) stream: StreamId,
     pub(super) first_sequence: u64,
     pub(super) sequences: u64,
     pub(super) t_first_ns: i64,
     pub(super) samples: u64,
+    pub(super) encoding: i64,
     pub(super) body: Vec<u8>,
 }
 
-/// Appends a sample in the layout of encoding 1.
-pub(crate) fn lay_out(sample: &ImuSample, plain: &mut Vec<u8>) {
-    plain.extend_from_slice(&sample.t_ns.to_le_bytes());
-    let mag_ut = sample.mag_b_ut.unwrap_or([f64::NAN; 3]);
-    let pressure_hpa = sample.pressure_hpa.unwrap_or(f64::NAN);
-    for value in [sample.w_ib_b_rad_s, sample.f_b_m_s2, mag_ut].as_flattened() {
-        plain.extend_from_slice(&value.to_le_bytes());
+/// Appends a reading: a sample in the layout of encoding 1, a row as its time and its numbers.
+pub(crate) fn lay_out(reading: &Reading<'_>, plain: &mut Vec<u8>) {
+    plain.extend_from_slice(&reading.t_ns().to_le_bytes());
+    let mut number = |value: &f64| plain.extend_from_slice(&value.to_le_bytes());
+    match reading {
+        Reading::Imu(sample) => {
+            let mag_ut = sample.mag_b_ut.unwrap_or([f64::NAN; 3]);
+            [sample.w_ib_b_rad_s, sample.f_b_m_s2, mag_ut].as_flattened().iter().for_each(&mut number);
+            number(&sample.pressure_hpa.unwrap_or(f64::NAN));
+        }
+        Reading::Values { values, .. } => values.iter().for_each(number),
     }
-    plain.extend_from_slice(&pressure_hpa.to_le_bytes());
 }
 
 impl Packed {
     /// Packs samples; done by the caller's thread, so that the one writer only writes.
     pub fn new(batch: &Samples) -> Result<Packed, StoreError> {
-        let mut body = Vec::with_capacity(batch.samples.len() * SAMPLE_BYTES / 2);
-        sample_columns::write(&batch.samples, &mut body);
+        let mut body = Vec::with_capacity(batch.readings.len() * SAMPLE_BYTES / 2);
+        let encoding = match &batch.readings {
+            Readings::Imu(samples) => {
+                sample_columns::write(samples, &mut body);
+                BY_COLUMNS
+            }
+            Readings::Values(rows) => {
+                sample_columns::write_rows(rows, &mut body);
+                ROWS
+            }
+        };
         Ok(Packed {
-            foot: batch.foot,
+            stream: batch.stream,
             first_sequence: batch.first_sequence,
             sequences: batch.sequences,
-            t_first_ns: batch.samples.first().map_or(0, |sample| sample.t_ns),
-            samples: batch.samples.len() as u64,
+            t_first_ns: batch.readings.get(0).map_or(0, |reading| reading.t_ns()),
+            samples: batch.readings.len() as u64,
+            encoding,
             body,
         })
     }
@@ -100,17 +117,17 @@ pub async fn insert(
 ) -> Result<(), StoreError> {
     sqlx::query(
         "insert into raw_chunks (
-            session_id, foot, log_id, first_sequence, sequences, t_first_ns, samples, encoding, body
+            session_id, stream, log_id, first_sequence, sequences, t_first_ns, samples, encoding, body
          ) values (?1, ?2, ?3, ?4, ?5, ?6, ?7, ?8, ?9)",
     )
     .bind(session_id.to_string())
-    .bind(chunk.foot.name())
+    .bind(chunk.stream.name().to_owned())
     .bind(log_id.to_string())
     .bind(columns::to_column(chunk.first_sequence))
     .bind(columns::to_column(chunk.sequences))
     .bind(chunk.t_first_ns)
     .bind(columns::to_column(chunk.samples))
-    .bind(BY_COLUMNS)
+    .bind(chunk.encoding)
     .bind(chunk.body)
     .execute(db)
     .await?;
@@ -129,7 +146,7 @@ pub fn of_log<'a>(
         .and_then(|row| std::future::ready(unpack(&row)))
 }
 
-/// Where the samples of one foot come from.
+/// Where the readings of one stream come from.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Origin {
     /// A log that was handed in.
@@ -138,8 +155,8 @@ pub enum Origin {
     Stream {
         /// The session.
         session_id: Uuid,
-        /// The foot.
-        foot: Foot,
+        /// The stream.
+        stream: StreamId,
     },
 }
 
@@ -150,7 +167,7 @@ pub async fn samples(db: impl SqliteExecutor<'_>, origin: Origin) -> Result<u64,
             sqlx::query("select coalesce(sum(samples), 0) as samples from raw_chunks where log_id = ?1")
                 .bind(log_id.to_string())
         }
-        Origin::Stream { session_id, foot } => stream_chunks::samples(session_id, foot),
+        Origin::Stream { session_id, stream } => stream_chunks::samples(session_id, stream),
     };
     columns::count(&query.fetch_one(db).await?, "samples").map_err(StoreError::from)
 }
@@ -172,7 +189,7 @@ pub async fn next(
         )
         .bind(columns::to_column(from_sequence))
         .bind(log_id.to_string()),
-        Origin::Stream { session_id, foot } => stream_chunks::next(session_id, foot, from_sequence),
+        Origin::Stream { session_id, stream } => stream_chunks::next(session_id, stream, from_sequence),
     };
     let mut rows = query.fetch(db);
     let (mut chunks, mut held) = (Vec::new(), 0);
@@ -180,7 +197,7 @@ pub async fn next(
         && let Some(row) = rows.try_next().await?
     {
         let chunk = unpack(&row)?;
-        held += chunk.samples.len() as u64;
+        held += chunk.readings.len() as u64;
         chunks.push(chunk);
     }
     Ok(chunks)
@@ -203,8 +220,8 @@ pub async fn sequences_between(
         .bind(log_id.to_string())
         .bind(from_ns)
         .bind(to_ns),
-        Origin::Stream { session_id, foot } => {
-            stream_chunks::sequences_between(session_id, foot, from_ns, to_ns)
+        Origin::Stream { session_id, stream } => {
+            stream_chunks::sequences_between(session_id, stream, from_ns, to_ns)
         }
     };
     let row = query.fetch_one(db).await?;
@@ -217,12 +234,12 @@ pub(super) fn unpack(row: &SqliteRow) -> Result<Samples, StoreError> {
     let id: i64 = row.try_get("id")?;
     let damaged = |why: String| StoreError::Damaged { what: format!("raw chunk {id}"), why };
     let (encoding, body) = (row.try_get("encoding")?, row.try_get("body")?);
-    let samples = unpacked(encoding, body, columns::count(row, "samples")?).map_err(damaged)?;
+    let readings = unpacked(encoding, body, columns::count(row, "samples")?).map_err(damaged)?;
     Ok(Samples {
-        foot: columns::foot(row, "foot")?,
+        stream: columns::stream(row, "stream")?,
         first_sequence: columns::count(row, "first_sequence")?,
         sequences: columns::count(row, "sequences")?,
-        samples,
+        readings,
     })
 }
 
@@ -231,7 +248,7 @@ pub(super) fn unpack(row: &SqliteRow) -> Result<Samples, StoreError> {
 /// # Errors
 ///
 /// When the body does not hold them, in a sentence.
-pub fn unpacked(encoding: i64, body: &[u8], samples: u64) -> Result<Vec<ImuSample>, String> {
+pub fn unpacked(encoding: i64, body: &[u8], samples: u64) -> Result<Readings, String> {
     // What a damaged count asks for is never reserved.
     let count = usize::try_from(samples).ok().filter(|count| *count <= MOST_SAMPLES);
     let count = count
@@ -243,10 +260,11 @@ pub fn unpacked(encoding: i64, body: &[u8], samples: u64) -> Result<Vec<ImuSampl
             if plain.len() != expected {
                 return Err(format!("expected {expected} bytes, found {}", plain.len()));
             }
-            Ok(plain.chunks_exact(SAMPLE_BYTES).map(sample).collect())
+            Ok(Readings::Imu(plain.chunks_exact(SAMPLE_BYTES).map(sample).collect()))
         }
-        BY_COLUMNS => sample_columns::read(body, count).map_err(str::to_owned),
-        other => Err(format!("expected encoding {PLAIN_IN_ZSTD} or {BY_COLUMNS}, found {other}")),
+        BY_COLUMNS => sample_columns::read(body, count).map(Readings::Imu).map_err(str::to_owned),
+        ROWS => sample_columns::read_rows(body, count).map(Readings::Values).map_err(str::to_owned),
+        other => Err(format!("expected an encoding from {PLAIN_IN_ZSTD} to {ROWS}, found {other}")),
     }
 }
 

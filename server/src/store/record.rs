@@ -1,6 +1,7 @@
 //! What live sessions found out, many of them in a few statements: each statement costs as much as several rows.
 
-use lodestep_engine::event::{Anomaly, TrackPoint, VisitOutcome};
+use lodestep_engine::anomaly::Anomaly;
+use lodestep_engine::event::{TrackPoint, VisitOutcome};
 use lodestep_engine::session::Summary;
 use sqlx::SqliteConnection;
 use uuid::Uuid;

@@ -14,6 +14,7 @@
 use std::cell::Cell;
 
 use lodestep_engine::sample::ImuSample;
+use lodestep_engine::stream::Rows;
 
 const WHOLE: u8 = 253;
 const MISSING: u8 = 254;
@@ -38,6 +39,57 @@ pub(super) fn write(samples: &[ImuSample], out: &mut Vec<u8>) {
         values.extend(samples.iter().map(|sample| value(sample, channel)));
         write_column(channel, &values, out);
     }
+}
+
+/// Appends the columns of these rows: how many there are, then the time and each of them as above.
+pub(super) fn write_rows(rows: &Rows, out: &mut Vec<u8>) {
+    push_unsigned(rows.columns() as u64, out);
+    let (mut before, mut step) = (0_i64, 0_i64);
+    out.push(WHOLE);
+    for (t_ns, _) in rows.iter() {
+        let difference = t_ns.wrapping_sub(before);
+        push_signed(difference.wrapping_sub(step), out);
+        (before, step) = (t_ns, difference);
+    }
+    let mut values = Vec::with_capacity(rows.len());
+    for column in 0..rows.columns() {
+        values.clear();
+        values.extend(rows.iter().map(|(_, row)| row[column]));
+        write_column(column % CHANNELS, &values, out);
+    }
+}
+
+/// Reads so many rows back.
+pub(super) fn read_rows(bytes: &[u8], count: usize) -> Result<Rows, &'static str> {
+    if count > bytes.len() {
+        return Err("fewer bytes than rows");
+    }
+    let mut reader = Reader(bytes);
+    let columns = usize::try_from(reader.unsigned()?).unwrap_or(usize::MAX);
+    if columns > Rows::MOST_COLUMNS {
+        return Err("more columns than a row has");
+    }
+    if reader.byte()? != WHOLE {
+        return Err("the time is not written as whole numbers");
+    }
+    let (mut before, mut step, mut times) = (0_i64, 0_i64, Vec::with_capacity(count));
+    for _ in 0..count {
+        step = step.wrapping_add(reader.signed()?);
+        before = before.wrapping_add(step);
+        times.push(before);
+    }
+    let mut read = vec![Vec::new(); columns];
+    for values in &mut read {
+        reader.column(count, values)?;
+    }
+    if !reader.0.is_empty() {
+        return Err("more bytes than rows");
+    }
+    let mut rows = Rows::new(columns);
+    for (number, t_ns) in times.into_iter().enumerate() {
+        rows.push(t_ns, read.iter().map(|values| values[number]));
+    }
+    Ok(rows)
 }
 
 fn value(sample: &ImuSample, channel: usize) -> f64 {
@@ -305,5 +357,25 @@ mod tests {
         }
         let per_sample = bytes.len() as f64 / samples.len() as f64;
         assert!(per_sample < 32.0, "{per_sample} bytes a sample, of 88");
+    }
+
+    proptest! {
+        #[test]
+        fn rows_come_back_to_the_bit_and_cut_ones_are_refused(
+            columns in 1..6_usize,
+            given in prop::collection::vec((any::<i64>(), prop::collection::vec(prop::num::f64::ANY, 0..6)), 1..30),
+            cut in 0..40_usize,
+        ) {
+            let mut rows = Rows::new(columns);
+            for (t_ns, values) in &given {
+                rows.push(*t_ns, values.iter().copied());
+            }
+            let mut bytes = Vec::new();
+            write_rows(&rows, &mut bytes);
+            prop_assert_eq!(&read_rows(&bytes, rows.len()).unwrap(), &rows);
+            if cut < bytes.len() {
+                prop_assert!(read_rows(&bytes[..cut], rows.len()).is_err());
+            }
+        }
     }
 }

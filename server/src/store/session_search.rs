@@ -187,13 +187,15 @@ pub struct Page {
 const ALL: &str = "
     with weighed as (
         select s.*, i.name as inspector,
+            (select json_group_array(name) from (
+                select name from streams where session_id = s.id order by number)) as stream_names,
             exists (select 1 from logs l where l.session_id = s.id and l.state = 'accepted') as from_log,
             (select count(*) from visits v where v.session_id = s.id and v.accepted = 0) as rejected_visits,
             (select count(*) from anomalies a where a.session_id = s.id) as anomalies,
             (select count(*) from anomalies a where a.session_id = s.id and a.kind = 'gap') as gaps,
             json_extract(r.report, '$.closure.end_error_m') as closure_m,
             json_extract(r.report, '$.closure.end_error_percent') as closure_percent
-        from sessions s join inspectors i on i.id = s.inspector_id
+        from sessions s join carriers i on i.id = s.carrier_id
             left join session_reports r on r.session_id = s.id
     ), found as (
         select *, coalesce(closure_m > ?6 and closure_percent < ?7, 0) as closure_is_large from weighed
@@ -202,7 +204,7 @@ const ALL: &str = "
 /// Those that are wanted.
 pub async fn page(db: &SqlitePool, wanted: &Wanted) -> Result<Page, StoreError> {
     let mut conditions = vec![
-        "(?1 is null or inspector_id = ?1)",
+        "(?1 is null or carrier_id = ?1)",
         "(?2 is null or state = ?2)",
         "(?3 is null or started_at >= ?3)",
         "(?4 is null or started_at < ?4)",

@@ -1,7 +1,11 @@
-//! Walks.
+//! Sessions.
 
-use lodestep_engine::sample::Foot;
+use std::collections::BTreeMap;
+
 use lodestep_engine::session::Summary;
+use lodestep_engine::stream::{Stream, StreamId};
+use lodestep_engine::system::Declaration;
+use lodestep_engine::systems::catalogue;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use sqlx::sqlite::SqliteRow;
@@ -32,9 +36,17 @@ pub struct Session {
     #[serde(with = "time::serde::rfc3339::option")]
     #[schemars(with = "Option<utc::Instant>")]
     pub ended_at: Option<OffsetDateTime>,
-    /// Which feet carry a sensor, left first.
+    /// The system that computes it.
+    #[serde(default = "usual_system")]
+    pub system: String,
+    /// The streams of its readings, by number.
+    #[serde(default)]
     #[schemars(with = "Vec<String>")]
-    pub feet: Vec<Foot>,
+    pub streams: Vec<StreamId>,
+    /// The streams under the key of clients that know none.
+    #[serde(flatten, skip_deserializing)]
+    #[schemars(skip)]
+    pub former: BTreeMap<String, Vec<StreamId>>,
     /// Where it started.
     pub start: Start,
     /// Heading of the first sensor's x axis, clockwise from true north, degrees; `None`: from the magnetometer.
@@ -45,13 +57,13 @@ pub struct Session {
     /// The choice of the site's parameters with which its stream is computed; `None`: the defaults.
     #[serde(default)]
     pub site_parameters_id: Option<i64>,
-    /// IMU samples processed, both feet.
+    /// Samples processed, of all streams.
     pub samples: u64,
     /// Epochs the engine told.
     pub epochs: u64,
     /// From the first to the last point, s.
     pub duration_s: f64,
-    /// Length of the path of the middle of the feet, m.
+    /// Length of the path of the middle of the streams, m.
     pub distance_m: f64,
     /// Seconds since the last accepted visit, or since the start.
     pub since_marker_s: f64,
@@ -73,7 +85,7 @@ pub struct Session {
 pub struct Start {
     /// The marker's name; `None` when coordinates were given.
     pub marker: Option<String>,
-    /// Where the middle of the feet stood, east-north-up, m.
+    /// Where the middle of the streams stood, east-north-up, m.
     pub position_m: [f64; 3],
 }
 
@@ -95,17 +107,43 @@ pub enum SessionState {
     Failed,
 }
 
+impl Session {
+    /// What its system declares of itself; that of the usual system where this program has none of that name.
+    pub fn declaration(&self) -> &'static Declaration {
+        catalogue::named(&self.system).unwrap_or_else(catalogue::usual)
+    }
+
+    /// Its streams, as the system declares them.
+    pub fn declared_streams(&self) -> Vec<Stream> {
+        let system = self.declaration();
+        self.streams.iter().filter_map(|id| system.stream(*id)).collect()
+    }
+
+    /// The same with its streams under the key of clients that know none.
+    pub(crate) fn with_former_keys(mut self) -> Session {
+        if let Some(former) = self.declaration().former_keys {
+            self.former.insert(former.streams.to_owned(), self.streams.clone());
+        }
+        self
+    }
+}
+
+fn usual_system() -> String {
+    catalogue::usual().name.to_owned()
+}
+
 impl FromRow<'_, SqliteRow> for Session {
     fn from_row(row: &SqliteRow) -> sqlx::Result<Self> {
-        let feet: &str = row.try_get("feet")?;
         Ok(Session {
             id: columns::id(row, "id")?,
-            inspector_id: columns::id(row, "inspector_id")?,
+            inspector_id: columns::id(row, "carrier_id")?,
             title: row.try_get("title")?,
             state: columns::word(row, "state")?,
             started_at: columns::instant(row, "started_at")?,
             ended_at: columns::optional_instant(row, "ended_at")?,
-            feet: feet.split(',').filter_map(columns::foot_named).collect(),
+            system: row.try_get("system")?,
+            streams: columns::json(row, "stream_names")?,
+            former: BTreeMap::new(),
             start: Start {
                 marker: row.try_get("start_marker")?,
                 position_m: columns::enu(row, ["start_e_m", "start_n_m", "start_u_m"])?,
@@ -122,8 +160,18 @@ impl FromRow<'_, SqliteRow> for Session {
             track_sha256: row.try_get("track_sha256")?,
             error: row.try_get("error")?,
             created_at: columns::instant(row, "created_at")?,
-        })
+        }
+        .with_former_keys())
     }
+}
+
+/// The sessions, each with the names of its streams.
+macro_rules! session {
+    () => {
+        "select sessions.*, (select json_group_array(name) from (
+            select name from streams where session_id = sessions.id order by number)) as stream_names
+         from sessions"
+    };
 }
 
 /// Which sessions to list; `None` asks for all.
@@ -137,11 +185,11 @@ pub struct Filter {
 
 /// Those that pass the filter, newest first.
 pub async fn list(db: impl SqliteExecutor<'_>, filter: Filter) -> Result<Vec<Session>, StoreError> {
-    let query = sqlx::query_as(
-        "select * from sessions
-         where (?1 is null or inspector_id = ?1) and (?2 is null or state = ?2)
-         order by started_at desc, id desc",
-    )
+    let query = sqlx::query_as(concat!(
+        session!(),
+        " where (?1 is null or carrier_id = ?1) and (?2 is null or state = ?2)
+              order by started_at desc, id desc"
+    ))
     .bind(filter.inspector_id.map(|id| id.to_string()))
     .bind(filter.state.map(columns::to_word));
     Ok(query.fetch_all(db).await?)
@@ -149,7 +197,7 @@ pub async fn list(db: impl SqliteExecutor<'_>, filter: Filter) -> Result<Vec<Ses
 
 /// The one with this id.
 pub async fn get(db: impl SqliteExecutor<'_>, id: Uuid) -> Result<Option<Session>, StoreError> {
-    let query = sqlx::query_as("select * from sessions where id = ?1").bind(id.to_string());
+    let query = sqlx::query_as(concat!(session!(), " where id = ?1")).bind(id.to_string());
     Ok(query.fetch_optional(db).await?)
 }
 
@@ -159,21 +207,20 @@ pub async fn of_inspector_at(
     inspector_id: Uuid,
     at: OffsetDateTime,
 ) -> Result<Option<Session>, StoreError> {
-    let query = sqlx::query_as(
-        "select * from sessions where inspector_id = ?1 and started_at <= ?2
-         order by started_at desc, id desc limit 1",
-    )
+    let query = sqlx::query_as(concat!(
+        session!(),
+        " where carrier_id = ?1 and started_at <= ?2 order by started_at desc, id desc limit 1"
+    ))
     .bind(inspector_id.to_string())
     .bind(utc::to_us(at));
     Ok(query.fetch_optional(db).await?)
 }
 
 /// Adds one.
-pub async fn insert(db: impl SqliteExecutor<'_>, session: &Session) -> Result<(), StoreError> {
-    let feet = session.feet.iter().map(|foot| foot.name()).collect::<Vec<_>>().join(",");
+pub async fn insert(db: &mut SqliteConnection, session: &Session) -> Result<(), StoreError> {
     sqlx::query(
         "insert into sessions (
-            id, inspector_id, title, state, started_at, ended_at, feet,
+            id, carrier_id, title, state, started_at, ended_at, system,
             start_marker, start_e_m, start_n_m, start_u_m, initial_heading_deg, created_at, automatic_visits,
             site_parameters_id
          ) values (?1, ?2, ?3, ?4, ?5, ?6, ?7, ?8, ?9, ?10, ?11, ?12, ?13, ?14, ?15)",
@@ -184,7 +231,7 @@ pub async fn insert(db: impl SqliteExecutor<'_>, session: &Session) -> Result<()
     .bind(columns::to_word(session.state))
     .bind(utc::to_us(session.started_at))
     .bind(session.ended_at.map(utc::to_us))
-    .bind(feet)
+    .bind(&session.system)
     .bind(&session.start.marker)
     .bind(session.start.position_m[0])
     .bind(session.start.position_m[1])
@@ -193,8 +240,18 @@ pub async fn insert(db: impl SqliteExecutor<'_>, session: &Session) -> Result<()
     .bind(utc::to_us(session.created_at))
     .bind(session.automatic_visits)
     .bind(session.site_parameters_id)
-    .execute(db)
+    .execute(&mut *db)
     .await?;
+    for stream in session.declared_streams() {
+        sqlx::query("insert into streams (session_id, number, name, role, kind) values (?1, ?2, ?3, ?4, ?5)")
+            .bind(session.id.to_string())
+            .bind(i64::from(stream.number))
+            .bind(stream.id.name().to_owned())
+            .bind(stream.role)
+            .bind(stream.kind.word())
+            .execute(&mut *db)
+            .await?;
+    }
     Ok(())
 }
 

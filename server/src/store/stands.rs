@@ -15,9 +15,9 @@ use super::{StoreError, columns};
 pub struct Stand {
     /// Counts the stands of a session from 1.
     pub number: u32,
-    /// When the feet came to rest, ns.
+    /// When the streams came to rest, ns.
     pub t_start_ns: i64,
-    /// When the first foot lifted, ns; the latest time known while it lasts.
+    /// When the first stream lifted, ns; the latest time known while it lasts.
     pub t_end_ns: i64,
     /// Whether the inspector still stands there.
     pub lasts: bool,

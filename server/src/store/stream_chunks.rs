@@ -4,16 +4,16 @@
 //! A batch that is on disk already is refused by the index within a stretch only; over all of a walk the session's actor takes
 //! no number twice (`live/sequence.rs`), and what it takes up again comes from here.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 
 use futures_util::{Stream, TryStreamExt};
-use lodestep_engine::sample::Foot;
+use lodestep_engine::stream::StreamId;
 use sqlx::sqlite::SqliteRow;
 use sqlx::{Row, SqliteConnection, SqliteExecutor};
 use uuid::Uuid;
 
 use super::many_rows::{Statement, placeholders, shaped, shapes};
-use super::raw_chunks::{BY_COLUMNS, Packed, Samples, unpack};
+use super::raw_chunks::{Packed, Samples, unpack};
 use super::{StoreError, columns};
 
 /// Chunks in one statement.
@@ -52,7 +52,7 @@ pub(super) async fn insert(
     for rows in shapes(&chunks, CHUNKS_PER_STATEMENT) {
         let sql = format!(
             "insert into stream_chunks (
-                id, session_id, foot, first_sequence, sequences, t_first_ns, samples, encoding, body
+                id, session_id, stream, first_sequence, sequences, t_first_ns, samples, encoding, body
              ) values {}",
             placeholders(rows.len(), 9)
         );
@@ -60,12 +60,12 @@ pub(super) async fn insert(
             query
                 .bind(id)
                 .bind(session_id.to_owned())
-                .bind(chunk.foot.name())
+                .bind(chunk.stream.name().to_owned())
                 .bind(columns::to_column(chunk.first_sequence))
                 .bind(columns::to_column(chunk.sequences))
                 .bind(chunk.t_first_ns)
                 .bind(columns::to_column(chunk.samples))
-                .bind(BY_COLUMNS)
+                .bind(chunk.encoding)
                 .bind(chunk.body.clone())
         });
         query.execute(&mut *db).await?;
@@ -85,36 +85,36 @@ pub(super) async fn insert(
     Ok(())
 }
 
-/// The stream's next batch of this foot that is not on disk yet.
+/// The stream's next batch of this stream that is not on disk yet.
 pub async fn next_sequence(
     db: impl SqliteExecutor<'_>,
     session_id: Uuid,
-    foot: Foot,
+    stream: StreamId,
 ) -> Result<u64, StoreError> {
     let query = sqlx::query(concat!(
         "select first_sequence + sequences as next from stream_chunks where id = (select max(id) from ",
-        ids!("and chunk.foot = ?2"),
+        ids!("and chunk.stream = ?2"),
         ")"
     ));
-    let last = query.bind(session_id.to_string()).bind(foot.name()).fetch_optional(db).await?;
+    let last = query.bind(session_id.to_string()).bind(stream.name().to_owned()).fetch_optional(db).await?;
     Ok(last.map_or(Ok(0), |row| columns::count(&row, "next"))?)
 }
 
-/// The samples of one foot in order, chunk by chunk.
-pub fn of_foot<'a>(
+/// The samples of one stream in order, chunk by chunk.
+pub fn of_stream<'a>(
     db: impl SqliteExecutor<'a> + 'a,
     session_id: Uuid,
-    foot: Foot,
+    stream: StreamId,
 ) -> impl Stream<Item = Result<Samples, StoreError>> + 'a {
     let query = sqlx::query(concat!(
         "select * from stream_chunks where id in ",
-        ids!("and chunk.foot = ?2"),
+        ids!("and chunk.stream = ?2"),
         " order by id"
     ));
-    unpacked(query.bind(session_id.to_string()).bind(foot.name()).fetch(db))
+    unpacked(query.bind(session_id.to_string()).bind(stream.name().to_owned()).fetch(db))
 }
 
-/// The samples of both feet in the order in which they came, chunk by chunk.
+/// The samples of all streams in the order in which they came, chunk by chunk.
 pub fn as_received<'a>(
     db: impl SqliteExecutor<'a> + 'a,
     session_id: Uuid,
@@ -123,19 +123,21 @@ pub fn as_received<'a>(
     unpacked(query.bind(session_id.to_string()).fetch(db))
 }
 
-/// The same from these batches on, left foot first.
+/// The same from these batches on; of a stream that is not among them from the first on.
 pub fn as_received_from<'a>(
     db: impl SqliteExecutor<'a> + 'a,
     session_id: Uuid,
-    [left, right]: [u64; 2],
+    from: &BTreeMap<StreamId, u64>,
 ) -> impl Stream<Item = Result<Samples, StoreError>> + 'a {
     let query = sqlx::query(concat!(
         "select * from stream_chunks where id in ",
-        ids!("and chunk.first_sequence >= case chunk.foot when 'left' then ?2 else ?3 end"),
+        ids!(
+            "and chunk.first_sequence >= coalesce((select value from json_each(?2) where key = chunk.stream), 0)"
+        ),
         " order by id"
     ));
     let query = query.bind(session_id.to_string());
-    unpacked(query.bind(columns::to_column(left)).bind(columns::to_column(right)).fetch(db))
+    unpacked(query.bind(serde_json::to_string(from).unwrap_or_else(|_| "{}".to_owned())).fetch(db))
 }
 
 fn unpacked<'a>(
@@ -153,34 +155,34 @@ pub(super) async fn bytes(db: &mut SqliteConnection, session_id: Uuid) -> Result
     Ok(query.bind(session_id.to_string()).fetch_one(db).await?.try_get(0)?)
 }
 
-/// Asks how many samples there are of a foot.
-pub(super) fn samples(session_id: Uuid, foot: Foot) -> Statement {
+/// Asks how many samples there are of a stream.
+pub(super) fn samples(session_id: Uuid, stream: StreamId) -> Statement {
     let query = sqlx::query(concat!(
         "select coalesce(sum(samples), 0) as samples from stream_chunks where id in ",
-        ids!("and chunk.foot = ?2")
+        ids!("and chunk.stream = ?2")
     ));
-    query.bind(session_id.to_string()).bind(foot.name())
+    query.bind(session_id.to_string()).bind(stream.name().to_owned())
 }
 
-/// Asks for the chunks of a foot that come next, some hundreds.
-pub(super) fn next(session_id: Uuid, foot: Foot, from_sequence: u64) -> Statement {
+/// Asks for the chunks of a stream that come next, some hundreds.
+pub(super) fn next(session_id: Uuid, stream: StreamId, from_sequence: u64) -> Statement {
     let query = sqlx::query(concat!(
         "select * from stream_chunks where id in ",
-        ids!("and chunk.foot = ?2 and chunk.first_sequence >= ?3"),
+        ids!("and chunk.stream = ?2 and chunk.first_sequence >= ?3"),
         " order by id limit 500"
     ));
-    query.bind(session_id.to_string()).bind(foot.name()).bind(columns::to_column(from_sequence))
+    query.bind(session_id.to_string()).bind(stream.name().to_owned()).bind(columns::to_column(from_sequence))
 }
 
-/// Asks which chunks of a foot, by their sequence numbers, hold what was measured between two times, ns.
-pub(super) fn sequences_between(session_id: Uuid, foot: Foot, from_ns: i64, to_ns: i64) -> Statement {
+/// Asks which chunks of a stream, by their sequence numbers, hold what was measured between two times, ns.
+pub(super) fn sequences_between(session_id: Uuid, stream: StreamId, from_ns: i64, to_ns: i64) -> Statement {
     let query = sqlx::query(concat!(
         "with chunks as (select first_sequence, t_first_ns from stream_chunks where id in ",
-        ids!("and chunk.foot = ?2"),
+        ids!("and chunk.stream = ?2"),
         ")
          select min(first_sequence) as first, max(first_sequence) as last from chunks
          where t_first_ns < ?4 and first_sequence >= coalesce(
             (select max(first_sequence) from chunks where t_first_ns <= ?3), 0)"
     ));
-    query.bind(session_id.to_string()).bind(foot.name()).bind(from_ns).bind(to_ns)
+    query.bind(session_id.to_string()).bind(stream.name().to_owned()).bind(from_ns).bind(to_ns)
 }

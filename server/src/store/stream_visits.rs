@@ -13,7 +13,7 @@ use super::{StoreError, columns};
 pub struct StreamVisit {
     /// The visit.
     pub visit: Visit,
-    /// Samples of the stream, both feet, that had been taken before it.
+    /// Samples of the stream, both streams, that had been taken before it.
     pub after_samples: u64,
     /// The marker at that time, east, north and up, m; no up where its height was not surveyed.
     pub marker_position_m: (f64, f64, Option<f64>),

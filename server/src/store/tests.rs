@@ -1,8 +1,9 @@
 //! What the store promises, on a real file.
 
 use futures_util::{FutureExt, TryStreamExt};
-use lodestep_engine::event::{FootPoint, TrackPoint};
-use lodestep_engine::sample::{Foot, ImuSample};
+use lodestep_engine::event::{Part, TrackPoint};
+use lodestep_engine::sample::ImuSample;
+use lodestep_engine::stream::StreamId;
 use tempfile::TempDir;
 use uuid::Uuid;
 
@@ -46,7 +47,7 @@ async fn session_of(store: &Store, name: &str) -> Uuid {
         state: SessionState::Live,
         started_at: utc::now(),
         ended_at: None,
-        feet: vec![Foot::Left, Foot::Right],
+        streams: vec![StreamId::Left, StreamId::Right],
         start: Start { marker: Some("A17".into()), position_m: [1.0, -2.0, 3.5] },
         initial_heading_deg: Some(12.5),
         automatic_visits: true,
@@ -75,7 +76,7 @@ fn point(t_ns: i64, e_m: f64) -> TrackPoint {
         sigma_heading_rad: 0.01,
         sigma_n_m: [0.1, 0.2, 0.3],
         covariance_en_m2: -0.001,
-        left: Some(FootPoint { position_n_m: [e_m, 2.1, 3.0], stance: true }),
+        left: Some(Part { position_n_m: [e_m, 2.1, 3.0], stance: true }),
         right: None,
     }
 }
@@ -99,7 +100,7 @@ async fn a_record_comes_back_to_the_last_bit() {
     let (_folder, store) = store().await;
     let id = session(&store).await;
     let raw = Samples {
-        foot: Foot::Right,
+        stream: StreamId::Right,
         first_sequence: 0,
         sequences: 3,
         samples: (0..30).map(sample).collect(),
@@ -112,11 +113,11 @@ async fn a_record_comes_back_to_the_last_bit() {
 
     assert_eq!(stored(&store, id).await, points);
     let back: Vec<Samples> =
-        stream_chunks::of_foot(store.read(), id, Foot::Right).try_collect().await.unwrap();
+        stream_chunks::of_foot(store.read(), id, StreamId::Right).try_collect().await.unwrap();
     assert_eq!(back, [raw]);
     assert!(back[0].samples[0].f_b_m_s2[1].is_sign_negative(), "even the sign of a zero");
-    assert_eq!(stream_chunks::next_sequence(store.read(), id, Foot::Right).await.unwrap(), 3);
-    assert_eq!(stream_chunks::next_sequence(store.read(), id, Foot::Left).await.unwrap(), 0);
+    assert_eq!(stream_chunks::next_sequence(store.read(), id, StreamId::Right).await.unwrap(), 3);
+    assert_eq!(stream_chunks::next_sequence(store.read(), id, StreamId::Left).await.unwrap(), 0);
 }
 
 #[tokio::test]
@@ -183,13 +184,13 @@ async fn a_stream_is_found_over_stretches_and_parts_and_goes_with_its_session() 
     let (_folder, store) = store().await;
     let (one, other) = (session(&store).await, session_of(&store, "another").await);
     let record = |session_id, first_sequence: u64| {
-        let of_foot = |foot, offset: u64| Samples {
-            foot,
+        let of_foot = |stream, offset: u64| Samples {
+            stream,
             first_sequence,
             sequences: 1,
             samples: vec![sample((2 * first_sequence + offset) as i64)],
         };
-        let raw = vec![of_foot(Foot::Left, 0), of_foot(Foot::Right, 1)];
+        let raw = vec![of_foot(StreamId::Left, 0), of_foot(StreamId::Right, 1)];
         Record { session_id, raw, ..Record::default() }
     };
     // As if others had written: the first records lie at the end of a stretch, the next at the end of a part.
@@ -219,12 +220,13 @@ async fn a_stream_is_found_over_stretches_and_parts_and_goes_with_its_session() 
         let both: Vec<Samples> = stream_chunks::as_received(db, id).try_collect().await.unwrap();
         let expected: Vec<Samples> = (0..16).flat_map(|sequence| record(id, sequence).raw).collect();
         assert_eq!(both, expected);
-        for foot in Foot::BOTH {
-            let of_foot: Vec<Samples> = expected.iter().filter(|chunk| chunk.foot == foot).cloned().collect();
-            let read: Vec<Samples> = stream_chunks::of_foot(db, id, foot).try_collect().await.unwrap();
+        for stream in StreamId::BOTH {
+            let of_foot: Vec<Samples> =
+                expected.iter().filter(|chunk| chunk.stream == stream).cloned().collect();
+            let read: Vec<Samples> = stream_chunks::of_foot(db, id, stream).try_collect().await.unwrap();
             assert_eq!(read, of_foot);
-            assert_eq!(stream_chunks::next_sequence(db, id, foot).await.unwrap(), 16);
-            let origin = Origin::Stream { session_id: id, foot };
+            assert_eq!(stream_chunks::next_sequence(db, id, stream).await.unwrap(), 16);
+            let origin = Origin::Stream { session_id: id, stream };
             assert_eq!(raw_chunks::samples(db, origin).await.unwrap(), 16);
             assert_eq!(raw_chunks::next(db, origin, 5, 7).await.unwrap(), of_foot[5..12]);
             let (from_ns, to_ns) = (of_foot[3].samples[0].t_ns + 1, of_foot[13].samples[0].t_ns);
@@ -259,7 +261,7 @@ async fn a_revision_corrects_what_is_stored_and_adds_nothing() {
 async fn a_batch_that_is_on_disk_already_is_refused_and_nothing_beside_it_is_kept() {
     let (_folder, store) = store().await;
     let id = session(&store).await;
-    let raw = Samples { foot: Foot::Left, first_sequence: 4, sequences: 1, samples: vec![sample(0)] };
+    let raw = Samples { stream: StreamId::Left, first_sequence: 4, sequences: 1, samples: vec![sample(0)] };
     let first = Record { session_id: id, raw: vec![raw.clone()], ..Record::default() };
     store.writer().record(first).await.unwrap();
     let again = Record { session_id: id, raw: vec![raw], points: vec![point(0, 0.0)], ..Record::default() };
@@ -410,7 +412,7 @@ async fn a_newer_database_is_refused_with_a_sentence() {
 async fn a_damaged_chunk_is_named_and_never_taken_for_samples() {
     let (_folder, store) = store().await;
     let id = session(&store).await;
-    let raw = Samples { foot: Foot::Left, first_sequence: 0, sequences: 1, samples: vec![sample(0)] };
+    let raw = Samples { stream: StreamId::Left, first_sequence: 0, sequences: 1, samples: vec![sample(0)] };
     store.writer().record(Record { session_id: id, raw: vec![raw], ..Record::default() }).await.unwrap();
     store
         .writer()
@@ -423,6 +425,6 @@ async fn a_damaged_chunk_is_named_and_never_taken_for_samples() {
         .await
         .unwrap();
     let read: Result<Vec<Samples>, _> =
-        stream_chunks::of_foot(store.read(), id, Foot::Left).try_collect().await;
+        stream_chunks::of_foot(store.read(), id, StreamId::Left).try_collect().await;
     assert!(matches!(read, Err(StoreError::Damaged { .. })), "{read:?}");
 }

@@ -1,7 +1,7 @@
 //! Where inspectors were.
 
 use futures_util::{Stream, TryStreamExt};
-use lodestep_engine::event::{FootPoint, TrackPoint};
+use lodestep_engine::event::{Part, Tilt, TrackPoint};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use sqlx::sqlite::SqliteRow;
@@ -36,7 +36,7 @@ impl Run {
 }
 
 /// The columns of a point beside `session_id` and `run`, in the order in which they are bound.
-const POINT_COLUMNS: [&str; 18] = [
+const POINT_COLUMNS: [&str; 22] = [
     "t_ns",
     "e_m",
     "n_m",
@@ -47,14 +47,18 @@ const POINT_COLUMNS: [&str; 18] = [
     "sigma_n_m",
     "sigma_u_m",
     "covariance_en_m2",
-    "left_e_m",
-    "left_n_m",
-    "left_u_m",
-    "right_e_m",
-    "right_n_m",
-    "right_u_m",
-    "left_stance",
-    "right_stance",
+    "part_0_e_m",
+    "part_0_n_m",
+    "part_0_u_m",
+    "part_1_e_m",
+    "part_1_n_m",
+    "part_1_u_m",
+    "part_0_stance",
+    "part_1_stance",
+    "roll_rad",
+    "pitch_rad",
+    "sigma_roll_rad",
+    "sigma_pitch_rad",
 ];
 
 /// Points in one statement. One statement a row costs seven times as much; more rows than this gain
@@ -66,9 +70,9 @@ struct Stored(TrackPoint);
 
 impl FromRow<'_, SqliteRow> for Stored {
     fn from_row(row: &SqliteRow) -> sqlx::Result<Self> {
-        let foot = |position: [&str; 3], stance: &str| -> sqlx::Result<Option<FootPoint>> {
+        let part = |position: [&str; 3], stance: &str| -> sqlx::Result<Option<Part>> {
             let Some(position_n_m) = columns::optional_enu(row, position)? else { return Ok(None) };
-            Ok(Some(FootPoint { position_n_m, stance: row.try_get(stance)? }))
+            Ok(Some(Part { position_n_m, stance: row.try_get(stance)? }))
         };
         Ok(Stored(TrackPoint {
             t_ns: row.try_get("t_ns")?,
@@ -77,10 +81,26 @@ impl FromRow<'_, SqliteRow> for Stored {
             sigma_heading_rad: row.try_get("sigma_heading_rad")?,
             sigma_n_m: columns::enu(row, ["sigma_e_m", "sigma_n_m", "sigma_u_m"])?,
             covariance_en_m2: row.try_get("covariance_en_m2")?,
-            left: foot(["left_e_m", "left_n_m", "left_u_m"], "left_stance")?,
-            right: foot(["right_e_m", "right_n_m", "right_u_m"], "right_stance")?,
+            tilt: tilt(row)?,
+            parts: [
+                part(["part_0_e_m", "part_0_n_m", "part_0_u_m"], "part_0_stance")?,
+                part(["part_1_e_m", "part_1_n_m", "part_1_u_m"], "part_1_stance")?,
+            ],
         }))
     }
+}
+
+/// Roll and pitch, where the system knows them.
+fn tilt(row: &SqliteRow) -> sqlx::Result<Option<Tilt>> {
+    let roll_rad: Option<f64> = row.try_get("roll_rad")?;
+    let Some(roll_rad) = roll_rad else { return Ok(None) };
+    let sigma = |column| -> sqlx::Result<f32> { Ok(row.try_get::<f64, _>(column)? as f32) };
+    Ok(Some(Tilt {
+        roll_rad,
+        pitch_rad: row.try_get("pitch_rad")?,
+        sigma_roll_rad: sigma("sigma_roll_rad")?,
+        sigma_pitch_rad: sigma("sigma_pitch_rad")?,
+    }))
 }
 
 /// A run's points by time, as they come from the disk: a long walk is never held whole.
@@ -275,13 +295,17 @@ fn bind_point(query: Statement, point: &TrackPoint) -> Statement {
         .bind(sigma_n)
         .bind(sigma_u)
         .bind(point.covariance_en_m2);
-    for foot in [point.left, point.right] {
+    for part in point.parts {
         for axis in 0..3 {
-            query = query.bind(foot.map(|foot| foot.position_n_m[axis]));
+            query = query.bind(part.map(|part| part.position_n_m[axis]));
         }
     }
-    for foot in [point.left, point.right] {
-        query = query.bind(foot.map(|foot| foot.stance));
+    for part in point.parts {
+        query = query.bind(part.map(|part| part.stance));
     }
     query
+        .bind(point.tilt.map(|tilt| tilt.roll_rad))
+        .bind(point.tilt.map(|tilt| tilt.pitch_rad))
+        .bind(point.tilt.map(|tilt| f64::from(tilt.sigma_roll_rad)))
+        .bind(point.tilt.map(|tilt| f64::from(tilt.sigma_pitch_rad)))
 }

@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 
 use flate2::read::GzDecoder;
 use futures_util::TryStreamExt;
-use lodestep_engine::sample::Foot;
+use lodestep_engine::stream::StreamId;
 use sqlx::sqlite::SqliteConnectOptions;
 use sqlx::{AssertSqlSafe, ConnectOptions, SqliteConnection};
 use tempfile::TempDir;
@@ -190,8 +190,8 @@ async fn read_everything(store: &Store) -> BTreeMap<&'static str, usize> {
             count("samples", chunks.iter().map(|chunk| chunk.samples.len()).sum());
             count("logs", 1);
         }
-        for foot in Foot::BOTH {
-            let chunks: Vec<_> = stream_chunks::of_foot(db, session, foot).try_collect().await.unwrap();
+        for stream in StreamId::BOTH {
+            let chunks: Vec<_> = stream_chunks::of_foot(db, session, stream).try_collect().await.unwrap();
             count("samples", chunks.iter().map(|chunk| chunk.samples.len()).sum());
         }
         for run in [Run::Main, Run::Filtered, Run::WithoutMarkers] {

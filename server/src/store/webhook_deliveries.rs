@@ -1,6 +1,6 @@
 //! What is on its way to other programs: the outbox, written in the transaction of the event.
 
-use lodestep_engine::event::Anomaly;
+use lodestep_engine::anomaly::Anomaly;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};

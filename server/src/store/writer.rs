@@ -27,7 +27,7 @@ const GROUP_BYTES: usize = 8 << 20;
 /// After a commit the writer rests as long as it took, at most so long: of many small commits each would write the same
 /// pages again. A commit that takes a few milliseconds makes nobody wait noticeably.
 const LONGEST_REST: Duration = Duration::from_millis(50);
-/// A commit begins at least so long after the one before, for each write of that: in a crowd each costs a row a foot and an
+/// A commit begins at least so long after the one before, for each write of that: in a crowd each costs a row a stream and an
 /// acknowledgement for every session, whether that has sent one frame or two. 220 µs would save a tenth of the processor, and
 /// make acknowledgements a hundred milliseconds later (docs/load.md).
 const ROUND_PER_WRITE: Duration = Duration::from_micros(170);

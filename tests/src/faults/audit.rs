@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use futures_util::TryStreamExt;
-use lodestep_engine::sample::Foot;
+use lodestep_engine::systems::pedestrian::Side;
 use lodestep_server::store::{Store, backup, faults, logs, marker_changes, stream_chunks};
 use tempfile::TempDir;
 
@@ -35,7 +35,7 @@ pub async fn audit(data: &Path, scene: &Scene) -> Vec<String> {
     let store = Store::open(&database, 1).await.expect("a database that is whole opens");
     let db = store.read();
     for (session, script) in scene.sessions.iter().zip(&scene.scripts) {
-        for foot in Foot::BOTH {
+        for foot in Side::BOTH {
             let chunks: Vec<_> = stream_chunks::of_foot(db, *session, foot)
                 .try_collect()
                 .await

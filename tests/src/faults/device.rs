@@ -6,7 +6,7 @@ use std::time::Duration;
 
 use futures_util::{SinkExt, StreamExt};
 use lodestep_engine::parse::live_message::{Answer, DeviceMessage, Hello};
-use lodestep_engine::sample::Foot;
+use lodestep_engine::systems::pedestrian::Side;
 use tokio::net::TcpStream;
 use tokio::sync::watch;
 use tokio::time::{sleep, timeout};
@@ -173,8 +173,8 @@ impl<'a> Device<'a> {
         send(&mut socket, Message::text(hello.to_json())).await?;
         match answer(&mut socket, ANSWERS_WITHIN).await? {
             Answer::Welcome { next_sequence, .. } => {
-                self.heard(Foot::Left, next_sequence.left, true);
-                self.heard(Foot::Right, next_sequence.right, true);
+                self.heard(Side::Left, next_sequence.left, true);
+                self.heard(Side::Right, next_sequence.right, true);
                 Some(socket)
             }
             Answer::Error(problem) => {
@@ -230,7 +230,7 @@ impl<'a> Device<'a> {
         Some(())
     }
 
-    fn heard(&mut self, foot: Foot, batches: u64, is_welcome: bool) {
+    fn heard(&mut self, foot: Side, batches: u64, is_welcome: bool) {
         self.promises.batches(self.session, foot, batches, is_welcome);
         let known = &mut self.on_disk[foot.index()];
         *known = batches.max(*known);

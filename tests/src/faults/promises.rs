@@ -3,7 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::{Mutex, MutexGuard};
 
-use lodestep_engine::sample::Foot;
+use lodestep_engine::systems::pedestrian::Side;
 use uuid::Uuid;
 
 /// What was promised, to be held against what is there.
@@ -41,7 +41,7 @@ impl Promises {
 
     /// A device was told, by an acknowledgement or a welcome, that so many batches of this foot are on disk. A
     /// welcome that takes something back breaks a promise.
-    pub fn batches(&self, session: Uuid, foot: Foot, batches: u64, is_welcome: bool) {
+    pub fn batches(&self, session: Uuid, foot: Side, batches: u64, is_welcome: bool) {
         let mut told = self.lock();
         let known = &mut told.batches.entry(session).or_default()[foot.index()];
         let before = *known;

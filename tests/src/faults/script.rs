@@ -4,8 +4,9 @@ use lodestep_engine::geo::Site;
 use lodestep_engine::parse::batch::Batch;
 use lodestep_engine::parse::frame;
 use lodestep_engine::parse::live_message::{DeviceMessage, VisitMessage};
-use lodestep_engine::sample::{Foot, ImuSample};
+use lodestep_engine::sample::ImuSample;
 use lodestep_engine::sim::{SensorModel, WalkKind, simulate};
+use lodestep_engine::systems::pedestrian::Side;
 
 /// Samples in a batch: a fifth of a second.
 const BATCH: usize = 20;
@@ -30,7 +31,7 @@ pub enum Step {
     /// Some samples.
     Batch {
         /// Of this foot.
-        foot: Foot,
+        foot: Side,
         /// With this number.
         sequence: u64,
         /// As a binary frame.
@@ -47,7 +48,7 @@ impl Script {
         let samples = [walk.left, walk.right];
         let mut steps = Vec::new();
         for sequence in 0..samples[0].len().div_ceil(BATCH) {
-            for foot in Foot::BOTH {
+            for foot in Side::BOTH {
                 let of_foot = samples[foot.index()].chunks(BATCH).nth(sequence).unwrap_or_default();
                 if !of_foot.is_empty() {
                     steps.push(batch(foot, sequence as u64, of_foot));
@@ -66,18 +67,18 @@ impl Script {
     }
 
     /// How many batches there are of this foot.
-    pub fn batches(&self, foot: Foot) -> u64 {
+    pub fn batches(&self, foot: Side) -> u64 {
         self.samples[foot.index()].len().div_ceil(BATCH) as u64
     }
 
     /// The samples of the first so many batches of this foot.
-    pub fn first(&self, foot: Foot, batches: u64) -> &[ImuSample] {
+    pub fn first(&self, foot: Side, batches: u64) -> &[ImuSample] {
         let samples = &self.samples[foot.index()];
         &samples[..samples.len().min(batches as usize * BATCH)]
     }
 }
 
-fn batch(foot: Foot, sequence: u64, samples: &[ImuSample]) -> Step {
+fn batch(foot: Side, sequence: u64, samples: &[ImuSample]) -> Step {
     let mut bytes = Vec::new();
     let batch = Batch { foot, sequence, samples: samples.to_vec() };
     frame::encode(&batch, &mut bytes).expect("a batch of a script has an allowed size");

@@ -7,8 +7,8 @@
 #![allow(clippy::print_stdout, reason = "the figures are what an engineer runs these for")]
 
 use lodestep_engine::rotation::wrap;
-use lodestep_engine::session::Aids;
 use lodestep_engine::sim::{SensorModel, WalkKind};
+use lodestep_engine::systems::pedestrian::Aids;
 use nalgebra::{Matrix2, Vector2};
 
 use crate::scenario::Scenario;
@@ -104,7 +104,7 @@ fn one_foot_of_the_cmp10a() {
     honesty("CMP10A, 40 m, left foot alone, heading known", |seed| {
         line(seed, &SensorModel::cmp10a())
             .with_true_heading()
-            .with_one_foot(lodestep_engine::sample::Foot::Left)
+            .with_one_foot(lodestep_engine::systems::pedestrian::Side::Left)
     })
     .assert_honest();
 }

@@ -1,8 +1,9 @@
 //! The samples alone decide what becomes known: not how they are cut, nor which foot's come first.
 
 use lodestep_engine::event::{AnomalyKind, Event};
-use lodestep_engine::sample::{Foot, ImuSample};
+use lodestep_engine::sample::ImuSample;
 use lodestep_engine::sim::faults::Fault;
+use lodestep_engine::systems::pedestrian::Side;
 
 use crate::scenario::{PERIOD_NS, SECOND_NS, Scenario, short_walk};
 use crate::told::Told;
@@ -11,17 +12,17 @@ use crate::told::Told;
 fn walk() -> Scenario {
     short_walk()
         .with_fault(
-            Foot::Right,
+            Side::Right,
             &Fault::Dropout { from_ns: 17 * SECOND_NS, to_ns: 17 * SECOND_NS + 15 * PERIOD_NS },
         )
         .with_fault(
-            Foot::Left,
+            Side::Left,
             &Fault::Dropout { from_ns: 25 * SECOND_NS, to_ns: 25 * SECOND_NS + 12 * PERIOD_NS },
         )
-        .with_fault(Foot::Left, &Fault::RepeatedTime { from_ns: 28 * SECOND_NS, every: 400 })
+        .with_fault(Side::Left, &Fault::RepeatedTime { from_ns: 28 * SECOND_NS, every: 400 })
 }
 
-fn push_all(scenario: &Scenario, samples: impl IntoIterator<Item = (Foot, ImuSample)>) -> Told {
+fn push_all(scenario: &Scenario, samples: impl IntoIterator<Item = (Side, ImuSample)>) -> Told {
     let (mut session, mut events) = scenario.session();
     for (foot, sample) in samples {
         session.push(foot, &sample, &mut events);
@@ -31,11 +32,11 @@ fn push_all(scenario: &Scenario, samples: impl IntoIterator<Item = (Foot, ImuSam
 }
 
 /// The samples in turns of `pieces` at a time, whatever their times.
-fn in_pieces(scenario: &Scenario, pieces: [usize; 2]) -> Vec<(Foot, ImuSample)> {
-    let mut queues = Foot::BOTH.map(|foot| scenario.logs[foot.index()].iter());
+fn in_pieces(scenario: &Scenario, pieces: [usize; 2]) -> Vec<(Side, ImuSample)> {
+    let mut queues = Side::BOTH.map(|foot| scenario.logs[foot.index()].iter());
     let mut samples = Vec::new();
     while queues.iter().any(|queue| queue.len() > 0) {
-        for foot in Foot::BOTH {
+        for foot in Side::BOTH {
             let piece = queues[foot.index()].by_ref().take(pieces[foot.index()]);
             samples.extend(piece.map(|sample| (foot, *sample)));
         }
@@ -78,7 +79,7 @@ fn ending_a_foot_before_the_session_is_the_same_as_finishing() {
     scenario.logs[1].truncate(3000);
     let expected = scenario.run();
     let (mut session, mut events) = scenario.session();
-    for foot in [Foot::Right, Foot::Left] {
+    for foot in [Side::Right, Side::Left] {
         for sample in &scenario.logs[foot.index()] {
             session.push(foot, sample, &mut events);
         }
@@ -93,9 +94,9 @@ fn delayed(scenario: &Scenario, delay: usize) -> Told {
     let [left, right] = [0, 1].map(|foot| &scenario.logs[foot]);
     let mut samples = Vec::new();
     for k in 0..left.len() + delay {
-        samples.extend(left.get(k).map(|sample| (Foot::Left, *sample)));
+        samples.extend(left.get(k).map(|sample| (Side::Left, *sample)));
         let late = k.checked_sub(delay).and_then(|k| right.get(k));
-        samples.extend(late.map(|sample| (Foot::Right, *sample)));
+        samples.extend(late.map(|sample| (Side::Right, *sample)));
     }
     push_all(scenario, samples)
 }
@@ -118,17 +119,17 @@ fn a_foot_that_lags_by_more_is_not_waited_for_and_its_samples_are_counted() {
     let (mut session, mut events) = scenario.session();
     let [left, right] = [0, 1].map(|foot| &scenario.logs[foot]);
     for (k, sample) in left.iter().enumerate() {
-        session.push(Foot::Left, sample, &mut events);
+        session.push(Side::Left, sample, &mut events);
         let late = if k < 2000 { Some(k) } else { k.checked_sub(300).filter(|late| *late >= 2000) };
         if let Some(sample) = late.and_then(|late| right.get(late)) {
-            session.push(Foot::Right, sample, &mut events);
+            session.push(Side::Right, sample, &mut events);
         }
     }
     session.finish(&mut events);
     let told = Told::check(events, session.summary());
     assert!(told.summary.late_samples > 1000, "{:?}", told.summary);
     assert!(told.track.points.len() >= left.len() - 5, "the track goes on with the left foot");
-    let missing = told.anomalies(AnomalyKind::FootMissing, Foot::Right);
+    let missing = told.anomalies(AnomalyKind::FootMissing, Side::Right);
     assert!(missing.first().is_some_and(|first| first.t_start_ns < 21 * SECOND_NS), "{missing:?}");
     let errors = told.errors(&scenario);
     assert!(errors.end_error_m < 3.0, "{errors:?}");

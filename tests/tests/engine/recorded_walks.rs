@@ -10,8 +10,9 @@ use flate2::read::GzDecoder;
 use lodestep_engine::evaluate::{feet_apart, loop_closure, motion_capture};
 use lodestep_engine::parse::ImuCsv;
 use lodestep_engine::parse::truth_csv;
-use lodestep_engine::sample::{Foot, ImuSample};
+use lodestep_engine::sample::ImuSample;
 use lodestep_engine::session::SessionConfig;
+use lodestep_engine::systems::pedestrian::Side;
 
 use crate::scenario::Scenario;
 use crate::told::Told;
@@ -64,9 +65,9 @@ fn resampled(log: &[ImuSample], rate_hz: f64) -> Vec<ImuSample> {
     made
 }
 
-fn run(feet: &[(Foot, &str)]) -> Told {
+fn run(feet: &[(Side, &str)]) -> Told {
     let config =
-        SessionConfig { feet: feet.iter().map(|(foot, _)| *foot).collect(), ..SessionConfig::default() };
+        SessionConfig { feet: feet.iter().map(|(foot, _)| *foot).collect(), ..pedestrian::two_feet() };
     let mut logs = [Vec::new(), Vec::new()];
     for (foot, name) in feet {
         logs[foot.index()] = log(name);
@@ -79,7 +80,7 @@ fn openshoe_loops_end_where_they_began() {
     for (name, plan_percent, height_m) in
         [("openshoe-gx2/loop_02.csv.gz", 0.4, 0.7), ("openshoe-gx2/loop_31.csv.gz", 0.5, 0.7)]
     {
-        let told = run(&[(Foot::Right, name)]);
+        let told = run(&[(Side::Right, name)]);
         let closure = loop_closure(&told.track.points, told.summary.distance_m).expect("a walk");
         println!("{name}: {closure:?}");
         assert!((75.0..90.0).contains(&closure.path_m), "{name}: {closure:?}");
@@ -90,7 +91,7 @@ fn openshoe_loops_end_where_they_began() {
 
 #[test]
 fn a_foot_under_motion_capture_is_found_where_it_was() {
-    let told = run(&[(Foot::Right, "pyshoe-vicon/2017-11-22-11-25-20.csv.gz")]);
+    let told = run(&[(Side::Right, "pyshoe-vicon/2017-11-22-11-25-20.csv.gz")]);
     let truth = truth_csv::read(&unpacked("pyshoe-vicon/2017-11-22-11-25-20.truth.csv.gz"));
     let truth = truth.expect("a truth file");
     let errors = motion_capture(&told.track.points, &truth).expect("track and truth share their time");
@@ -105,7 +106,7 @@ fn a_recording_at_another_rate_gives_much_the_same_track() {
     let truth = truth_csv::read(&unpacked(&format!("{name}.truth.csv.gz"))).expect("a truth file");
     let recorded = log(&format!("{name}.csv.gz"));
     for rate_hz in [100.0, 200.0, 400.0, 820.0] {
-        let config = SessionConfig { feet: vec![Foot::Right], ..SessionConfig::default() };
+        let config = SessionConfig { feet: vec![Side::Right], ..pedestrian::two_feet() };
         let logs = [Vec::new(), resampled(&recorded, rate_hz)];
         let told = Scenario { config, logs, visits: Vec::new(), truth: Vec::new() }.run();
         let errors = motion_capture(&told.track.points, &truth).expect("track and truth share their time");
@@ -119,8 +120,8 @@ fn a_recording_at_another_rate_gives_much_the_same_track() {
 #[test]
 fn both_feet_go_up_the_stairs_together() {
     let told = run(&[
-        (Foot::Left, "gaitmap-feet/stair_up.left.csv.gz"),
-        (Foot::Right, "gaitmap-feet/stair_up.right.csv.gz"),
+        (Side::Left, "gaitmap-feet/stair_up.left.csv.gz"),
+        (Side::Right, "gaitmap-feet/stair_up.right.csv.gz"),
     ]);
     let apart = feet_apart(&told.track.points).expect("two feet");
     let climbed_m = told.last().position_n_m[2];

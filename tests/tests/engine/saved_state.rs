@@ -5,9 +5,10 @@ use std::collections::BTreeMap;
 
 use lodestep_engine::event::Event;
 use lodestep_engine::identify::Identification;
-use lodestep_engine::sample::{Foot, ImuSample};
+use lodestep_engine::sample::ImuSample;
 use lodestep_engine::session::{SavedState, Session, SessionConfig, Solution, Visit};
 use lodestep_engine::sim::{SensorModel, WalkKind};
+use lodestep_engine::systems::pedestrian::Side;
 
 use crate::scenario::{SECOND_NS, Scenario};
 use crate::which_marker::identification;
@@ -20,7 +21,7 @@ const AFTER: usize = 200 * 180;
 /// A live walk, and what is keyed in before its samples of these numbers.
 struct Live {
     config: SessionConfig,
-    samples: Vec<(Foot, ImuSample)>,
+    samples: Vec<(Side, ImuSample)>,
     keyed: Vec<(usize, Visit)>,
 }
 
@@ -177,8 +178,8 @@ fn late_visits_go_back_over_the_start_of_a_state_and_one_that_does_not_know_of_t
 fn one_foot_alone_goes_on_to_the_bit() {
     let scenario = Scenario::beginning(WalkKind::Line { metres: 1900.0 }, 3, &SensorModel::cmp10a(), 1500.0);
     let mut live = Live::new(&scenario, None);
-    live.config.feet = vec![Foot::Left];
-    live.samples.retain(|(foot, _)| *foot == Foot::Left);
+    live.config.feet = vec![Side::Left];
+    live.samples.retain(|(foot, _)| *foot == Side::Left);
     assert_eq!(assert_goes_on_as_if_uncut(&live, 5, Kept::Newer), (3, 0));
 }
 

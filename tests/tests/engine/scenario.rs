@@ -4,10 +4,11 @@ use std::sync::LazyLock;
 
 use lodestep_engine::geo::Site;
 use lodestep_engine::parse::truth_csv::KnownPlace;
-use lodestep_engine::sample::{Foot, ImuSample};
+use lodestep_engine::sample::ImuSample;
 use lodestep_engine::session::{Session, SessionConfig, Visit};
 use lodestep_engine::sim::faults::{Fault, inject};
 use lodestep_engine::sim::{FootTruth, SensorModel, Simulator, WalkKind};
+use lodestep_engine::systems::pedestrian::Side;
 
 use crate::told::Told;
 
@@ -68,7 +69,7 @@ impl Scenario {
             initial_position_n_m,
             declination_rad: site.declination_deg.to_radians(),
             gravity_m_s2: site.gravity_m_s2,
-            ..SessionConfig::default()
+            ..pedestrian::two_feet()
         };
         Scenario { config, logs, visits, truth }
     }
@@ -80,7 +81,7 @@ impl Scenario {
     }
 
     /// Only this foot has a sensor, and the session starts at it.
-    pub(crate) fn with_one_foot(mut self, foot: Foot) -> Scenario {
+    pub(crate) fn with_one_foot(mut self, foot: Side) -> Scenario {
         self.config.feet = vec![foot];
         self.config.initial_position_n_m = self.truth[0][foot.index()].position_n_m;
         if self.config.initial_heading_rad.is_some() {
@@ -91,13 +92,13 @@ impl Scenario {
     }
 
     /// Something goes wrong with the log of a foot.
-    pub(crate) fn with_fault(mut self, foot: Foot, fault: &Fault) -> Scenario {
+    pub(crate) fn with_fault(mut self, foot: Side, fault: &Fault) -> Scenario {
         inject(&mut self.logs[foot.index()], fault, 1);
         self
     }
 
     /// Every sample of a foot is changed.
-    pub(crate) fn with_samples(mut self, foot: Foot, change: impl Fn(usize, &mut ImuSample)) -> Scenario {
+    pub(crate) fn with_samples(mut self, foot: Side, change: impl Fn(usize, &mut ImuSample)) -> Scenario {
         for (k, sample) in self.logs[foot.index()].iter_mut().enumerate() {
             change(k, sample);
         }
@@ -112,7 +113,7 @@ impl Scenario {
             .map(|(epoch, truth)| KnownPlace {
                 t_ns: epoch * PERIOD_NS,
                 position_m: std::array::from_fn(|axis| {
-                    let of = |foot: &Foot| truth[foot.index()].position_n_m[axis];
+                    let of = |foot: &Side| truth[foot.index()].position_n_m[axis];
                     feet.iter().map(of).sum::<f64>() / feet.len() as f64
                 }),
             })
@@ -120,7 +121,7 @@ impl Scenario {
     }
 
     /// The samples of the session's feet in the order of their times, left first where they are equal.
-    pub(crate) fn in_time_order(&self) -> Vec<(Foot, ImuSample)> {
+    pub(crate) fn in_time_order(&self) -> Vec<(Side, ImuSample)> {
         let mut merged = Vec::with_capacity(self.logs[0].len() + self.logs[1].len());
         let (mut left, mut right) = (self.logs[0].iter().peekable(), self.logs[1].iter().peekable());
         loop {
@@ -130,7 +131,7 @@ impl Scenario {
                 (left, _) => left.is_none(),
             };
             let (foot, queue) =
-                if right_is_older { (Foot::Right, &mut right) } else { (Foot::Left, &mut left) };
+                if right_is_older { (Side::Right, &mut right) } else { (Side::Left, &mut left) };
             merged.extend(queue.next().map(|sample| (foot, *sample)));
         }
     }

@@ -1,9 +1,9 @@
 //! Does the track follow the truth? With both feet, with one, and with less than all sensors.
 
 use lodestep_engine::event::{AidKind, HeadingSource};
-use lodestep_engine::sample::Foot;
 use lodestep_engine::sim::faults::Fault;
 use lodestep_engine::sim::{SensorModel, WalkKind};
+use lodestep_engine::systems::pedestrian::Side;
 
 use crate::scenario::{Scenario, short_walk};
 use crate::told::Told;
@@ -84,12 +84,12 @@ fn the_cmp10a_around_the_first_corner_of_the_rectangle() {
 
 #[test]
 fn one_foot_alone() {
-    for foot in Foot::BOTH {
+    for foot in Side::BOTH {
         let scenario = short_walk().with_true_heading().with_one_foot(foot);
         let told = scenario.run();
         assert_follows(&scenario, &told, [2.0, 2.0, 0.6]);
         let point = told.last();
-        assert_eq!((point.left.is_some(), point.right.is_some()), (foot == Foot::Left, foot == Foot::Right));
+        assert_eq!((point.left.is_some(), point.right.is_some()), (foot == Side::Left, foot == Side::Right));
         assert!(!told.track.aids.contains_key(&AidKind::Separation), "one foot has no separation");
     }
 }
@@ -98,8 +98,8 @@ fn one_foot_alone() {
 fn without_magnetometer_and_barometer_a_given_heading_is_kept() {
     let scenario = short_walk()
         .with_true_heading()
-        .with_fault(Foot::Left, &Fault::InertialOnly)
-        .with_fault(Foot::Right, &Fault::InertialOnly);
+        .with_fault(Side::Left, &Fault::InertialOnly)
+        .with_fault(Side::Right, &Fault::InertialOnly);
     let told = scenario.run();
     // The right sensor sits turned by 26° against the left one, which nothing has told.
     assert_follows(&scenario, &told, [3.0, 3.0, 0.5]);
@@ -110,15 +110,15 @@ fn without_magnetometer_and_barometer_a_given_heading_is_kept() {
 #[test]
 fn without_pressure_nothing_but_the_height_is_lost() {
     let without = |_: usize, sample: &mut lodestep_engine::sample::ImuSample| sample.pressure_hpa = None;
-    let scenario = short_walk().with_samples(Foot::Left, without).with_samples(Foot::Right, without);
+    let scenario = short_walk().with_samples(Side::Left, without).with_samples(Side::Right, without);
     assert_follows(&scenario, &scenario.run(), [2.0, 2.0, 0.5]);
 }
 
 #[test]
 fn with_no_heading_at_all_the_first_x_axis_points_east() {
     let scenario = short_walk()
-        .with_fault(Foot::Left, &Fault::InertialOnly)
-        .with_fault(Foot::Right, &Fault::InertialOnly);
+        .with_fault(Side::Left, &Fault::InertialOnly)
+        .with_fault(Side::Right, &Fault::InertialOnly);
     let told = scenario.run();
     assert_eq!(told.track.alignments[0].heading_source, HeadingSource::Assumed);
     // The walk goes north; the track goes where north lies for somebody who takes x for east.
@@ -151,7 +151,7 @@ fn feet_on_different_clocks_and_rates() {
 #[test]
 fn a_clock_that_starts_late_and_drifts_is_no_gap() {
     let drifts = Fault::Clock { ppm: 40.0, offset_ns: 120_000_000 };
-    let scenario = short_walk().with_true_heading().with_fault(Foot::Right, &drifts);
+    let scenario = short_walk().with_true_heading().with_fault(Side::Right, &drifts);
     let told = scenario.run();
     let errors = told.errors(&scenario);
     assert!(errors.horizontal.max_m < 2.0, "{errors:?}");

@@ -100,7 +100,7 @@ fn a_visit_that_was_told_late_gives_the_very_track_of_one_that_was_told_in_time(
 
 #[test]
 fn one_foot_is_smoothed_too() {
-    let foot = lodestep_engine::sample::Foot::Right;
+    let foot = lodestep_engine::systems::pedestrian::Side::Right;
     let scenario = with_visits(short_walk().with_true_heading().with_one_foot(foot), &[]);
     let (filtered, smoothed) = (scenario.run(), smoothed(&scenario));
     assert_eq!(filtered.last(), smoothed.last());
@@ -114,7 +114,7 @@ fn a_live_trail_bends_at_a_visit_and_goes_on_where_it_was() {
     let visit = with_visits(short_walk(), &[30]).visits.remove(0);
     let (mut session, mut events) = scenario.session();
     for (foot, sample) in scenario.in_time_order() {
-        if sample.t_ns == 36 * SECOND_NS && foot == lodestep_engine::sample::Foot::Left {
+        if sample.t_ns == 36 * SECOND_NS && foot == lodestep_engine::systems::pedestrian::Side::Left {
             session.visit(visit.clone(), &mut events);
             let Some(Event::Revision { points }) = events.last() else { panic!("the trail bends") };
             assert!(points[0].t_ns < SECOND_NS / 10, "from its start");

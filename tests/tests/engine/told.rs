@@ -4,8 +4,8 @@ use std::collections::BTreeMap;
 
 use lodestep_engine::evaluate::{TruthErrors, against_truth};
 use lodestep_engine::event::{Anomaly, AnomalyKind, Event, TrackPoint};
-use lodestep_engine::sample::Foot;
 use lodestep_engine::session::Summary;
+use lodestep_engine::systems::pedestrian::Side;
 use lodestep_engine::track::Track;
 
 use crate::scenario::Scenario;
@@ -90,7 +90,7 @@ impl Told {
     }
 
     /// The anomalies of one kind on one foot.
-    pub(crate) fn anomalies(&self, kind: AnomalyKind, foot: Foot) -> Vec<&Anomaly> {
+    pub(crate) fn anomalies(&self, kind: AnomalyKind, foot: Side) -> Vec<&Anomaly> {
         let anomalies = self.track.anomalies.iter();
         anomalies.filter(|anomaly| anomaly.kind == kind && anomaly.foot == Some(foot)).collect()
     }

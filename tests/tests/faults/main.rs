@@ -10,7 +10,7 @@
 use std::sync::Arc;
 use std::time::Duration;
 
-use lodestep_engine::sample::Foot;
+use lodestep_engine::systems::pedestrian::Side;
 use lodestep_tests::faults::audit::audit;
 use lodestep_tests::faults::clock::{faketime, step};
 use lodestep_tests::faults::disk_full::{SmallDisk, fill};
@@ -59,7 +59,7 @@ async fn a_long_walk_is_taken_up_from_a_saved_state_and_comes_to_the_same_track(
     let mut running = program.start().await;
     let mut scene = Scene::prepare(running.address, &scripts, LONG_WALK).await;
     scene.begin();
-    let batches = Foot::BOTH.map(|foot| scripts[0].batches(foot)).iter().sum::<u64>();
+    let batches = Side::BOTH.map(|foot| scripts[0].batches(foot)).iter().sum::<u64>();
     let mut taken_up = 0.0;
     for percent in [20, 60, 75, 90] {
         let told = || scene.promises.told().batches.values().flatten().sum::<u64>();

@@ -7,8 +7,9 @@ use std::path::{Path, PathBuf};
 use lodestep_engine::geo::Site;
 use lodestep_engine::parse::imu_csv::ImuCsv;
 use lodestep_engine::parse::live_message::{DeviceMessage, Hello, Start, VisitMessage};
-use lodestep_engine::sample::{Foot, ImuSample};
+use lodestep_engine::sample::ImuSample;
 use lodestep_engine::sim::{SensorModel, WalkKind, simulate};
+use lodestep_engine::systems::pedestrian::Side;
 use lodestep_server::cli;
 use lodestep_tests::device::TestDevice;
 use lodestep_tests::hand_in::{ask, log};
@@ -20,7 +21,7 @@ const SAMPLES_A_BATCH: usize = 100;
 
 /// What comes in by every door.
 struct Input {
-    feet: Vec<(Foot, Vec<u8>)>,
+    feet: Vec<(Side, Vec<u8>)>,
     /// Marker, its position, from, to in whole seconds.
     visits: Vec<(&'static str, [f64; 3], i64, i64)>,
     start: [f64; 3],
@@ -38,7 +39,7 @@ impl Input {
         self.feet.iter().map(|(foot, _)| foot.name()).collect()
     }
 
-    fn samples(&self) -> Vec<(Foot, Vec<ImuSample>)> {
+    fn samples(&self) -> Vec<(Side, Vec<ImuSample>)> {
         let parse = |bytes: &[u8]| {
             let (mut parser, mut samples) = (ImuCsv::new(), Vec::new());
             parser.push(bytes, &mut samples).unwrap();
@@ -197,7 +198,7 @@ async fn a_simulated_walk_with_visits_is_the_same_by_every_door() {
     let end: [f64; 3] = std::array::from_fn(|i| (feet[0].position_n_m[i] + feet[1].position_n_m[i]) / 2.0);
     // Half a metre beside the truth, so that a visit moves something.
     let input = Input {
-        feet: vec![(Foot::Left, log(&walk.left)), (Foot::Right, log(&walk.right))],
+        feet: vec![(Side::Left, log(&walk.left)), (Side::Right, log(&walk.right))],
         visits: vec![
             ("A1", [e + 0.3, n, u], 5, 8),
             ("A2", [end[0], end[1] + 0.5, end[2]], last_s - 2, last_s),
@@ -215,6 +216,6 @@ async fn a_recorded_walk_of_one_foot_is_the_same_by_every_door() {
     let mut text = Vec::new();
     let mut packed = flate2::read::GzDecoder::new(std::fs::File::open(path).unwrap());
     std::io::Read::read_to_end(&mut packed, &mut text).unwrap();
-    let input = Input { feet: vec![(Foot::Right, text)], visits: Vec::new(), start: [100.0, -50.0, 2.5] };
+    let input = Input { feet: vec![(Side::Right, text)], visits: Vec::new(), start: [100.0, -50.0, 2.5] };
     every_door_agrees(&input).await;
 }

@@ -6,8 +6,9 @@ use lodestep_engine::geo::Site;
 use lodestep_engine::parse::batch::Batch;
 use lodestep_engine::parse::frame;
 use lodestep_engine::parse::live_message::{Answer, DeviceMessage, FaultMessage, NextSequence, VisitMessage};
-use lodestep_engine::sample::{Foot, ImuSample};
+use lodestep_engine::sample::ImuSample;
 use lodestep_engine::sim::{self, SensorModel, WalkKind};
+use lodestep_engine::systems::pedestrian::Side;
 use lodestep_server::store::track::{self, Run};
 use lodestep_server::store::{Store, stream_chunks, visits};
 use lodestep_tests::device::TestDevice;
@@ -27,19 +28,19 @@ fn walk() -> sim::Walk {
 }
 
 /// The batches of both feet in the order in which a device sends them, from these numbers on.
-fn batches(walk: &sim::Walk, from: NextSequence) -> impl Iterator<Item = (Foot, u64, &[ImuSample])> {
+fn batches(walk: &sim::Walk, from: NextSequence) -> impl Iterator<Item = (Side, u64, &[ImuSample])> {
     let feet = walk.left.chunks(BATCH).zip(walk.right.chunks(BATCH)).enumerate();
     feet.flat_map(move |(number, (left, right))| {
         let number = number as u64;
         [
-            (number >= from.left).then_some((Foot::Left, number, left)),
-            (number >= from.right).then_some((Foot::Right, number, right)),
+            (number >= from.left).then_some((Side::Left, number, left)),
+            (number >= from.right).then_some((Side::Right, number, right)),
         ]
     })
     .flatten()
 }
 
-async fn stored_samples(store: &Store, session_id: &str, foot: Foot) -> Vec<ImuSample> {
+async fn stored_samples(store: &Store, session_id: &str, foot: Side) -> Vec<ImuSample> {
     let id = Uuid::parse_str(session_id).unwrap();
     let chunks: Vec<_> = stream_chunks::of_foot(store.read(), id, foot).try_collect().await.unwrap();
     chunks.into_iter().flat_map(|chunk| chunk.samples).collect()
@@ -58,8 +59,8 @@ async fn an_acknowledged_batch_is_on_disk_even_if_the_server_never_stops_in_good
     for (foot, number, samples) in batches(&walk, NextSequence::default()).take(20) {
         device.send_frame(foot, number, samples).await;
     }
-    device.acknowledged(Foot::Left, 9).await;
-    device.acknowledged(Foot::Right, 9).await;
+    device.acknowledged(Side::Left, 9).await;
+    device.acknowledged(Side::Right, 9).await;
 
     // What a power cut would leave: the files as they are at this moment, the server still running.
     let copy = tempfile::TempDir::new().unwrap();
@@ -67,8 +68,8 @@ async fn an_acknowledged_batch_is_on_disk_even_if_the_server_never_stops_in_good
         std::fs::copy(server.folder().join(file), copy.path().join(file)).unwrap();
     }
     let store = Store::open(&copy.path().join("lodestep.db"), 1).await.unwrap();
-    assert_eq!(stored_samples(&store, &session_id, Foot::Left).await, walk.left[..10 * BATCH]);
-    assert_eq!(stored_samples(&store, &session_id, Foot::Right).await, walk.right[..10 * BATCH]);
+    assert_eq!(stored_samples(&store, &session_id, Side::Left).await, walk.left[..10 * BATCH]);
+    assert_eq!(stored_samples(&store, &session_id, Side::Right).await, walk.right[..10 * BATCH]);
     store.close().await;
 }
 
@@ -78,15 +79,15 @@ async fn a_repeated_batch_is_acknowledged_again_and_changes_nothing() {
     let inspector = server.inspector().await;
     let (mut device, session_id) = TestDevice::begin(&server, &inspector).await;
     let walk = walk();
-    device.send_frame(Foot::Left, 0, &walk.left[..BATCH]).await;
-    device.acknowledged(Foot::Left, 0).await;
+    device.send_frame(Side::Left, 0, &walk.left[..BATCH]).await;
+    device.acknowledged(Side::Left, 0).await;
     // Even with other samples in it: what is on disk stands.
-    device.send_frame(Foot::Left, 0, &walk.right[..BATCH]).await;
-    assert_eq!(device.next().await, Answer::Ack { foot: Foot::Left, sequence: 0 });
-    device.send_frame(Foot::Left, 1, &walk.left[BATCH..2 * BATCH]).await;
-    device.acknowledged(Foot::Left, 1).await;
+    device.send_frame(Side::Left, 0, &walk.right[..BATCH]).await;
+    assert_eq!(device.next().await, Answer::Ack { foot: Side::Left, sequence: 0 });
+    device.send_frame(Side::Left, 1, &walk.left[BATCH..2 * BATCH]).await;
+    device.acknowledged(Side::Left, 1).await;
     let store = open_store(&server).await;
-    assert_eq!(stored_samples(&store, &session_id, Foot::Left).await, walk.left[..2 * BATCH]);
+    assert_eq!(stored_samples(&store, &session_id, Side::Left).await, walk.left[..2 * BATCH]);
     store.close().await;
 }
 
@@ -96,16 +97,16 @@ async fn a_hole_is_told_with_the_batch_that_is_expected_and_the_stream_goes_on_f
     let inspector = server.inspector().await;
     let (mut device, _) = TestDevice::begin(&server, &inspector).await;
     let walk = walk();
-    device.send_frame(Foot::Right, 0, &walk.right[..BATCH]).await;
-    device.acknowledged(Foot::Right, 0).await;
-    device.send_frame(Foot::Right, 2, &walk.right[2 * BATCH..3 * BATCH]).await;
+    device.send_frame(Side::Right, 0, &walk.right[..BATCH]).await;
+    device.acknowledged(Side::Right, 0).await;
+    device.send_frame(Side::Right, 2, &walk.right[2 * BATCH..3 * BATCH]).await;
     let Answer::Error(problem) = device.next().await else { panic!("an error") };
     assert_eq!(problem["code"], "sequence_gap");
     assert_eq!(problem["foot"], "right");
     assert_eq!(problem["expected_sequence"], 1);
     assert_eq!(problem["status"], 409);
-    device.send_frame(Foot::Right, 1, &walk.right[BATCH..2 * BATCH]).await;
-    device.acknowledged(Foot::Right, 1).await;
+    device.send_frame(Side::Right, 1, &walk.right[BATCH..2 * BATCH]).await;
+    device.acknowledged(Side::Right, 1).await;
 }
 
 #[tokio::test]
@@ -115,7 +116,7 @@ async fn a_frame_of_a_wrong_length_is_told_what_was_expected_and_the_link_holds(
     let (mut device, _) = TestDevice::begin(&server, &inspector).await;
     let walk = walk();
     let mut frame = Vec::new();
-    let batch = Batch { foot: Foot::Left, sequence: 0, samples: walk.left[..BATCH].to_vec() };
+    let batch = Batch { foot: Side::Left, sequence: 0, samples: walk.left[..BATCH].to_vec() };
     frame::encode(&batch, &mut frame).unwrap();
     device.send_bytes(frame[..frame.len() - 3].to_vec()).await;
     let Answer::Error(problem) = device.next().await else { panic!("an error") };
@@ -123,7 +124,7 @@ async fn a_frame_of_a_wrong_length_is_told_what_was_expected_and_the_link_holds(
     let detail = problem["detail"].as_str().unwrap();
     assert!(detail.contains("2216 bytes") && detail.contains("2213 bytes"), "{detail}");
     device.send_bytes(frame).await;
-    device.acknowledged(Foot::Left, 0).await;
+    device.acknowledged(Side::Left, 0).await;
 }
 
 #[tokio::test]
@@ -216,7 +217,7 @@ async fn stream_with_parameters(
         let (_, last, _) = whole[end - 1];
         if end < whole.len() {
             // Not all of it is acknowledged when the link goes.
-            device.acknowledged(Foot::Left, last - 5).await;
+            device.acknowledged(Side::Left, last - 5).await;
             device.cut();
             if first != second {
                 server.choose_parameters(second).await;
@@ -227,13 +228,13 @@ async fn stream_with_parameters(
             let next;
             (device, next) = TestDevice::go_on(&server, &session_id).await;
             assert!(next.left > last - 5, "acknowledged batches are not asked for again: {next:?}");
-            let wanted = |(foot, number, _): &(Foot, u64, &[ImuSample])| {
-                *number >= if *foot == Foot::Left { next.left } else { next.right }
+            let wanted = |(foot, number, _): &(Side, u64, &[ImuSample])| {
+                *number >= if *foot == Side::Left { next.left } else { next.right }
             };
             sent = whole.iter().position(wanted).unwrap();
         } else {
-            device.acknowledged(Foot::Left, last).await;
-            device.acknowledged(Foot::Right, last).await;
+            device.acknowledged(Side::Left, last).await;
+            device.acknowledged(Side::Right, last).await;
         }
     }
     // However often it was sent.
@@ -348,7 +349,7 @@ async fn the_feed_tells_first_the_picture_and_then_every_change_without_a_hole()
     for (foot, number, samples) in all.by_ref().take(120) {
         device.send_frame(foot, number, samples).await;
     }
-    device.acknowledged(Foot::Right, 59).await;
+    device.acknowledged(Side::Right, 59).await;
 
     // What is on disk reaches the feed a moment later: ask until the session is in the picture.
     let (mut feed, snapshot) = loop {
@@ -430,8 +431,8 @@ async fn the_newest_connection_of_a_session_takes_over() {
     let (mut second, _) = TestDevice::go_on(&server, &session_id).await;
     assert_eq!(first.next_error().await, "taken_over");
     let walk = walk();
-    second.send_frame(Foot::Left, 0, &walk.left[..BATCH]).await;
-    second.acknowledged(Foot::Left, 0).await;
+    second.send_frame(Side::Left, 0, &walk.left[..BATCH]).await;
+    second.acknowledged(Side::Left, 0).await;
 }
 
 #[tokio::test]

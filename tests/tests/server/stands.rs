@@ -5,8 +5,9 @@ use std::sync::LazyLock;
 use std::time::Duration;
 
 use lodestep_engine::geo::{Site, terrain};
-use lodestep_engine::sample::{Foot, ImuSample};
+use lodestep_engine::sample::ImuSample;
 use lodestep_engine::sim::{MarkerVisit, SensorModel, Simulator, WalkKind};
+use lodestep_engine::systems::pedestrian::Side;
 use lodestep_tests::device::TestDevice;
 use lodestep_tests::feed::TestFeed;
 use lodestep_tests::hand_in::{ask, log};
@@ -63,11 +64,11 @@ async fn streamed(server: &TestServer, automatic: bool) -> (TestDevice, String) 
     let mut last = 0;
     for (number, (left, right)) in WALK.logs[0].chunks(BATCH).zip(WALK.logs[1].chunks(BATCH)).enumerate() {
         last = number as u64;
-        device.send_frame(Foot::Left, last, left).await;
-        device.send_frame(Foot::Right, last, right).await;
+        device.send_frame(Side::Left, last, left).await;
+        device.send_frame(Side::Right, last, right).await;
     }
-    device.acknowledged(Foot::Left, last).await;
-    device.acknowledged(Foot::Right, last).await;
+    device.acknowledged(Side::Left, last).await;
+    device.acknowledged(Side::Right, last).await;
     (device, session_id)
 }
 

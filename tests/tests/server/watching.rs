@@ -3,7 +3,8 @@
 use std::collections::BTreeSet;
 use std::path::Path;
 
-use lodestep_engine::sample::{Foot, ImuSample};
+use lodestep_engine::sample::ImuSample;
+use lodestep_engine::systems::pedestrian::Side;
 use lodestep_tests::device::TestDevice;
 use lodestep_tests::hand_in::ask;
 use lodestep_tests::server::TestServer;
@@ -71,7 +72,7 @@ async fn the_dashboard_draws_figures_that_there_are_and_none_is_left_out() {
     let server = TestServer::start().await;
     // A little of everything that is counted.
     let (mut device, _) = TestDevice::begin(&server, &server.inspector().await).await;
-    for foot in Foot::BOTH {
+    for foot in Side::BOTH {
         device.send_frame(foot, 0, &at_rest()).await;
         device.acknowledged(foot, 0).await;
     }

@@ -6,21 +6,23 @@
 use nalgebra::{Matrix3, Vector3};
 use serde::{Deserialize, Serialize};
 
-use super::foot::{Foot, Step};
+use super::aids::Aids;
+use super::config::Config;
+use super::foot::{FootState, Step};
 use super::line::FootLine;
+use super::side::Side;
 use super::slow_errors::{Slow, deviation, stride, surroundings};
+use super::swing::Following;
 use super::tuning::Tuning;
 use super::two_feet::Passing;
 use super::walked::Walked;
-use crate::detect::swing::Following;
 use crate::event::Event;
 use crate::ins::eskf::Eskf;
 use crate::ins::layout::{BLOCKS_A_SENSOR, ErrorState};
 use crate::ins::mechanization::advance;
 use crate::ins::observation::Observation;
 use crate::rotation::heading;
-use crate::sample;
-use crate::session::{Aids, SessionConfig};
+use crate::system::SessionConfig;
 
 /// A step longer than this is not integrated: what the foot did meanwhile is unknown, s.
 const LONGEST_STEP_S: f64 = 0.2;
@@ -29,11 +31,11 @@ const DOUBTFUL_STAND_M_S: f64 = 0.075;
 /// After so long in the air a foot may have come down, whatever its speed: the strapdown of a hard run, whose
 /// gyro has met its limit, is wrong by metres a second, s.
 const SURE_FLIGHT_S: f64 = 0.35;
-/// 99.9 % of three normal squares.
+/// 99.9 % quantile of χ² with 3 degrees of freedom.
 pub(super) const GATE_3: f64 = 16.27;
-/// 99.9 % of two normal squares.
+/// 99.9 % quantile of χ² with 2 degrees of freedom.
 pub(super) const GATE_2: f64 = 13.82;
-/// 99.9 % of one normal square.
+/// 99.9 % quantile of χ² with 1 degree of freedom.
 pub(super) const GATE_1: f64 = 10.83;
 
 /// What the filter needs to know besides the samples.
@@ -44,18 +46,18 @@ pub(crate) struct Setting {
     pub(crate) gravity_m_s2: f64,
     pub(crate) declination_rad: f64,
     /// The feet in the order of their sensors' numbers.
-    pub(crate) feet: Vec<sample::Foot>,
+    pub(crate) feet: Vec<Side>,
 }
 
 impl Setting {
     /// Of the feet that take part, each by its line.
-    pub(crate) fn new(config: &SessionConfig, lines: &[FootLine]) -> Setting {
+    pub(crate) fn new(session: &SessionConfig, config: &Config, lines: &[FootLine]) -> Setting {
         Setting {
             tuning: config.tuning.clone(),
             aids: config.aids,
-            gravity_m_s2: config.gravity_m_s2,
-            declination_rad: config.declination_rad,
-            feet: lines.iter().map(FootLine::foot).collect(),
+            gravity_m_s2: session.gravity_m_s2,
+            declination_rad: session.declination_rad,
+            feet: lines.iter().map(FootLine::side).collect(),
         }
     }
 }
@@ -66,7 +68,7 @@ impl Setting {
 pub(crate) struct Filter<const B: usize, const F: usize> {
     pub(crate) eskf: Eskf<B>,
     #[serde(with = "crate::array")]
-    pub(crate) feet: [Foot; F],
+    pub(crate) feet: [FootState; F],
     pub(crate) walked: Walked,
     pub(crate) slow: Slow,
     /// Where one foot was nearest to the other.
@@ -81,7 +83,7 @@ pub(crate) struct Filter<const B: usize, const F: usize> {
 }
 
 impl<const B: usize, const F: usize> Filter<B, F> {
-    pub(crate) fn new(feet: [Foot; F]) -> Self {
+    pub(crate) fn new(feet: [FootState; F]) -> Self {
         let place_n = feet[0].nav.p_n;
         let start_ns = feet.iter().map(|foot| foot.t_ns).min().unwrap_or(0);
         Filter {
@@ -208,7 +210,7 @@ impl<const B: usize, const F: usize> Filter<B, F> {
         (update.nis, update.correction.is_some())
     }
 
-    /// Takes estimated errors off all that they are errors of.
+    /// Applies a correction to every state.
     #[inline]
     pub(super) fn correct(&mut self, correction: &[Vector3<f64>; B]) {
         for (sensor, foot) in self.feet.iter_mut().enumerate() {

@@ -4,9 +4,9 @@ use nalgebra::{Matrix3, Vector3};
 use serde::{Deserialize, Serialize};
 
 use super::filter::seconds;
+use super::stance_magnetics::StanceMagnetics;
+use super::swing::Swing;
 use super::tuning::Tuning;
-use crate::detect::stance_magnetics::StanceMagnetics;
-use crate::detect::swing::Swing;
 use crate::ins::error_model::Transition;
 use crate::ins::nav_state::NavState;
 
@@ -35,7 +35,7 @@ pub(crate) struct Step {
 
 /// One foot: its strapdown, and what the present stance or swing has shown so far.
 #[derive(Clone, Debug, Serialize, Deserialize)]
-pub(crate) struct Foot {
+pub(crate) struct FootState {
     pub(crate) nav: NavState,
     pub(crate) transition: Transition,
     pub(crate) t_ns: i64,
@@ -86,10 +86,10 @@ pub(crate) struct Stance {
     pub(crate) magnetics: StanceMagnetics,
 }
 
-impl Foot {
+impl FootState {
     /// A foot in the state `nav`, at its first sample.
     pub(crate) fn new(nav: NavState, t_ns: i64, w_ib_b: Vector3<f64>) -> Self {
-        Foot {
+        FootState {
             nav,
             transition: Transition::none(),
             t_ns,

@@ -29,9 +29,9 @@ impl<const B: usize, const F: usize> Filter<B, F> {
             None
         };
         SensorState {
-            foot: setting.feet[sensor],
+            stream: setting.feet[sensor].stream(),
             t_ns: foot.t_ns,
-            stands: foot.stance.stands,
+            stance: foot.stance.stands,
             gyro_bias_b_rad_s: foot.nav.gyro_bias_b.into(),
             sigma_gyro_bias_rad_s: sigma(ErrorState::GyroBias),
             accelerometer_bias_b_m_s2: foot.nav.accelerometer_bias_b.into(),

@@ -5,19 +5,28 @@ use std::collections::VecDeque;
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 
+use super::cadence::{Cadence, MOST_PER_S};
+use super::causes::WalkCause;
 use super::foot::Step;
+use super::side::Side;
 use super::tuning::Tuning;
-use crate::detect::sensor_health::SensorHealth;
+use crate::anomaly::Anomaly;
+use crate::detect::sensor_health::{Limits, SensorHealth};
 use crate::detect::stance::{StanceDecision, StanceDetector};
-use crate::event::{Anomaly, Event};
+use crate::event::Event;
 use crate::ins::alignment::{Aligner, StandingStart};
-use crate::sample::{Foot, ImuSample};
+use crate::merge::Queued;
+use crate::sample::ImuSample;
+
+/// What no foot does: such a reading is broken.
+const LIMITS: Limits = Limits { largest_rate_rad_s: 90.0, largest_force_m_s2: 2000.0 };
 
 /// The samples of one foot on their way.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub(crate) struct FootLine {
-    foot: Foot,
+    side: Side,
     health: SensorHealth,
+    cadence: Cadence,
     /// Empty once the line is open, before which nothing is saved.
     #[serde(skip, default = "no_aligner")]
     aligner: Aligner,
@@ -40,10 +49,11 @@ pub(crate) struct FootLine {
 }
 
 impl FootLine {
-    pub(crate) fn new(foot: Foot, longest_alignment_s: f64) -> Self {
+    pub(crate) fn new(side: Side, longest_alignment_s: f64) -> Self {
         FootLine {
-            foot,
-            health: SensorHealth::new(foot),
+            side,
+            health: SensorHealth::new(side.stream(), LIMITS),
+            cadence: Cadence::new(),
             aligner: Aligner::new(longest_alignment_s),
             aligned: false,
             start: None,
@@ -62,18 +72,13 @@ impl FootLine {
         }
     }
 
-    pub(crate) fn foot(&self) -> Foot {
-        self.foot
+    pub(crate) fn side(&self) -> Side {
+        self.side
     }
 
     /// Time of the first sample that could be used, ns.
     pub(crate) fn first_ns(&self) -> i64 {
         self.first_ns.unwrap_or(0)
-    }
-
-    /// Time of the newest sample that could be used, ns.
-    pub(crate) fn newest_ns(&self) -> Option<i64> {
-        self.newest_ns
     }
 
     /// From the first to the newest sample, ns.
@@ -83,10 +88,6 @@ impl FootLine {
 
     pub(crate) fn is_aligned(&self) -> bool {
         self.aligned
-    }
-
-    pub(crate) fn has_ended(&self) -> bool {
-        self.ended
     }
 
     /// The standing start, once [`Self::align`] has been called and there was a sample.
@@ -113,7 +114,11 @@ impl FootLine {
 
     /// Takes a sample as it was logged.
     pub(crate) fn push(&mut self, sample: &ImuSample, events: &mut Vec<Event>) {
-        let admitted = self.health.admit(sample, &mut self.anomalies);
+        let cadence = &mut self.cadence;
+        let admitted = self.health.admit_with(sample, &mut self.anomalies, |sample| {
+            let per_s = cadence.take(sample.t_ns, &sample.w_ib_b_rad_s)?;
+            Some(WalkCause::ImpossibleCadence { per_s, most_per_s: MOST_PER_S })
+        });
         events.extend(self.anomalies.drain(..).map(Event::Anomaly));
         let Some(sample) = admitted else { return };
         self.first_ns.get_or_insert(sample.t_ns);
@@ -171,11 +176,6 @@ impl FootLine {
         }
     }
 
-    /// Time of the next step, ns.
-    pub(crate) fn next_ns(&self) -> Option<i64> {
-        self.decided.front().map(|step| step.t_ns)
-    }
-
     /// The next step.
     pub(crate) fn take(&mut self) -> Option<Step> {
         let step = self.decided.pop_front();
@@ -221,6 +221,20 @@ impl FootLine {
             zupt_sigma_m_s: f64::from(zupt_sigma_m_s as f32),
             opens_epoch: false,
         });
+    }
+}
+
+impl Queued for FootLine {
+    fn next_ns(&self) -> Option<i64> {
+        self.decided.front().map(|step| step.t_ns)
+    }
+
+    fn newest_ns(&self) -> Option<i64> {
+        self.newest_ns
+    }
+
+    fn has_ended(&self) -> bool {
+        self.ended
     }
 }
 

@@ -6,22 +6,39 @@
 //! they know of each other) and `visits` (markers), with `lost` for a foot of which nothing was
 //! heard, `position` for its points and `inside` for what is only looked at. `replayed` is what late visits and smoothing ask of it
 //! (`crate::replay`), on steps as `kept_step` keeps them. `foot` is what is kept of one foot, `walked` how far it
-//! went, `tuning` every parameter.
+//! went, `tuning` every parameter. `system` joins them to what a session asks of a system; `declaration` says what that is to the
+//! rest of the house, with `side` (the streams), `aids`, `parameters` and `causes` (what can be wrong).
 
+pub mod aids;
+pub mod causes;
+pub mod side;
 pub mod tuning;
 
 pub(crate) mod filter;
 pub(crate) mod foot;
-pub(crate) mod kept_step;
 pub(crate) mod line;
 pub(crate) mod slow_errors;
-pub(crate) mod start;
+pub(crate) mod system;
 
+mod cadence;
+mod config;
+mod declaration;
+pub mod foot_separation;
 mod inside;
+mod kept_step;
 mod lost;
+mod parameters;
 mod position;
 mod replayed;
 mod stance_aids;
+pub mod stance_magnetics;
+mod start;
+pub mod swing;
 mod two_feet;
 mod visits;
 mod walked;
+
+pub use self::aids::Aids;
+pub use self::config::{Config, two_feet};
+pub use self::declaration::DECLARATION;
+pub use self::side::{BOTH, LEFT, RIGHT, Side, stream};

@@ -3,7 +3,7 @@
 use nalgebra::{Matrix3, Vector3};
 
 use super::filter::{Filter, Setting, seconds};
-use crate::event::{FootPoint, TrackPoint};
+use crate::event::{Part, TrackPoint};
 use crate::ins::layout::ErrorState;
 use crate::rotation::heading;
 
@@ -68,12 +68,11 @@ impl<const B: usize, const F: usize> Filter<B, F> {
             let p_n = if late_s > 0.0 { foot.nav.p_n + foot.nav.v_n * late_s } else { foot.nav.p_n };
             middle += p_n;
             feet[setting.feet[sensor].index()] =
-                Some(FootPoint { position_n_m: p_n.into(), stance: foot.stance.stands });
+                Some(Part { position_n_m: p_n.into(), stance: foot.stance.stands });
         }
         middle /= self.present().count() as f64;
         let covariance = self.middle_covariance();
         let sigma = |axis: usize| covariance[(axis, axis)].max(0.0).sqrt();
-        let [left, right] = feet;
         TrackPoint {
             t_ns,
             position_n_m: middle.into(),
@@ -81,8 +80,8 @@ impl<const B: usize, const F: usize> Filter<B, F> {
             sigma_heading_rad: self.sigma_heading_rad(0),
             sigma_n_m: [sigma(0), sigma(1), sigma(2)],
             covariance_en_m2: covariance[(0, 1)],
-            left,
-            right,
+            tilt: None,
+            parts: feet,
         }
     }
 }

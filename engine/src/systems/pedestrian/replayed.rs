@@ -12,7 +12,6 @@ use crate::ins::layout::ErrorState;
 use crate::ins::rows::Rows;
 use crate::replay::filter::Replayed;
 use crate::rotation::{azimuth, cayley, wrap};
-use crate::sample::Foot;
 use crate::visit::Visit;
 
 /// What smoothing a point of the feet needs beside the errors.
@@ -109,12 +108,8 @@ impl<const B: usize, const F: usize> Replayed<B> for Filter<B, F> {
     ) -> TrackPoint {
         let mut point = *filtered;
         let (mut sum, mut feet) = (Vector3::zeros(), 0.0);
-        for (sensor, foot) in setting.feet.iter().enumerate() {
-            let place = match foot {
-                Foot::Left => &mut point.left,
-                Foot::Right => &mut point.right,
-            };
-            let Some(place) = place else { continue };
+        for (sensor, side) in setting.feet.iter().enumerate() {
+            let Some(place) = &mut point.parts[side.index()] else { continue };
             let off = errors[ErrorState::Position.of(sensor)]
                 + errors[ErrorState::Velocity.of(sensor)] * at.ahead_s[sensor]
                 + stride_matrix(&at.moved_n[sensor]) * errors[stride(sensor, setting.feet.len())];

@@ -3,12 +3,16 @@
 
 use nalgebra::{Matrix3, Vector3};
 
+use super::aids;
+use super::causes::WalkCause;
 use super::filter::{Filter, GATE_1, GATE_3, Setting, seconds};
-use super::foot::{Foot, Step};
+use super::foot::{FootState, Step};
+use super::side::Side;
 use super::slow_errors::{
     DEFLECTION, PRESSURE_DRIFT, deviation, deviation_row, surroundings, surroundings_row,
 };
-use crate::event::{AidKind, AidOutcome, Event};
+use crate::anomaly::Cause;
+use crate::event::{AidOutcome, Event};
 use crate::ins::observation::Observation;
 use crate::measure::height::{height, pressure_height_m};
 use crate::measure::magnetic_heading::magnetic_heading;
@@ -16,8 +20,6 @@ use crate::measure::magnetic_rate::magnetic_rate;
 use crate::measure::zero_angular_rate::zero_angular_rate;
 use crate::measure::zero_velocity::zero_velocity;
 use crate::rotation::heading;
-use crate::sample::Foot as Side;
-use crate::trouble::Trouble;
 
 /// The heading of the linearised filter means nothing beyond this sigma, rad.
 const HEADING_UNCERTAIN_RAD: f64 = 0.5;
@@ -102,30 +104,30 @@ impl<const B: usize, const F: usize> Filter<B, F> {
         self.drift(setting, sensor);
         let foot = &self.feet[sensor];
         let t_ns = foot.t_ns;
-        let which = Some(setting.feet[sensor]);
+        let stream = Some(setting.feet[sensor].stream());
         let outcome = |aid, nis, degrees_of_freedom, updates, accepted| {
-            Event::Aid(AidOutcome { t_ns, foot: which, aid, nis, degrees_of_freedom, updates, accepted })
+            Event::Aid(AidOutcome { t_ns, stream, aid, nis, degrees_of_freedom, updates, accepted })
         };
         if foot.stance.updates > 0 {
             let nis = foot.stance.nis_sum / f64::from(foot.stance.updates);
-            told.push(outcome(AidKind::Zupt, nis, 3, foot.stance.updates, true));
+            told.push(outcome(aids::ZUPT, nis, 3, foot.stance.updates, true));
         }
         self.check_mounting(setting, sensor, told);
         self.check_field(setting, sensor, told);
         if setting.aids.maru
             && let Some((nis, accepted)) = self.apply_rates(setting, sensor)
         {
-            told.push(outcome(AidKind::Maru, nis, 3, 1, accepted));
+            told.push(outcome(aids::MARU, nis, 3, 1, accepted));
         }
         if setting.aids.heading
             && let Some((nis, accepted)) = self.apply_heading(setting, sensor)
         {
-            told.push(outcome(AidKind::Heading, nis, 1, 1, accepted));
+            told.push(outcome(aids::HEADING, nis, 1, 1, accepted));
         }
         if setting.aids.altimeter
             && let Some((nis, accepted)) = self.apply_height(setting, sensor)
         {
-            told.push(outcome(AidKind::Altimeter, nis, 1, 1, accepted));
+            told.push(outcome(aids::ALTIMETER, nis, 1, 1, accepted));
         }
         self.watch_heading(setting, sensor, told);
     }
@@ -261,13 +263,13 @@ impl<const B: usize, const F: usize> Filter<B, F> {
         }
         foot.odd_field_stances += 1;
         if foot.odd_field_stances == ODD_FIELD_STANCES {
-            let trouble = Trouble::MagneticField {
+            let cause = WalkCause::MagneticField {
                 weakest_ut: tuning.weakest_field_ut,
                 strongest_ut: tuning.strongest_field_ut,
                 stances: ODD_FIELD_STANCES,
                 found_ut: strength_ut,
             };
-            told.push(of_stance(&trouble, setting.feet[sensor], foot));
+            told.push(of_stance(&cause, setting.feet[sensor], foot));
         }
     }
 
@@ -283,19 +285,19 @@ impl<const B: usize, const F: usize> Filter<B, F> {
         let f_n = foot.stance.first_c_nb * (foot.stance.force_sum / f64::from(foot.stance.samples));
         let tilt_rad = libm::atan2(f_n.xy().norm(), f_n.z);
         let speed_m_s = foot.stance.first_speed_m_s;
-        let tilted = |foot: &Foot| foot.tilted_stances.count_ones() >= 3;
-        let fast = |foot: &Foot| foot.fast_landings.count_ones() >= 6;
+        let tilted = |foot: &FootState| foot.tilted_stances.count_ones() >= 3;
+        let fast = |foot: &FootState| foot.fast_landings.count_ones() >= 6;
         let before = (tilted(foot), fast(foot));
         foot.tilted_stances = (foot.tilted_stances << 1) | u8::from(tilt_rad > 0.35);
         foot.fast_landings = (foot.fast_landings << 1) | u8::from(speed_m_s > FASTEST_LANDING_M_S);
-        let trouble = if tilted(foot) && !before.0 {
-            Trouble::TiltedInStance { tilt_deg: tilt_rad.to_degrees() }
+        let cause = if tilted(foot) && !before.0 {
+            WalkCause::TiltedInStance { tilt_deg: tilt_rad.to_degrees() }
         } else if fast(foot) && !before.1 {
-            Trouble::FastLandings { landing_speed_m_s: speed_m_s }
+            WalkCause::FastLandings { landing_speed_m_s: speed_m_s }
         } else {
             return;
         };
-        told.push(of_stance(&trouble, setting.feet[sensor], foot));
+        told.push(of_stance(&cause, setting.feet[sensor], foot));
     }
 
     pub(super) fn watch_heading(&mut self, setting: &Setting, sensor: usize, told: &mut Vec<Event>) {
@@ -303,15 +305,15 @@ impl<const B: usize, const F: usize> Filter<B, F> {
         let uncertain = sigma > HEADING_UNCERTAIN_RAD;
         if uncertain && !self.heading_uncertain {
             let t_ns = self.feet[sensor].t_ns;
-            let trouble = Trouble::HeadingUncertain { sigma_heading_deg: sigma.to_degrees() };
-            told.push(Event::Anomaly(trouble.anomaly(Some(setting.feet[sensor]), [t_ns; 2], 0)));
+            let cause = WalkCause::HeadingUncertain { sigma_heading_deg: sigma.to_degrees() };
+            told.push(Event::Anomaly(cause.anomaly(Some(setting.feet[sensor].stream()), [t_ns; 2], 0)));
         }
         self.heading_uncertain = uncertain;
     }
 }
 
-/// Trouble that a stance has shown, from its beginning until now.
-fn of_stance(trouble: &Trouble, side: Side, foot: &Foot) -> Event {
+/// What a stance has shown to be wrong, from its beginning until now.
+fn of_stance(cause: &WalkCause, side: Side, foot: &FootState) -> Event {
     let samples = u64::from(foot.stance.samples);
-    Event::Anomaly(trouble.anomaly(Some(side), [foot.stance.since_ns, foot.t_ns], samples))
+    Event::Anomaly(cause.anomaly(Some(side.stream()), [foot.stance.since_ns, foot.t_ns], samples))
 }

@@ -2,16 +2,19 @@
 
 use nalgebra::{Matrix3, Vector3};
 
+use super::causes::WalkCause;
+use super::config::Config;
 use super::filter::{Filter, Setting};
-use super::foot::Foot;
+use super::foot::FootState;
 use super::line::FootLine;
 use super::slow_errors::blocks;
+use crate::anomaly::Cause;
+use crate::cause::SensorCause;
 use crate::event::{Alignment, Event, HeadingSource};
 use crate::ins::alignment::StandingStart;
 use crate::ins::nav_state::NavState;
 use crate::rotation::{level, wrap};
-use crate::session::SessionConfig;
-use crate::trouble::Trouble;
+use crate::system::SessionConfig;
 
 /// How sure the place of a foot beside the middle of both is, m.
 const FOOT_PLACE_SIGMA_M: f64 = 0.05;
@@ -40,25 +43,30 @@ struct FirstHeading {
 }
 
 /// Starts the filter of the feet in `lines` (one or two, each with a standing start), opens the
-/// lines and tells how they were aligned.
-pub(crate) fn resolve(config: &SessionConfig, lines: &mut [FootLine], events: &mut Vec<Event>) -> Starts {
-    let headings = first_headings(config, lines);
+/// lines and reports how they were aligned.
+pub(crate) fn resolve(
+    session: &SessionConfig,
+    config: &Config,
+    lines: &mut [FootLine],
+    events: &mut Vec<Event>,
+) -> Starts {
+    let headings = first_headings(session, config, lines);
     let begin_ns = lines.iter().map(FootLine::first_ns).min().unwrap_or(0);
     let mut feet = Vec::new();
     let mut variances = Vec::new();
     let mut seen = Vec::new();
     for (sensor, (line, first)) in lines.iter().zip(&headings).enumerate() {
         let (Some(start), Some(sample)) = (line.start(), line.first_sample()) else { continue };
-        tell(config, line, start, first, events);
+        report(session, line, start, first, events);
         let nav = NavState {
             c_nb: start.attitude_at_first(first.rad),
             v_n: Vector3::zeros(),
-            p_n: Vector3::from(config.initial_position_n_m)
+            p_n: Vector3::from(session.initial_position_n_m)
                 + beside_middle(config, lines.len(), sensor, headings[0].rad),
             gyro_bias_b: start.gyro_bias_b,
             accelerometer_bias_b: Vector3::zeros(),
         };
-        feet.push(Foot::new(nav, begin_ns, sample.w_ib_b_rad_s.into()));
+        feet.push(FootState::new(nav, begin_ns, sample.w_ib_b_rad_s.into()));
         variances.push(first_variances(config, start, first));
         seen.push(
             start
@@ -67,11 +75,11 @@ pub(crate) fn resolve(config: &SessionConfig, lines: &mut [FootLine], events: &m
                 .map(|mag_b_ut| (level(&start.f_b, first.rad), mag_b_ut)),
         );
     }
-    let setting = Setting::new(config, lines);
+    let setting = Setting::new(session, config, lines);
     for line in lines.iter_mut() {
-        line.open(&config.tuning, config.gravity_m_s2);
+        line.open(&config.tuning, session.gravity_m_s2);
     }
-    if let Ok([left, right]) = <[Foot; 2]>::try_from(feet.clone()) {
+    if let Ok([left, right]) = <[FootState; 2]>::try_from(feet.clone()) {
         Starts::Two(started(Filter::new([left, right]), &setting, &variances, &seen), setting)
     } else {
         let one = feet.swap_remove(0);
@@ -101,7 +109,7 @@ fn started<const B: usize, const F: usize>(
 }
 
 /// Half the separation to the left or right of the middle, when there are two feet.
-fn beside_middle(config: &SessionConfig, feet: usize, sensor: usize, heading_rad: f64) -> Vector3<f64> {
+fn beside_middle(config: &Config, feet: usize, sensor: usize, heading_rad: f64) -> Vector3<f64> {
     if feet < 2 {
         return Vector3::zeros();
     }
@@ -111,13 +119,13 @@ fn beside_middle(config: &SessionConfig, feet: usize, sensor: usize, heading_rad
 
 /// The first foot's heading as given, else magnetic, else east; the second one's from the
 /// magnetometers where both have one, else its own x axis is taken to point the same way.
-fn first_headings(config: &SessionConfig, lines: &[FootLine]) -> Vec<FirstHeading> {
+fn first_headings(session: &SessionConfig, config: &Config, lines: &[FootLine]) -> Vec<FirstHeading> {
     let tuning = &config.tuning;
     let magnetic: Vec<Option<f64>> = lines
         .iter()
-        .map(|line| line.start().and_then(|start| start.magnetic_heading(config.declination_rad)))
+        .map(|line| line.start().and_then(|start| start.magnetic_heading(session.declination_rad)))
         .collect();
-    let first = match (config.initial_heading_rad, magnetic.first().copied().flatten()) {
+    let first = match (session.initial_heading_rad, magnetic.first().copied().flatten()) {
         (Some(rad), _) => {
             FirstHeading { rad, sigma_rad: tuning.given_heading_sigma_rad, source: HeadingSource::Given }
         }
@@ -165,7 +173,7 @@ fn first_headings(config: &SessionConfig, lines: &[FootLine]) -> Vec<FirstHeadin
         .collect()
 }
 
-fn first_variances(config: &SessionConfig, start: &StandingStart, first: &FirstHeading) -> [Matrix3<f64>; 5] {
+fn first_variances(config: &Config, start: &StandingStart, first: &FirstHeading) -> [Matrix3<f64>; 5] {
     let tuning = &config.tuning;
     let sigma_rad =
         if first.source == HeadingSource::Magnetic { UNKNOWN_HEADING_RAD } else { first.sigma_rad };
@@ -181,8 +189,8 @@ fn first_variances(config: &SessionConfig, start: &StandingStart, first: &FirstH
     ]
 }
 
-fn tell(
-    config: &SessionConfig,
+fn report(
+    session: &SessionConfig,
     line: &FootLine,
     start: &StandingStart,
     first: &FirstHeading,
@@ -192,7 +200,7 @@ fn tell(
     let (t_start_ns, t_end_ns) = (at(start.used.start), at(start.used.end.saturating_sub(1)));
     let rest_m_s2 = start.f_b.norm();
     events.push(Event::Aligned(Alignment {
-        foot: line.foot(),
+        stream: line.side().stream(),
         t_start_ns,
         t_end_ns,
         heading_rad: first.rad,
@@ -201,15 +209,16 @@ fn tell(
         gyro_bias_b_rad_s: start.gyro_bias_b.into(),
         rest_specific_force_m_s2: rest_m_s2,
     }));
-    let mut anomaly = |trouble: Trouble| {
+    let mut anomaly = |cause: &dyn Cause| {
         let samples = start.used.len() as u64;
-        events.push(Event::Anomaly(trouble.anomaly(Some(line.foot()), [t_start_ns, t_end_ns], samples)));
+        let stream = Some(line.side().stream());
+        events.push(Event::Anomaly(cause.anomaly(stream, [t_start_ns, t_end_ns], samples)));
     };
     if !start.still {
-        anomaly(Trouble::NoStillStart { wanted_still_s: WANTED_STILL_S });
+        anomaly(&WalkCause::NoStillStart { wanted_still_s: WANTED_STILL_S });
     }
-    let gravity_m_s2 = config.gravity_m_s2;
+    let gravity_m_s2 = session.gravity_m_s2;
     if (rest_m_s2 - gravity_m_s2).abs() > IMPOSSIBLE_REST_M_S2 {
-        anomaly(Trouble::ImpossibleRestGravity { rest_m_s2, gravity_m_s2 });
+        anomaly(&SensorCause::ImpossibleRestGravity { rest_m_s2, gravity_m_s2 });
     }
 }

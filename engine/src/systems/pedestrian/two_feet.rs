@@ -4,12 +4,13 @@
 use nalgebra::RowVector3;
 use serde::{Deserialize, Serialize};
 
+use super::aids;
 use super::filter::{Filter, GATE_1, GATE_2, Setting, seconds};
+use super::foot_separation::{Beside, foot_separation, stride_symmetry};
 use super::slow_errors::{SEPARATION, stride, stride_matrix, surroundings, surroundings_row};
-use crate::detect::swing::Following;
-use crate::event::{AidKind, AidOutcome, Event};
+use super::swing::Following;
+use crate::event::{AidOutcome, Event};
 use crate::ins::layout::ErrorState;
-use crate::measure::foot_separation::{Beside, foot_separation, stride_symmetry};
 
 /// Strides whose symmetry means something, m.
 const SHORTEST_STRIDE_M: f64 = 0.7;
@@ -82,8 +83,8 @@ impl<const B: usize, const F: usize> Filter<B, F> {
         }
         told.push(Event::Aid(AidOutcome {
             t_ns: self.feet[sensor].t_ns,
-            foot: None,
-            aid: AidKind::Separation,
+            stream: None,
+            aid: aids::SEPARATION,
             nis: update.nis,
             degrees_of_freedom: 1,
             updates: 1,

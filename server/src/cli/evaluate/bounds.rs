@@ -11,8 +11,9 @@ use lodestep_engine::evaluate::{loop_closure, motion_capture};
 use lodestep_engine::event::TrackPoint;
 use lodestep_engine::ins::imu_noise::ImuNoise;
 use lodestep_engine::parse::truth_csv;
-use lodestep_engine::sample::Foot;
-use lodestep_engine::session::{Aids, SessionConfig};
+use lodestep_engine::session::SessionConfig;
+use lodestep_engine::systems::pedestrian;
+use lodestep_engine::systems::pedestrian::Side;
 
 use super::recordings::{self, Judge, Recording};
 use crate::cli::failure::Failure;
@@ -104,7 +105,7 @@ pub(super) fn bounds(args: &BoundsArgs) -> Result<()> {
 
 impl Sums {
     fn add(&mut self, recording: &Recording, args: &BoundsArgs) -> Result<()> {
-        let told = walked(recording, SessionConfig::default())?;
+        let told = walked(recording, pedestrian::two_feet())?;
         let points = &told.track.points;
         let reached = match &recording.judge {
             Judge::MotionCapture(path) => {
@@ -134,8 +135,8 @@ impl Sums {
 
 /// The defaults without all that stands for more than the sensor's noise.
 fn by_noise_alone(args: &BoundsArgs) -> SessionConfig {
-    let mut config = SessionConfig::default();
-    let tuning = &mut config.tuning;
+    let mut config = pedestrian::two_feet();
+    let tuning = &mut pedestrian::Config::of_mut(&mut config).tuning;
     tuning.imu_noise = ImuNoise {
         angle_random_walk_rad_sqrt_s: args.angle_random_walk_rad_sqrt_s,
         angle_random_walk_share_sqrt_s: 0.0,
@@ -153,12 +154,12 @@ fn by_noise_alone(args: &BoundsArgs) -> SessionConfig {
 }
 
 fn walked(recording: &Recording, config: SessionConfig) -> Result<Walked> {
-    let logs = [(Foot::Left, &recording.left), (Foot::Right, &recording.right)];
+    let logs = [(Side::Left, &recording.left), (Side::Right, &recording.right)];
     let Some((foot, path)) = logs.into_iter().find_map(|(foot, log)| Some((foot, log.as_ref()?))) else {
         return Err(Failure::BadInput(format!("{} has no log", recording.name)).into());
     };
     let log = LogFile::open(path, &ProgressBar::hidden())?;
-    run(SessionConfig { feet: vec![foot], aids: Aids::default(), ..config }, &[], [(foot, log)])
+    run(SessionConfig { streams: vec![pedestrian::stream(foot)], ..config }, &[], [(foot, log)])
 }
 
 /// By how much the variances in plan and of the height have grown from the first point to the last, m².
@@ -187,13 +188,16 @@ mod tests {
             velocity_random_walk_m_s_sqrt_s: 1.8e-3,
         };
         let height_m2 = |config: SessionConfig| {
-            let aids = Aids { altimeter: false, ..Aids::default() };
-            let config =
-                SessionConfig { feet: vec![Foot::Left], aids, gravity_m_s2: site.gravity_m_s2, ..config };
-            let walked = run(config, &[], [(Foot::Left, InMemory(&walk.left))]).unwrap();
+            let mut config = SessionConfig {
+                streams: vec![pedestrian::stream(Side::Left)],
+                gravity_m_s2: site.gravity_m_s2,
+                ..config
+            };
+            pedestrian::Config::of_mut(&mut config).aids.altimeter = false;
+            let walked = run(config, &[], [(Side::Left, InMemory(&walk.left))]).unwrap();
             grown_m2(&walked.track.points).unwrap().1
         };
-        let (told, bound) = (height_m2(SessionConfig::default()), height_m2(by_noise_alone(&args)));
+        let (told, bound) = (height_m2(pedestrian::two_feet()), height_m2(by_noise_alone(&args)));
         assert!(bound > 1e-6 && bound < 0.25 * told, "{bound} and {told} m²");
     }
 }

@@ -12,9 +12,10 @@ use clap::Args;
 use lodestep_engine::evaluate::chi_square_bounds_95;
 use lodestep_engine::event::TrackPoint;
 use lodestep_engine::geo::Site;
-use lodestep_engine::sample::Foot;
-use lodestep_engine::session::{Aids, SessionConfig, Solution};
+use lodestep_engine::session::{SessionConfig, Solution};
 use lodestep_engine::sim::{self, SensorModel, Walk, WalkKind};
+use lodestep_engine::systems::pedestrian::Side;
+use lodestep_engine::systems::pedestrian::{self, Aids};
 
 use super::ladder::{InMemory, visits_of};
 use crate::cli::print::print;
@@ -33,7 +34,7 @@ pub(super) struct HonestyArgs {
 struct Configuration {
     name: &'static str,
     walk: WalkKind,
-    feet: &'static [Foot],
+    feet: &'static [Side],
     /// Without a magnetometer the true heading is given.
     heading_given: bool,
     aids: Aids,
@@ -46,8 +47,8 @@ const ZUPT_ALONE: Aids =
 
 fn configurations() -> Vec<Configuration> {
     let line = |metres: f64| WalkKind::Line { metres };
-    let both: &[Foot] = &Foot::BOTH;
-    let left: &[Foot] = &[Foot::Left];
+    let both: &[Side] = &Side::BOTH;
+    let left: &[Side] = &[Side::Left];
     let of = |name, walk, feet, heading_given, aids| Configuration { name, walk, feet, heading_given, aids };
     vec![
         of("one foot, zero velocity alone, 100 m straight", line(100.0), left, true, ZUPT_ALONE),
@@ -116,27 +117,26 @@ fn add(
     let first = configuration.feet[0];
     let middle = |at: usize| -> [f64; 3] {
         std::array::from_fn(|axis| {
-            let of = |foot: &Foot| walk.truth[at][foot.index()].position_n_m[axis];
+            let of = |foot: &Side| walk.truth[at][foot.index()].position_n_m[axis];
             configuration.feet.iter().map(of).sum::<f64>() / configuration.feet.len() as f64
         })
     };
-    let defaults = SessionConfig::default();
+    let own = pedestrian::Config { aids: configuration.aids, ..Default::default() };
+    let tuning = own.tuning.clone();
     let mut normal = sim::white_noise(seed);
     let mut off = |sigma: f64| sigma * normal();
-    let start_n_m = middle(0).map(|at_m| at_m + off(defaults.tuning.first_position_sigma_m));
-    let heading_rad = walk.truth[0][first.index()].heading_rad + off(defaults.tuning.given_heading_sigma_rad);
+    let start_n_m = middle(0).map(|at_m| at_m + off(tuning.first_position_sigma_m));
+    let heading_rad = walk.truth[0][first.index()].heading_rad + off(tuning.given_heading_sigma_rad);
     let config = SessionConfig {
-        feet: configuration.feet.to_vec(),
         initial_position_n_m: start_n_m,
         initial_heading_rad: configuration.heading_given.then_some(heading_rad),
         declination_rad: site.declination_deg.to_radians(),
         gravity_m_s2: site.gravity_m_s2,
-        aids: configuration.aids,
         solution: Solution::Smoothed,
-        ..defaults
+        ..own.session(&configuration.feet)
     };
     let logs = configuration.feet.iter().map(|foot| {
-        let log = if *foot == Foot::Left { &walk.left } else { &walk.right };
+        let log = if *foot == Side::Left { &walk.left } else { &walk.right };
         (*foot, InMemory(log))
     });
     let visits = if configuration.aids.markers { visits_of(walk) } else { Vec::new() };

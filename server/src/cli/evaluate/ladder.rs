@@ -8,15 +8,18 @@ use lodestep_engine::evaluate::{TruthErrors, VisitErrors, against_truth, visits}
 use lodestep_engine::event::TrackPoint;
 use lodestep_engine::geo::Site;
 use lodestep_engine::parse::truth_csv::KnownPlace;
-use lodestep_engine::sample::{Foot, ImuSample};
-use lodestep_engine::session::{Aids, SessionConfig, Visit};
+use lodestep_engine::sample::ImuSample;
+use lodestep_engine::session::{SessionConfig, Visit};
 use lodestep_engine::sim::{self, MarkerVisit, SensorModel, Walk, WalkKind};
+use lodestep_engine::stream::Readings;
+use lodestep_engine::systems::pedestrian::Side;
+use lodestep_engine::systems::pedestrian::{self, Aids};
 
 use crate::cli::print::print;
 use crate::cli::progress;
 use crate::cli::run::run;
 use crate::cli::solution::Solution;
-use crate::sessions::in_time_order::FootSamples;
+use crate::sessions::in_time_order::StreamReadings;
 
 /// The arguments of `lodestep evaluate ladder`.
 #[derive(Debug, Args)]
@@ -156,12 +159,11 @@ fn climb(walk: &Walk, site: &Site, rung: &Rung) -> Result<Climbed> {
         initial_position_n_m: walk.start_n_m(),
         declination_rad: site.declination_deg.to_radians(),
         gravity_m_s2: site.gravity_m_s2,
-        aids: rung.aids,
         solution: rung.solution.into(),
-        ..SessionConfig::default()
+        ..pedestrian::Config { aids: rung.aids, ..Default::default() }.session(&Side::BOTH)
     };
     let told = if rung.aids.markers { visits_of(walk) } else { Vec::new() };
-    let feet = [(Foot::Left, InMemory(&walk.left)), (Foot::Right, InMemory(&walk.right))];
+    let feet = [(Side::Left, InMemory(&walk.left)), (Side::Right, InMemory(&walk.right))];
     let walked = run(config, &told, feet)?;
     let known: Vec<KnownPlace> = walk
         .left
@@ -219,14 +221,12 @@ pub(super) fn as_told(visit: &MarkerVisit) -> Visit {
 /// Samples that are there already.
 pub(super) struct InMemory<'a>(pub(super) &'a [ImuSample]);
 
-impl FootSamples for InMemory<'_> {
-    fn next_piece(&mut self, samples: &mut Vec<ImuSample>) -> Result<()> {
+impl StreamReadings for InMemory<'_> {
+    fn next_piece(&mut self) -> Result<Readings> {
         const PIECE: usize = 4096;
-        samples.clear();
         let (piece, rest) = self.0.split_at(self.0.len().min(PIECE));
-        samples.extend_from_slice(piece);
         self.0 = rest;
-        Ok(())
+        Ok(Readings::Imu(piece.to_vec()))
     }
 }
 

@@ -8,9 +8,9 @@ use lodestep_engine::evaluate::MarkerScore;
 use lodestep_engine::event::{Event, Stand};
 use lodestep_engine::geo::{Site, terrain};
 use lodestep_engine::identify::{Identification, Marker, automatic_visits};
-use lodestep_engine::sample::Foot;
 use lodestep_engine::session::{Session, SessionConfig};
 use lodestep_engine::sim::{self, SensorModel, Walk, WalkKind};
+use lodestep_engine::systems::pedestrian::{self, Side};
 
 use super::ladder::as_told;
 use crate::cli::print::print;
@@ -204,14 +204,15 @@ fn listen(
         declination_rad: site.declination_deg.to_radians(),
         gravity_m_s2: site.gravity_m_s2,
         identification: Some(Identification { automatic, ..identification.clone() }),
-        ..SessionConfig::default()
-    });
+        ..pedestrian::two_feet()
+    })
+    .expect("both feet are streams of a walk");
     let mut events = Vec::new();
     let mut told = ToldStands { first: Vec::new(), last: Vec::new() };
     let mut visits = walk.visits.iter().enumerate().filter(|(number, _)| keyed(*number)).peekable();
     for (left, right) in walk.left.iter().zip(&walk.right) {
-        session.push(Foot::Left, left, &mut events);
-        session.push(Foot::Right, right, &mut events);
+        session.push(Side::Left, left, &mut events);
+        session.push(Side::Right, right, &mut events);
         if let Some((_, visit)) = visits.next_if(|(_, visit)| visit.t_end_ns <= left.t_ns) {
             session.visit(as_told(visit), &mut events);
         }

@@ -14,7 +14,7 @@ use std::path::PathBuf;
 
 use anyhow::Result;
 use clap::{Args, Subcommand};
-use lodestep_engine::session::Aids;
+use lodestep_engine::systems::pedestrian::Aids;
 use serde::Serialize;
 
 use crate::cli::failure::Failure;

@@ -8,8 +8,9 @@ use lodestep_engine::evaluate::{
 };
 use lodestep_engine::geo::Site;
 use lodestep_engine::parse::truth_csv::{self, KnownPlace};
-use lodestep_engine::sample::Foot;
-use lodestep_engine::session::{Aids, SessionConfig};
+use lodestep_engine::session::SessionConfig;
+use lodestep_engine::systems::pedestrian::Side;
+use lodestep_engine::systems::pedestrian::{self, Aids};
 use serde::Serialize;
 
 use super::recordings::{Judge, Recording};
@@ -60,17 +61,14 @@ pub(super) fn score(
 ) -> Result<Score> {
     let bar = ProgressBar::hidden();
     let mut feet = Vec::new();
-    for (foot, log) in [(Foot::Left, &recording.left), (Foot::Right, &recording.right)] {
+    for (foot, log) in [(Side::Left, &recording.left), (Side::Right, &recording.right)] {
         if let Some(path) = log {
             feet.push((foot, LogFile::open(path, &bar)?));
         }
     }
-    let mut config = SessionConfig {
-        feet: feet.iter().map(|(foot, _)| *foot).collect(),
-        aids,
-        solution: solution.into(),
-        ..SessionConfig::default()
-    };
+    let sides: Vec<Side> = feet.iter().map(|(side, _)| *side).collect();
+    let own = pedestrian::Config { aids, ..Default::default() };
+    let mut config = SessionConfig { solution: solution.into(), ..own.session(&sides) };
     let mut known = Vec::new();
     let mut told = Vec::new();
     match &recording.judge {

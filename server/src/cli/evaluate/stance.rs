@@ -11,9 +11,12 @@ use lodestep_engine::evaluate::{FootInstant, StanceErrors, foot_instants, median
 use lodestep_engine::event::TrackPoint;
 use lodestep_engine::geo::Site;
 use lodestep_engine::parse::truth_csv;
-use lodestep_engine::sample::{Foot, ImuSample};
-use lodestep_engine::session::{Aids, Session, SessionConfig};
+use lodestep_engine::sample::ImuSample;
+use lodestep_engine::session::{Session, SessionConfig};
 use lodestep_engine::sim::{SensorModel, Simulator, WalkKind, Walker};
+use lodestep_engine::stream::Readings;
+use lodestep_engine::systems::pedestrian::Side;
+use lodestep_engine::systems::pedestrian::{self, Aids};
 use lodestep_engine::track::Track;
 
 use super::recordings::{self, Judge, Recording};
@@ -21,7 +24,7 @@ use crate::cli::failure::Failure;
 use crate::cli::log_file::{LogFile, read_small};
 use crate::cli::print::print;
 use crate::cli::progress;
-use crate::sessions::in_time_order::FootSamples;
+use crate::sessions::in_time_order::StreamReadings;
 
 /// The arguments of `lodestep evaluate stance`.
 #[derive(Debug, Args)]
@@ -116,7 +119,7 @@ pub(super) fn stance(args: &StanceArgs) -> Result<()> {
             for walk in walks.iter().filter(|walk| (slowest_m_s..fastest_m_s).contains(&walk.fast_m_s)) {
                 let samples = walk.thinned(every);
                 rates_hz.push(rate_hz(&samples));
-                row.take(&walk.truth, &told(&samples, SessionConfig::default().gravity_m_s2));
+                row.take(&walk.truth, &told(&samples, pedestrian::two_feet().gravity_m_s2));
                 bar.inc(u64::from(every == 1));
             }
             if let Some(rate_hz) = median(&rates_hz) {
@@ -187,21 +190,22 @@ fn simulated(row: &mut Row, kind: &WalkKind, sole_m: f64, seed: u64, rate_hz: f6
 fn told(samples: &[ImuSample], gravity_m_s2: f64) -> Told {
     let aids =
         Aids { zupt: true, heading: false, maru: false, separation: false, markers: false, altimeter: false };
-    let config = SessionConfig { feet: vec![Foot::Left], aids, gravity_m_s2, ..SessionConfig::default() };
-    let mut session = Session::new(config);
+    let own = pedestrian::Config { aids, ..Default::default() };
+    let config = SessionConfig { gravity_m_s2, ..own.session(&[Side::Left]) };
+    let mut session = Session::new(config).expect("a foot is a stream of a walk");
     let mut stands: Vec<(i64, bool)> = Vec::with_capacity(samples.len());
     let (mut late_s, mut events) = (Vec::new(), Vec::new());
     let mut track = Track::default();
     for sample in samples {
-        session.push(Foot::Left, sample, &mut events);
+        session.push(Side::Left, sample, &mut events);
         events.drain(..).for_each(|event| track.take(event));
         let Some(state) = session.sensors().first().copied() else { continue };
         if stands.last().is_none_or(|(t_ns, _)| *t_ns < state.t_ns) {
-            stands.push((state.t_ns, state.stands));
+            stands.push((state.t_ns, state.stance));
             late_s.push((sample.t_ns - state.t_ns) as f64 * 1e-9);
         }
     }
-    session.end_foot(Foot::Left, &mut events);
+    session.end(Side::Left, &mut events);
     events.drain(..).for_each(|event| track.take(event));
     let height_m = |point: Option<&TrackPoint>| point.map_or(f64::NAN, |point| point.position_n_m[2]);
     let risen_m = height_m(track.points.last()) - height_m(track.points.first());
@@ -244,12 +248,10 @@ impl Recorded {
         let log = recording.left.or(recording.right);
         let mut samples = Vec::new();
         if let Some(path) = log {
-            let (mut log, mut piece) = (LogFile::open(&path, &ProgressBar::hidden())?, Vec::new());
-            loop {
-                log.next_piece(&mut piece)?;
-                if piece.is_empty() {
-                    break;
-                }
+            let mut log = LogFile::open(&path, &ProgressBar::hidden())?;
+            while let Readings::Imu(mut piece) = log.next_piece()?
+                && !piece.is_empty()
+            {
                 samples.append(&mut piece);
             }
         }

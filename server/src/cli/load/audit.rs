@@ -1,8 +1,11 @@
 //! Whether every acknowledged sample is stored once, as it was sent.
 
-use anyhow::{Context, Result, ensure};
+use anyhow::{Context, Result, bail, ensure};
+use lodestep_engine::parse::batch::StreamKey;
 use lodestep_engine::parse::frame;
-use lodestep_engine::sample::{Foot, ImuSample};
+use lodestep_engine::sample::ImuSample;
+use lodestep_engine::stream::Readings;
+use lodestep_engine::systems::pedestrian::Side;
 use uuid::Uuid;
 
 use super::api::Api;
@@ -37,7 +40,7 @@ pub(super) async fn audit(
     let mut found = Audit::default();
     let bar = progress::of_count(sessions.len() as u64, "walks audited");
     for (number, (session_id, outcome)) in sessions.iter().zip(outcomes).enumerate() {
-        for foot in Foot::BOTH {
+        for foot in Side::BOTH {
             let bytes = api.samples(*session_id, foot.name()).await?;
             let stored =
                 read(&bytes, foot).with_context(|| format!("the stored samples of session {session_id}"))?;
@@ -51,7 +54,7 @@ pub(super) async fn audit(
 }
 
 /// The samples of frames one after the other.
-fn read(mut bytes: &[u8], foot: Foot) -> Result<Vec<ImuSample>> {
+fn read(mut bytes: &[u8], foot: Side) -> Result<Vec<ImuSample>> {
     let mut samples = Vec::new();
     while !bytes.is_empty() {
         let length = frame::length(bytes)?;
@@ -62,8 +65,10 @@ fn read(mut bytes: &[u8], foot: Foot) -> Result<Vec<ImuSample>> {
         );
         let (frame, rest) = bytes.split_at(length);
         let batch = frame::decode(frame)?;
-        ensure!(batch.foot == foot, "expected the {} foot, found the {}", foot.name(), batch.foot.name());
-        samples.extend(batch.samples);
+        let number = StreamKey::Number(foot.index() as u8);
+        ensure!(batch.stream == number, "expected {number:?}, found {:?}", batch.stream);
+        let Readings::Imu(read) = batch.readings else { bail!("expected samples, found rows of numbers") };
+        samples.extend(read);
         bytes = rest;
     }
     Ok(samples)

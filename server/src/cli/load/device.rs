@@ -7,7 +7,8 @@ use std::time::Duration;
 use anyhow::{Context, Result, bail};
 use futures_util::{SinkExt, StreamExt};
 use lodestep_engine::parse::live_message::{Answer, DeviceMessage, Hello, NextSequence};
-use lodestep_engine::sample::Foot;
+use lodestep_engine::systems::catalogue::former_keys;
+use lodestep_engine::systems::pedestrian::Side;
 use tokio::time::{Instant, sleep, sleep_until};
 use tokio_tungstenite::tungstenite::Message;
 use uuid::Uuid;
@@ -147,7 +148,8 @@ impl Device {
         sent: &Sent,
     ) -> Result<End> {
         // What is on disk counts as acknowledged, whether or not its acknowledgement arrived.
-        self.outcome.acknowledged = [next.left as usize, next.right as usize];
+        self.outcome.acknowledged =
+            Side::BOTH.map(|side| next.get(&side.stream()).copied().unwrap_or(0) as usize);
         let mut number = self.outcome.acknowledged[0].min(self.outcome.acknowledged[1]);
         let first = number;
         let mut sent_at: Vec<Instant> = Vec::new();
@@ -167,8 +169,10 @@ impl Device {
                 message = socket.next() => {
                     let Some(Ok(message)) = message else { return Ok(End::Lost) };
                     let Message::Text(text) = message else { continue };
-                    match serde_json::from_str(text.as_str()).context("the server said something unknown")? {
-                        Answer::Ack { foot, sequence } => {
+                    let answer = Answer::from_json(text.as_str(), &former_keys());
+                    match answer.context("the server said something unknown")? {
+                        Answer::Ack { stream, sequence } => {
+                            let Some(foot) = Side::of(stream) else { continue };
                             let now = Instant::now();
                             let upto = sequence as usize + 1;
                             for sequence in self.outcome.acknowledged[foot.index()]..upto {
@@ -193,7 +197,7 @@ impl Device {
                     let now = Instant::now();
                     sent_at.push(now);
                     sent.note(self.number, number, now);
-                    let frames = Foot::BOTH.map(|foot| self.walks.frame(self.number, foot, number));
+                    let frames = Side::BOTH.map(|foot| self.walks.frame(self.number, foot, number));
                     number += 1;
                     let [left, right] = frames;
                     let written = async {

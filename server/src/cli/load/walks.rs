@@ -5,8 +5,9 @@ use bytes::Bytes;
 use lodestep_engine::geo::Site;
 use lodestep_engine::parse::batch::Batch;
 use lodestep_engine::parse::frame;
-use lodestep_engine::sample::{Foot, ImuSample};
+use lodestep_engine::sample::ImuSample;
 use lodestep_engine::sim::{SensorModel, Simulator, WalkKind};
+use lodestep_engine::systems::pedestrian::Side;
 
 use crate::cli::failure::Failure;
 use crate::cli::progress;
@@ -56,8 +57,8 @@ pub(super) fn make(seed: u64, seconds: u32, rate_hz: u32, frame_ms: u32) -> Resu
             }
         }
         walks.frames.push([
-            encoded(Foot::Left, &samples[0], per_frame)?,
-            encoded(Foot::Right, &samples[1], per_frame)?,
+            encoded(Side::Left, &samples[0], per_frame)?,
+            encoded(Side::Right, &samples[1], per_frame)?,
         ]);
         walks.samples.push(samples);
         bar.inc(1);
@@ -66,14 +67,14 @@ pub(super) fn make(seed: u64, seconds: u32, rate_hz: u32, frame_ms: u32) -> Resu
     Ok(walks)
 }
 
-fn encoded(foot: Foot, samples: &[ImuSample], per_frame: usize) -> Result<Vec<Bytes>> {
+fn encoded(foot: Side, samples: &[ImuSample], per_frame: usize) -> Result<Vec<Bytes>> {
     samples
         .chunks_exact(per_frame)
         .enumerate()
         .map(|(sequence, samples)| {
             let mut bytes = Vec::new();
-            let batch = Batch { foot, sequence: sequence as u64, samples: samples.to_vec() };
-            frame::encode(&batch, &mut bytes).context("a frame of the load is wrong")?;
+            let batch = Batch::imu(foot.stream(), sequence as u64, samples.to_vec());
+            frame::encode(foot.index() as u8, &batch, &mut bytes).context("a frame of the load is wrong")?;
             Ok(bytes.into())
         })
         .collect()
@@ -91,12 +92,12 @@ impl Walks {
     }
 
     /// A frame of an inspector.
-    pub(super) fn frame(&self, inspector: usize, foot: Foot, sequence: usize) -> Bytes {
+    pub(super) fn frame(&self, inspector: usize, foot: Side, sequence: usize) -> Bytes {
         self.frames[inspector % self.frames.len()][foot.index()][sequence].clone()
     }
 
     /// What an inspector's foot measures in the whole run.
-    pub(super) fn samples(&self, inspector: usize, foot: Foot) -> &[ImuSample] {
+    pub(super) fn samples(&self, inspector: usize, foot: Side) -> &[ImuSample] {
         &self.samples[inspector % self.samples.len()][foot.index()]
     }
 }

@@ -1,7 +1,8 @@
 //! Whatever comes in, in any order: what goes out is finite and orderly.
 
-use lodestep_engine::sample::{Foot, ImuSample};
+use lodestep_engine::sample::ImuSample;
 use lodestep_engine::session::{Session, SessionConfig, Visit};
+use lodestep_engine::systems::pedestrian::Side;
 use proptest::prelude::*;
 
 use crate::scenario::{PERIOD_NS, SECOND_NS};
@@ -45,15 +46,15 @@ fn interval_ns() -> impl Strategy<Value = i64> {
 #[derive(Clone, Debug)]
 enum Deed {
     /// So many samples in a row, alike but for their time.
-    Samples(Foot, usize, i64, ImuSample),
+    Samples(Side, usize, i64, ImuSample),
     /// Someone says that the inspector stands somewhere.
     Visit(i64, f64, Option<f64>),
     /// A foot ends.
-    End(Foot),
+    End(Side),
 }
 
 fn deed() -> impl Strategy<Value = Deed> {
-    let foot = || prop::sample::select(Foot::BOTH.to_vec());
+    let foot = || prop::sample::select(Side::BOTH.to_vec());
     let sample = (rate(), triad(), prop::option::of(triad()), prop::option::of(number())).prop_map(
         |(w_ib_b_rad_s, f_b_m_s2, mag_b_ut, pressure_hpa)| ImuSample {
             t_ns: 0,
@@ -78,9 +79,9 @@ proptest! {
     fn whatever_comes_in_what_goes_out_is_finite_and_orderly(
         deeds in prop::collection::vec(deed(), 1..80),
         lead_s in prop::option::of(0i64..20),
-        feet in prop::sample::select(vec![vec![Foot::Left], vec![Foot::Right], Foot::BOTH.to_vec()]),
+        feet in prop::sample::select(vec![vec![Side::Left], vec![Side::Right], Side::BOTH.to_vec()]),
     ) {
-        let config = SessionConfig { feet, max_lead_ns: lead_s.map(|s| s * SECOND_NS), ..SessionConfig::default() };
+        let config = SessionConfig { feet, max_lead_ns: lead_s.map(|s| s * SECOND_NS), ..pedestrian::two_feet() };
         let (mut session, mut events) = (Session::new(config), Vec::new());
         let mut now_ns = [0_i64; 2];
         for deed in deeds {

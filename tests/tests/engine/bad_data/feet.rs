@@ -13,7 +13,7 @@ pub(super) const TROUBLES: &[Trouble] = &[
     Trouble {
         name: "the other foot that ends early",
         told: AnomalyKind::FootMissing,
-        foot: Some(Foot::Left),
+        foot: Some(Side::Left),
         spoil: |logs| logs[0].truncate(2_500),
     },
     Trouble::of_right("a foot that is silent for long while the other walks", AnomalyKind::Gap, |logs| {
@@ -52,7 +52,7 @@ fn a_foot_that_is_missing_from_the_start_is_named_and_the_other_goes_on() {
     let mut scenario = short_walk().with_true_heading();
     scenario.logs[1].clear();
     let told = scenario.run();
-    let missing = told.anomalies(AnomalyKind::FootMissing, Foot::Right);
+    let missing = told.anomalies(AnomalyKind::FootMissing, Side::Right);
     assert_eq!(missing.len(), 1, "{:?}", told.track.anomalies);
     assert!(told.last().right.is_none());
     assert_end_within(&scenario, &told, 2.5);
@@ -64,7 +64,7 @@ fn a_foot_that_ends_early_is_named() {
     scenario.logs[1].truncate(2500);
     let told = scenario.run();
     assert_eq!(told.track.points.len(), scenario.truth.len(), "the left foot goes on");
-    let missing = told.anomalies(AnomalyKind::FootMissing, Foot::Right);
+    let missing = told.anomalies(AnomalyKind::FootMissing, Side::Right);
     assert_eq!(missing.len(), 1, "{:?}", told.track.anomalies);
     assert!((missing[0].t_start_ns - AT_NS).abs() < SECOND_NS, "{missing:?}");
     // The middle of a foot that walks on and one that is left behind is nowhere near the inspector.
@@ -78,7 +78,7 @@ fn a_walk_without_a_standing_start_is_named() {
         log.drain(..1250);
     }
     let told = scenario.run();
-    for foot in Foot::BOTH {
+    for foot in Side::BOTH {
         assert_eq!(told.anomalies(AnomalyKind::NoStillStart, foot).len(), 1, "{:?}", told.track.anomalies);
     }
 }

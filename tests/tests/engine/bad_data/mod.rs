@@ -14,8 +14,9 @@ mod units;
 use std::collections::BTreeSet;
 
 use lodestep_engine::event::AnomalyKind;
-use lodestep_engine::sample::{Foot, ImuSample};
+use lodestep_engine::sample::ImuSample;
 use lodestep_engine::sim::faults::{Channel, Fault};
+use lodestep_engine::systems::pedestrian::Side;
 
 use crate::scenario::{PERIOD_NS, SECOND_NS, Scenario, short_walk};
 use crate::told::Told;
@@ -34,13 +35,13 @@ struct Trouble {
     /// What it is told as.
     told: AnomalyKind,
     /// Of which foot.
-    foot: Option<Foot>,
+    foot: Option<Side>,
 }
 
 impl Trouble {
     /// Of the right foot.
     const fn of_right(name: &'static str, told: AnomalyKind, spoil: fn(&mut [Vec<ImuSample>; 2])) -> Trouble {
-        Trouble { name, spoil, told, foot: Some(Foot::Right) }
+        Trouble { name, spoil, told, foot: Some(Side::Right) }
     }
 }
 
@@ -65,7 +66,7 @@ fn assert_each_is_named(troubles: &[Trouble]) {
         };
         if !told.track.anomalies.iter().any(|anomaly| named(&anomaly)) {
             let kinds: BTreeSet<_> =
-                told.track.anomalies.iter().map(|a| (a.kind, a.foot.map(Foot::name))).collect();
+                told.track.anomalies.iter().map(|a| (a.kind, a.foot.map(Side::name))).collect();
             unnamed.push(format!("{}: expected {:?}, found {kinds:?}", trouble.name, trouble.told));
         }
     }
@@ -90,14 +91,14 @@ fn a_walk_without_trouble_has_nothing_to_tell() {
 /// give or take a second, and no other trouble of the sensor; gives the run for more.
 #[track_caller]
 fn assert_named(fault: Fault, kind: AnomalyKind, from_ns: i64) -> (Scenario, Told) {
-    let scenario = short_walk().with_true_heading().with_fault(Foot::Right, &fault);
+    let scenario = short_walk().with_true_heading().with_fault(Side::Right, &fault);
     let told = scenario.run();
-    let found = told.anomalies(kind, Foot::Right);
+    let found = told.anomalies(kind, Side::Right);
     assert!(!found.is_empty(), "{fault:?} was not told: {:?}", told.track.anomalies);
     let near = (from_ns - SECOND_NS)..=(from_ns + SECOND_NS);
     assert!(near.contains(&found[0].t_start_ns), "{:?}", found[0]);
     let left: Vec<_> =
-        told.track.anomalies.iter().filter(|anomaly| anomaly.foot == Some(Foot::Left)).collect();
+        told.track.anomalies.iter().filter(|anomaly| anomaly.foot == Some(Side::Left)).collect();
     assert!(left.is_empty(), "the left foot is well: {left:?}");
     (scenario, told)
 }

@@ -89,7 +89,7 @@ fn single_readings_that_are_no_numbers_are_left_out() {
             let fault =
                 Fault::Value { channel, axis: 1, value, from_ns: AT_NS, to_ns: AT_NS + 3 * PERIOD_NS };
             let (scenario, told) = assert_named(fault, AnomalyKind::NotFinite, AT_NS);
-            assert_eq!(told.anomalies(AnomalyKind::NotFinite, Foot::Right)[0].samples, 3);
+            assert_eq!(told.anomalies(AnomalyKind::NotFinite, Side::Right)[0].samples, 3);
             assert_end_within(&scenario, &told, 2.0);
         }
     }
@@ -128,7 +128,7 @@ fn an_axis_that_sticks_is_named() {
         } else {
             format!("acc_{axis_name}_m_s2")
         };
-        let detail = &told.anomalies(AnomalyKind::StuckAxis, Foot::Right)[0].detail;
+        let detail = &told.anomalies(AnomalyKind::StuckAxis, Side::Right)[0].detail;
         assert!(detail.contains(&name), "{detail}");
     }
 }
@@ -136,9 +136,9 @@ fn an_axis_that_sticks_is_named() {
 #[test]
 fn heel_strikes_beyond_the_range_are_named() {
     let fault = Fault::Saturation { channel: Channel::Accel, limit: 2.0 * 9.80665 };
-    let scenario = short_walk().with_true_heading().with_fault(Foot::Right, &fault);
+    let scenario = short_walk().with_true_heading().with_fault(Side::Right, &fault);
     let told = scenario.run();
-    let found = told.anomalies(AnomalyKind::Saturation, Foot::Right);
+    let found = told.anomalies(AnomalyKind::Saturation, Side::Right);
     assert!(!found.is_empty(), "{:?}", told.track.anomalies);
     assert!(found.iter().all(|anomaly| anomaly.t_start_ns > 11 * SECOND_NS), "not while standing: {found:?}");
 }
@@ -148,10 +148,10 @@ fn a_sensor_that_only_says_zero_is_named() {
     let dead = |_: usize, sample: &mut ImuSample| {
         (sample.w_ib_b_rad_s, sample.f_b_m_s2, sample.mag_b_ut) = ([0.0; 3], [0.0; 3], Some([0.0; 3]));
     };
-    let told = short_walk().with_samples(Foot::Right, dead).run();
-    assert!(!told.anomalies(AnomalyKind::StuckAxis, Foot::Right).is_empty(), "{:?}", told.track.anomalies);
-    assert_eq!(told.anomalies(AnomalyKind::ImpossibleRestGravity, Foot::Right).len(), 1);
+    let told = short_walk().with_samples(Side::Right, dead).run();
+    assert!(!told.anomalies(AnomalyKind::StuckAxis, Side::Right).is_empty(), "{:?}", told.track.anomalies);
+    assert_eq!(told.anomalies(AnomalyKind::ImpossibleRestGravity, Side::Right).len(), 1);
     // Both of them.
-    let told = short_walk().with_samples(Foot::Left, dead).with_samples(Foot::Right, dead).run();
-    assert!(!told.anomalies(AnomalyKind::StuckAxis, Foot::Left).is_empty());
+    let told = short_walk().with_samples(Side::Left, dead).with_samples(Side::Right, dead).run();
+    assert!(!told.anomalies(AnomalyKind::StuckAxis, Side::Left).is_empty());
 }

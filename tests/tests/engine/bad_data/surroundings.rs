@@ -50,7 +50,7 @@ fn fields_and_pressures_that_cannot_be_are_named() {
 fn a_gyro_bias_that_jumps_is_found_again_in_the_stances() {
     let fault =
         Fault::Offset { channel: Channel::Gyro, by: [0.01, -0.01, 0.01], from_ns: AT_NS, to_ns: NEVER };
-    let scenario = short_walk().with_true_heading().with_fault(Foot::Left, &fault);
+    let scenario = short_walk().with_true_heading().with_fault(Side::Left, &fault);
     assert_end_within(&scenario, &scenario.run(), 3.0);
 }
 
@@ -63,6 +63,6 @@ fn iron_beside_the_way_does_not_turn_the_track() {
         to_ns: (from_s + 6) * SECOND_NS,
     };
     let scenario =
-        short_walk().with_true_heading().with_fault(Foot::Left, &iron(20)).with_fault(Foot::Right, &iron(20));
+        short_walk().with_true_heading().with_fault(Side::Left, &iron(20)).with_fault(Side::Right, &iron(20));
     assert_end_within(&scenario, &scenario.run(), 2.0);
 }

@@ -97,7 +97,7 @@ fn gaps_are_named_and_the_track_goes_on_after_them() {
     for (gap_ns, end_m) in [(3 * SECOND_NS / 10, 2.0), (5 * SECOND_NS, 3.0)] {
         let fault = Fault::Dropout { from_ns: AT_NS, to_ns: AT_NS + gap_ns };
         let (scenario, told) = assert_named(fault, AnomalyKind::Gap, AT_NS);
-        let gap = told.anomalies(AnomalyKind::Gap, Foot::Right)[0];
+        let gap = told.anomalies(AnomalyKind::Gap, Side::Right)[0];
         assert!((gap.t_end_ns - gap.t_start_ns - gap_ns).abs() <= 2 * PERIOD_NS, "{gap:?}");
         assert_eq!(gap.samples as i64, gap_ns / PERIOD_NS, "{gap:?}");
         assert_end_within(&scenario, &told, end_m);
@@ -114,7 +114,7 @@ fn after_a_minute_without_either_foot_the_track_says_how_unsure_it_is() {
         }
     }
     let told = scenario.run();
-    for foot in Foot::BOTH {
+    for foot in Side::BOTH {
         assert_eq!(told.anomalies(AnomalyKind::Gap, foot).len(), 1, "{:?}", told.track.anomalies);
     }
     let sigma = told.last().sigma_n_m;
@@ -135,13 +135,13 @@ fn time_stamps_that_repeat_or_go_back_are_named_and_left_out() {
 #[test]
 fn one_stamp_of_another_day_costs_one_sample() {
     for ahead_s in [60, 86_400, 9_000_000_000] {
-        let scenario = short_walk().with_true_heading().with_samples(Foot::Right, |k, sample| {
+        let scenario = short_walk().with_true_heading().with_samples(Side::Right, |k, sample| {
             if k == 2500 {
                 sample.t_ns += ahead_s * SECOND_NS;
             }
         });
         let told = scenario.run();
-        let found = told.anomalies(AnomalyKind::BackwardTime, Foot::Right);
+        let found = told.anomalies(AnomalyKind::BackwardTime, Side::Right);
         assert!(found.len() == 1 && found[0].samples == 1, "{:?}", told.track.anomalies);
         assert!((found[0].t_start_ns - AT_NS).abs() < SECOND_NS, "{found:?}");
         assert_end_within(&scenario, &told, 2.0);
@@ -151,13 +151,13 @@ fn one_stamp_of_another_day_costs_one_sample() {
 #[test]
 fn a_clock_that_is_set_back_for_good_is_named() {
     // The device set its clock back by a minute: its samples cannot be placed any more.
-    let scenario = short_walk().with_true_heading().with_samples(Foot::Right, |_, sample| {
+    let scenario = short_walk().with_true_heading().with_samples(Side::Right, |_, sample| {
         if sample.t_ns >= AT_NS {
             sample.t_ns -= 60 * SECOND_NS;
         }
     });
     let told = scenario.run();
-    let found = told.anomalies(AnomalyKind::BackwardTime, Foot::Right);
+    let found = told.anomalies(AnomalyKind::BackwardTime, Side::Right);
     assert!(!found.is_empty() && found[0].samples > 100, "{found:?}");
     assert!(found[0].t_start_ns <= found[0].t_end_ns, "{found:?}");
 }
@@ -170,7 +170,7 @@ fn ten_times_the_rate_is_named_for_both_feet() {
         log.iter_mut().for_each(|sample| sample.t_ns /= 10);
     }
     let told = scenario.run();
-    for foot in Foot::BOTH {
+    for foot in Side::BOTH {
         let found = told.anomalies(AnomalyKind::ImpossibleCadence, foot);
         assert_eq!(found.len(), 1, "{found:?}");
     }
@@ -180,7 +180,7 @@ fn ten_times_the_rate_is_named_for_both_feet() {
 fn lost_samples_cost_little() {
     let scenario = short_walk()
         .with_true_heading()
-        .with_fault(Foot::Left, &Fault::LostSamples { share: 0.05 })
-        .with_fault(Foot::Right, &Fault::LostSamples { share: 0.05 });
+        .with_fault(Side::Left, &Fault::LostSamples { share: 0.05 })
+        .with_fault(Side::Right, &Fault::LostSamples { share: 0.05 });
     assert_end_within(&scenario, &scenario.run(), 2.0);
 }

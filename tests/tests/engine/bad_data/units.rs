@@ -64,25 +64,25 @@ fn channels_that_are_mislabelled_are_named() {
 
 #[test]
 fn swapped_axes_of_the_gyro_are_named() {
-    let scenario = short_walk().with_true_heading().with_samples(Foot::Right, |_, sample| {
+    let scenario = short_walk().with_true_heading().with_samples(Side::Right, |_, sample| {
         sample.w_ib_b_rad_s.swap(0, 1);
     });
     let told = scenario.run();
     assert!(
-        !told.anomalies(AnomalyKind::WrongMounting, Foot::Right).is_empty(),
+        !told.anomalies(AnomalyKind::WrongMounting, Side::Right).is_empty(),
         "{:?}",
         told.track.anomalies
     );
-    assert!(told.anomalies(AnomalyKind::WrongMounting, Foot::Left).is_empty(), "{:?}", told.track.anomalies);
+    assert!(told.anomalies(AnomalyKind::WrongMounting, Side::Left).is_empty(), "{:?}", told.track.anomalies);
 }
 
 #[test]
 fn an_acceleration_in_g_is_named_at_the_start() {
-    let scenario = short_walk().with_true_heading().with_samples(Foot::Left, |_, sample| {
+    let scenario = short_walk().with_true_heading().with_samples(Side::Left, |_, sample| {
         sample.f_b_m_s2 = sample.f_b_m_s2.map(|f| f / 9.80665);
     });
     let told = scenario.run();
-    let found = told.anomalies(AnomalyKind::ImpossibleRestGravity, Foot::Left);
+    let found = told.anomalies(AnomalyKind::ImpossibleRestGravity, Side::Left);
     assert_eq!(found.len(), 1, "{:?}", told.track.anomalies);
     assert!(
         found[0].t_end_ns < 13 * SECOND_NS && found[0].detail.contains("scale and units"),

@@ -1,53 +1,54 @@
-//! The table itself: one row a parameter. Ranges hold what a sensor or a walk can be, not what is wise.
+//! The parameters of a walk, one row each. Ranges hold what a sensor or a walk can be, not what is wise.
 
-use super::{Group, Parameter};
+use super::config::Config;
 use crate::detect::stance::StanceTuning;
+use crate::system::Parameter;
 
 /// A number somewhere in the configuration.
 macro_rules! at {
-    ($key:literal, $unit:literal, $group:ident, $least:literal..$most:literal, tuning.$($path:ident).+, $about:literal) => {
+    ($key:literal, $unit:literal, $group:literal, $least:literal..$most:literal, tuning.$($path:ident).+, $about:literal) => {
         Parameter {
             key: $key,
             unit: $unit,
-            group: Group::$group,
+            group: $group,
             about: $about,
             least: $least,
             most: $most,
-            read: |config| config.tuning.$($path).+,
-            write: |config, value| config.tuning.$($path).+ = value,
+            read: |session| Config::of(session).tuning.$($path).+,
+            write: |session, value| Config::of_mut(session).tuning.$($path).+ = value,
         }
     };
     // Of the detector that is used unless the paper's is asked for.
-    ($key:literal, $unit:literal, $group:ident, $least:literal..$most:literal, stance.$field:ident, $about:literal) => {
+    ($key:literal, $unit:literal, $group:literal, $least:literal..$most:literal, stance.$field:ident, $about:literal) => {
         Parameter {
             key: $key,
             unit: $unit,
-            group: Group::$group,
+            group: $group,
             about: $about,
             least: $least,
             most: $most,
-            read: |config| match config.tuning.stance {
+            read: |session| match Config::of(session).tuning.stance {
                 StanceTuning::LikelihoodRatio { $field, .. } => $field,
                 StanceTuning::Threshold { .. } => f64::NAN,
             },
-            write: |config, value| {
-                if let StanceTuning::LikelihoodRatio { $field, .. } = &mut config.tuning.stance {
+            write: |session, value| {
+                if let StanceTuning::LikelihoodRatio { $field, .. } = &mut Config::of_mut(session).tuning.stance {
                     *$field = value;
                 }
             },
         }
     };
-    ($key:literal, $unit:literal, $group:ident, $least:literal..$most:literal, identification.$field:ident, $about:literal) => {
+    ($key:literal, $unit:literal, $group:literal, $least:literal..$most:literal, identification.$field:ident, $about:literal) => {
         Parameter {
             key: $key,
             unit: $unit,
-            group: Group::$group,
+            group: $group,
             about: $about,
             least: $least,
             most: $most,
-            read: |config| config.identification.as_ref().map_or(f64::NAN, |told| told.tuning.$field),
-            write: |config, value| {
-                if let Some(told) = &mut config.identification {
+            read: |session| session.identification.as_ref().map_or(f64::NAN, |told| told.tuning.$field),
+            write: |session, value| {
+                if let Some(told) = &mut session.identification {
                     told.tuning.$field = value;
                 }
             },
@@ -55,12 +56,25 @@ macro_rules! at {
     };
 }
 
+/// The groups, in the order in which a walk meets them.
+pub(crate) const GROUPS: &[&str] = &[
+    "alignment",
+    "stance",
+    "zero_velocity",
+    "heading",
+    "separation",
+    "markers",
+    "altimeter",
+    "imu_noise",
+    "identification",
+];
+
 /// All parameters, by group.
-pub const TABLE: &[Parameter] = &[
+pub(crate) const TABLE: &[Parameter] = &[
     at!(
         "longest_alignment_s",
         "s",
-        Alignment,
+        "alignment",
         1.0..60.0,
         tuning.longest_alignment_s,
         "How long the standing start is waited for, at most."
@@ -68,7 +82,7 @@ pub const TABLE: &[Parameter] = &[
     at!(
         "first_position_sigma_m",
         "m",
-        Alignment,
+        "alignment",
         0.001..100.0,
         tuning.first_position_sigma_m,
         "How well the first position is known, on each axis."
@@ -76,7 +90,7 @@ pub const TABLE: &[Parameter] = &[
     at!(
         "first_magnetic_heading_sigma_rad",
         "rad",
-        Alignment,
+        "alignment",
         0.005..1.5,
         tuning.first_magnetic_heading_sigma_rad,
         "Sigma of a first heading that the magnetometer gave."
@@ -84,7 +98,7 @@ pub const TABLE: &[Parameter] = &[
     at!(
         "given_heading_sigma_rad",
         "rad",
-        Alignment,
+        "alignment",
         0.0005..1.0,
         tuning.given_heading_sigma_rad,
         "Sigma of a first heading that was given."
@@ -92,7 +106,7 @@ pub const TABLE: &[Parameter] = &[
     at!(
         "second_foot_heading_sigma_rad",
         "rad",
-        Alignment,
+        "alignment",
         0.005..1.5,
         tuning.second_foot_heading_sigma_rad,
         "Sigma of the heading between the two sensors where there is no magnetometer."
@@ -100,7 +114,7 @@ pub const TABLE: &[Parameter] = &[
     at!(
         "first_tilt_sigma_rad",
         "rad",
-        Alignment,
+        "alignment",
         0.0005..0.2,
         tuning.first_tilt_sigma_rad,
         "Sigma of the first tilt."
@@ -108,7 +122,7 @@ pub const TABLE: &[Parameter] = &[
     at!(
         "accelerometer_bias_sigma_m_s2",
         "m/s²",
-        Alignment,
+        "alignment",
         0.001..1.0,
         tuning.accelerometer_bias_sigma_m_s2,
         "Sigma of the accelerometer bias at the start."
@@ -116,7 +130,7 @@ pub const TABLE: &[Parameter] = &[
     at!(
         "stance.sigma_rate_rad_s",
         "rad/s",
-        Stance,
+        "stance",
         0.02..5.0,
         stance.sigma_rate_rad_s,
         "Sigma of the angular rate of a standing foot: the larger, the sooner a foot stands."
@@ -124,7 +138,7 @@ pub const TABLE: &[Parameter] = &[
     at!(
         "stance.sigma_specific_force_m_s2",
         "m/s²",
-        Stance,
+        "stance",
         0.02..5.0,
         stance.sigma_specific_force_m_s2,
         "Sigma of the specific force of a standing foot."
@@ -132,7 +146,7 @@ pub const TABLE: &[Parameter] = &[
     at!(
         "stance.threshold",
         "1",
-        Stance,
+        "stance",
         0.5..200.0,
         stance.threshold,
         "A foot stands while the statistic of the likelihood ratio is below this, in walking."
@@ -140,7 +154,7 @@ pub const TABLE: &[Parameter] = &[
     at!(
         "stance.walking_activity",
         "1",
-        Stance,
+        "stance",
         100.0..20000.0,
         stance.walking_activity,
         "Mean of the statistic up to which the threshold holds; above, as in running, it grows."
@@ -148,7 +162,7 @@ pub const TABLE: &[Parameter] = &[
     at!(
         "stance.activity_time_s",
         "s",
-        Stance,
+        "stance",
         0.2..10.0,
         stance.activity_time_s,
         "The time over which that mean is taken."
@@ -156,7 +170,7 @@ pub const TABLE: &[Parameter] = &[
     at!(
         "stance.half_window_s",
         "s",
-        Stance,
+        "stance",
         0.005..0.2,
         stance.half_window_s,
         "How far the window of the statistic reaches to either side."
@@ -164,7 +178,7 @@ pub const TABLE: &[Parameter] = &[
     at!(
         "zupt_sigma_m_s",
         "m/s",
-        ZeroVelocity,
+        "zero_velocity",
         0.001..0.5,
         tuning.zupt_sigma_m_s,
         "Sigma of the velocity of a foot that stands perfectly."
@@ -172,7 +186,7 @@ pub const TABLE: &[Parameter] = &[
     at!(
         "roll_radius_m",
         "m",
-        ZeroVelocity,
+        "zero_velocity",
         0.0..0.5,
         tuning.roll_radius_m,
         "Distance from the point that a standing foot rolls about to the sensor: its rate times this is added to that sigma."
@@ -180,7 +194,7 @@ pub const TABLE: &[Parameter] = &[
     at!(
         "shake_time_s",
         "s",
-        ZeroVelocity,
+        "zero_velocity",
         0.0..0.2,
         tuning.shake_time_s,
         "How long a standing foot goes on at what its specific force is unsteady by: the product is added, too."
@@ -188,7 +202,7 @@ pub const TABLE: &[Parameter] = &[
     at!(
         "standing_s",
         "s",
-        ZeroVelocity,
+        "zero_velocity",
         0.5..30.0,
         tuning.standing_s,
         "A foot that stands for longer than this does not turn but for the sway."
@@ -196,7 +210,7 @@ pub const TABLE: &[Parameter] = &[
     at!(
         "sway_rad",
         "rad",
-        ZeroVelocity,
+        "zero_velocity",
         0.0005..0.2,
         tuning.sway_rad,
         "Sway of a standing foot over the whole stand."
@@ -204,7 +218,7 @@ pub const TABLE: &[Parameter] = &[
     at!(
         "magnetic_heading_sigma_rad",
         "rad",
-        Heading,
+        "heading",
         0.002..1.0,
         tuning.magnetic_heading_sigma_rad,
         "Sigma of the magnetic heading of one stance beside what the slow errors explain."
@@ -212,7 +226,7 @@ pub const TABLE: &[Parameter] = &[
     at!(
         "weakest_field_ut",
         "µT",
-        Heading,
+        "heading",
         10.0..49.0,
         tuning.weakest_field_ut,
         "A field that is weaker is not the earth's."
@@ -220,7 +234,7 @@ pub const TABLE: &[Parameter] = &[
     at!(
         "strongest_field_ut",
         "µT",
-        Heading,
+        "heading",
         50.0..100.0,
         tuning.strongest_field_ut,
         "A field that is stronger is not the earth's."
@@ -228,7 +242,7 @@ pub const TABLE: &[Parameter] = &[
     at!(
         "magnetometer_noise_ut",
         "µT",
-        Heading,
+        "heading",
         0.01..10.0,
         tuning.magnetometer_noise_ut,
         "Noise of one reading of the magnetometer."
@@ -236,7 +250,7 @@ pub const TABLE: &[Parameter] = &[
     at!(
         "steady_field_ut",
         "µT",
-        Heading,
+        "heading",
         0.01..20.0,
         tuning.steady_field_ut,
         "How much the field may change over a stance."
@@ -244,7 +258,7 @@ pub const TABLE: &[Parameter] = &[
     at!(
         "slow_errors.fixed_deviation_rad",
         "rad",
-        Heading,
+        "heading",
         0.0001..0.5,
         tuning.slow_errors.fixed_deviation_rad,
         "Deviation of the compass that does not turn with the foot."
@@ -252,7 +266,7 @@ pub const TABLE: &[Parameter] = &[
     at!(
         "slow_errors.hard_iron_deviation_rad",
         "rad",
-        Heading,
+        "heading",
         0.0001..0.5,
         tuning.slow_errors.hard_iron_deviation_rad,
         "Deviation of the compass by hard iron, either component."
@@ -260,7 +274,7 @@ pub const TABLE: &[Parameter] = &[
     at!(
         "slow_errors.deviation_walk_rad_sqrt_s",
         "rad/√s",
-        Heading,
+        "heading",
         0.0..0.01,
         tuning.slow_errors.deviation_walk_rad_sqrt_s,
         "Random walk of these deviations."
@@ -268,7 +282,7 @@ pub const TABLE: &[Parameter] = &[
     at!(
         "slow_errors.deflection_rad",
         "rad",
-        Heading,
+        "heading",
         0.0001..0.5,
         tuning.slow_errors.deflection_rad,
         "Deflection of the field by what stands around."
@@ -276,7 +290,7 @@ pub const TABLE: &[Parameter] = &[
     at!(
         "slow_errors.deflection_length_m",
         "m",
-        Heading,
+        "heading",
         0.2..50.0,
         tuning.slow_errors.deflection_length_m,
         "After so long a way another deflection is met."
@@ -284,7 +298,7 @@ pub const TABLE: &[Parameter] = &[
     at!(
         "separation_m",
         "m",
-        Separation,
+        "separation",
         0.0..0.5,
         tuning.separation_m,
         "Distance of the feet, sensor to sensor, where they pass each other."
@@ -292,7 +306,7 @@ pub const TABLE: &[Parameter] = &[
     at!(
         "separation_sigma_m",
         "m",
-        Separation,
+        "separation",
         0.005..0.5,
         tuning.separation_sigma_m,
         "Its sigma from stride to stride."
@@ -300,7 +314,7 @@ pub const TABLE: &[Parameter] = &[
     at!(
         "separation_spread_m",
         "m",
-        Separation,
+        "separation",
         0.0005..0.5,
         tuning.separation_spread_m,
         "By how much it differs from walker to walker."
@@ -308,16 +322,16 @@ pub const TABLE: &[Parameter] = &[
     at!(
         "symmetry_share",
         "1",
-        Separation,
+        "separation",
         0.01..2.0,
         tuning.symmetry_share,
         "How evenly a stride lies about the other foot: sigma along it as a share of its length."
     ),
-    at!("symmetry_sigma_up_m", "m", Separation, 0.01..2.0, tuning.symmetry_sigma_up_m, "The same upwards."),
+    at!("symmetry_sigma_up_m", "m", "separation", 0.01..2.0, tuning.symmetry_sigma_up_m, "The same upwards."),
     at!(
         "slow_errors.stride_share",
         "1",
-        Separation,
+        "separation",
         0.0001..0.1,
         tuning.slow_errors.stride_share,
         "What a stride reads too much along and across, as a share of its length."
@@ -325,7 +339,7 @@ pub const TABLE: &[Parameter] = &[
     at!(
         "slow_errors.stride_up_share",
         "1",
-        Separation,
+        "separation",
         0.0001..0.1,
         tuning.slow_errors.stride_up_share,
         "What a stride reads too much upwards, likewise."
@@ -333,7 +347,7 @@ pub const TABLE: &[Parameter] = &[
     at!(
         "slow_errors.stride_walk_sqrt_s",
         "1/√s",
-        Separation,
+        "separation",
         0.0..0.001,
         tuning.slow_errors.stride_walk_sqrt_s,
         "Random walk of these shares."
@@ -341,7 +355,7 @@ pub const TABLE: &[Parameter] = &[
     at!(
         "marker_sigma_m",
         "m",
-        Markers,
+        "markers",
         0.01..20.0,
         tuning.marker_sigma_m,
         "Where an inspector stands beside a marker, on each axis."
@@ -349,7 +363,7 @@ pub const TABLE: &[Parameter] = &[
     at!(
         "altimeter_sigma_m",
         "m",
-        Altimeter,
+        "altimeter",
         0.01..20.0,
         tuning.altimeter_sigma_m,
         "Sigma of the height that the barometer gives in one stance beside its drift."
@@ -357,7 +371,7 @@ pub const TABLE: &[Parameter] = &[
     at!(
         "slow_errors.first_pressure_sigma_m",
         "m",
-        Altimeter,
+        "altimeter",
         0.001..10.0,
         tuning.slow_errors.first_pressure_sigma_m,
         "Sigma of the pressure's first zero, as height."
@@ -365,7 +379,7 @@ pub const TABLE: &[Parameter] = &[
     at!(
         "slow_errors.pressure_drift_m_sqrt_s",
         "m/√s",
-        Altimeter,
+        "altimeter",
         0.0001..1.0,
         tuning.slow_errors.pressure_drift_m_sqrt_s,
         "Random walk of the pressure by the weather, as height."
@@ -373,7 +387,7 @@ pub const TABLE: &[Parameter] = &[
     at!(
         "imu_noise.angle_random_walk_rad_sqrt_s",
         "rad/√s",
-        ImuNoise,
+        "imu_noise",
         0.000001..0.1,
         tuning.imu_noise.angle_random_walk_rad_sqrt_s,
         "Angle random walk of the gyro."
@@ -381,7 +395,7 @@ pub const TABLE: &[Parameter] = &[
     at!(
         "imu_noise.angle_random_walk_share_sqrt_s",
         "√s",
-        ImuNoise,
+        "imu_noise",
         0.0..0.1,
         tuning.imu_noise.angle_random_walk_share_sqrt_s,
         "What the angle random walk grows by with the rate."
@@ -389,7 +403,7 @@ pub const TABLE: &[Parameter] = &[
     at!(
         "imu_noise.velocity_random_walk_m_s_sqrt_s",
         "m/s/√s",
-        ImuNoise,
+        "imu_noise",
         0.0001..2.0,
         tuning.imu_noise.velocity_random_walk_m_s_sqrt_s,
         "Velocity random walk of the accelerometer."
@@ -397,7 +411,7 @@ pub const TABLE: &[Parameter] = &[
     at!(
         "imu_noise.velocity_random_walk_share_sqrt_s",
         "√s",
-        ImuNoise,
+        "imu_noise",
         0.0..0.5,
         tuning.imu_noise.velocity_random_walk_share_sqrt_s,
         "What the velocity random walk grows by with the acceleration."
@@ -405,7 +419,7 @@ pub const TABLE: &[Parameter] = &[
     at!(
         "imu_noise.gyro_bias_random_walk_rad_s_sqrt_s",
         "rad/s/√s",
-        ImuNoise,
+        "imu_noise",
         0.0..0.01,
         tuning.imu_noise.gyro_bias_random_walk_rad_s_sqrt_s,
         "Random walk of the gyro bias."
@@ -413,7 +427,7 @@ pub const TABLE: &[Parameter] = &[
     at!(
         "imu_noise.accelerometer_bias_random_walk_m_s2_sqrt_s",
         "m/s²/√s",
-        ImuNoise,
+        "imu_noise",
         0.0..0.1,
         tuning.imu_noise.accelerometer_bias_random_walk_m_s2_sqrt_s,
         "Random walk of the accelerometer bias."
@@ -421,7 +435,7 @@ pub const TABLE: &[Parameter] = &[
     at!(
         "imu_noise.height_random_walk_m_sqrt_s",
         "m/√s",
-        ImuNoise,
+        "imu_noise",
         0.0..1.0,
         tuning.imu_noise.height_random_walk_m_sqrt_s,
         "Random walk of the height, which scale and misalignment errors add up to."
@@ -429,7 +443,7 @@ pub const TABLE: &[Parameter] = &[
     at!(
         "imu_noise.gyro_bias_correlation_time_s",
         "s",
-        ImuNoise,
+        "imu_noise",
         10.0..1000000.0,
         tuning.imu_noise.gyro_bias_correlation_time_s,
         "Correlation time of the gyro bias."
@@ -437,7 +451,7 @@ pub const TABLE: &[Parameter] = &[
     at!(
         "imu_noise.accelerometer_bias_correlation_time_s",
         "s",
-        ImuNoise,
+        "imu_noise",
         10.0..1000000.0,
         tuning.imu_noise.accelerometer_bias_correlation_time_s,
         "Correlation time of the accelerometer bias."
@@ -445,7 +459,7 @@ pub const TABLE: &[Parameter] = &[
     at!(
         "identification.inflation",
         "1",
-        Identification,
+        "identification",
         0.1..10.0,
         identification.inflation,
         "All sigmas of the track's error that identification assumes are taken times this."
@@ -453,7 +467,7 @@ pub const TABLE: &[Parameter] = &[
     at!(
         "identification.start_sigma_m",
         "m",
-        Identification,
+        "identification",
         0.01..20.0,
         identification.start_sigma_m,
         "Where the session starts, on each axis."
@@ -461,7 +475,7 @@ pub const TABLE: &[Parameter] = &[
     at!(
         "identification.beside_sigma_m",
         "m",
-        Identification,
+        "identification",
         0.05..10.0,
         identification.beside_sigma_m,
         "Where an inspector stands beside a marker, on each axis."
@@ -469,7 +483,7 @@ pub const TABLE: &[Parameter] = &[
     at!(
         "identification.none_stands",
         "1",
-        Identification,
+        "identification",
         0.001..2.0,
         identification.none_stands,
         "Of the first two stands, so many are expected to be at no marker."
@@ -477,7 +491,7 @@ pub const TABLE: &[Parameter] = &[
     at!(
         "identification.slip",
         "1",
-        Identification,
+        "identification",
         0.0..0.5,
         identification.slip,
         "A marker that was keyed in is another one so often."
@@ -485,7 +499,7 @@ pub const TABLE: &[Parameter] = &[
     at!(
         "identification.automatic_probability",
         "1",
-        Identification,
+        "identification",
         0.5..0.999999,
         identification.automatic_probability,
         "A candidate as probable as this is taken for a visit in automatic mode."

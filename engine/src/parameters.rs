@@ -1,96 +1,12 @@
-//! The parameters that an engineer may turn: each with its key, unit, meaning, range and default, read from and
+//! The parameters that an engineer may turn, of every system: values for some of them, each within its range, read from and
 //! written to the very configuration that a session runs with, so that a list of them cannot say anything else.
-
-mod table;
 
 use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 
-use crate::identify::Identification;
-use crate::session::SessionConfig;
-
-pub use table::TABLE;
-
-/// One parameter.
-#[derive(Clone, Copy, Debug)]
-pub struct Parameter {
-    /// Its path in the configuration, with the unit at its end: `stance.half_window_s`.
-    pub key: &'static str,
-    /// Its unit as people write it; `1` for a number without one.
-    pub unit: &'static str,
-    /// Which part of the system it belongs to.
-    pub group: Group,
-    /// What it means, in a sentence.
-    pub about: &'static str,
-    /// The smallest value that is taken.
-    pub least: f64,
-    /// The largest.
-    pub most: f64,
-    read: fn(&SessionConfig) -> f64,
-    write: fn(&mut SessionConfig, f64),
-}
-
-/// The parts of the system, in the order in which a walk meets them.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Group {
-    /// The standing start.
-    Alignment,
-    /// Whether a foot stands.
-    Stance,
-    /// A standing foot does not move.
-    ZeroVelocity,
-    /// The compass, and what disturbs it.
-    Heading,
-    /// The feet, and the stride between them.
-    Separation,
-    /// Visits to markers.
-    Markers,
-    /// Height by the pressure of the air.
-    Altimeter,
-    /// The inertial sensors.
-    ImuNoise,
-    /// Which marker a stand was at.
-    Identification,
-}
-
-impl Group {
-    /// Its word, as it is told.
-    pub fn word(self) -> &'static str {
-        match self {
-            Group::Alignment => "alignment",
-            Group::Stance => "stance",
-            Group::ZeroVelocity => "zero_velocity",
-            Group::Heading => "heading",
-            Group::Separation => "separation",
-            Group::Markers => "markers",
-            Group::Altimeter => "altimeter",
-            Group::ImuNoise => "imu_noise",
-            Group::Identification => "identification",
-        }
-    }
-}
-
-impl Parameter {
-    /// The one of this key.
-    pub fn named(key: &str) -> Option<&'static Parameter> {
-        TABLE.iter().find(|parameter| parameter.key == key)
-    }
-
-    /// What every walk is computed with unless somebody says otherwise.
-    pub fn default(&self) -> f64 {
-        (self.read)(&SessionConfig {
-            identification: Some(Identification::default()),
-            ..SessionConfig::default()
-        })
-    }
-
-    /// What this configuration says.
-    pub fn read(&self, config: &SessionConfig) -> f64 {
-        (self.read)(config)
-    }
-}
+use crate::system::{Declaration, Parameter, SessionConfig};
+use crate::systems::catalogue;
 
 /// Values for some of the parameters, each within its range; those that are the default are left out, so that two
 /// that mean the same are the same.
@@ -124,8 +40,17 @@ pub enum ParameterError {
     },
 }
 
+/// The parameter of this key, and whose it is: of the first system that has it.
+fn named(key: &str) -> Option<(&'static Declaration, &'static Parameter)> {
+    catalogue::SYSTEMS.iter().find_map(|system| Some((*system, system.parameter(key)?)))
+}
+
 impl Parameters {
-    /// Of keys and values.
+    /// Of keys and values, whichever system they are of.
+    ///
+    /// # Errors
+    ///
+    /// Where no system has such a parameter, or a value is out of its range.
     pub fn new<K: AsRef<str>>(given: impl IntoIterator<Item = (K, f64)>) -> Result<Self, ParameterError> {
         let mut parameters = Parameters::default();
         for (key, value) in given {
@@ -134,20 +59,52 @@ impl Parameters {
         Ok(parameters)
     }
 
-    /// Sets one.
+    /// Of keys and values for this system.
+    ///
+    /// # Errors
+    ///
+    /// Where the system has no such parameter, or a value is out of its range.
+    pub fn of<K: AsRef<str>>(
+        system: &'static Declaration,
+        given: impl IntoIterator<Item = (K, f64)>,
+    ) -> Result<Self, ParameterError> {
+        let mut parameters = Parameters::default();
+        for (key, value) in given {
+            let key = key.as_ref();
+            let known = system.parameter(key).ok_or_else(|| ParameterError::Unknown(key.to_owned()))?;
+            parameters.set_known(system, known, value)?;
+        }
+        Ok(parameters)
+    }
+
+    /// Sets one, of whichever system.
+    ///
+    /// # Errors
+    ///
+    /// Where no system has such a parameter, or the value is out of its range.
     pub fn set(&mut self, key: &str, value: f64) -> Result<(), ParameterError> {
-        let known = Parameter::named(key).ok_or_else(|| ParameterError::Unknown(key.to_owned()))?;
+        let (system, known) = named(key).ok_or_else(|| ParameterError::Unknown(key.to_owned()))?;
+        self.set_known(system, known, value)
+    }
+
+    fn set_known(
+        &mut self,
+        system: &'static Declaration,
+        known: &'static Parameter,
+        value: f64,
+    ) -> Result<(), ParameterError> {
+        let default = known.default_of(system);
         if !(known.least..=known.most).contains(&value) {
             return Err(ParameterError::OutOfRange {
                 key: known.key,
                 unit: if known.unit == "1" { String::new() } else { format!(" {}", known.unit) },
                 least: known.least,
                 most: known.most,
-                default: known.default(),
+                default,
                 found: value,
             });
         }
-        if value == known.default() {
+        if value == default {
             self.0.remove(known.key);
         } else {
             self.0.insert(known.key, value);
@@ -155,10 +112,11 @@ impl Parameters {
         Ok(())
     }
 
-    /// Writes them into a configuration. Those of identification reach only one that names markers.
+    /// Writes those of its system into a configuration. Those of identification reach only one that names markers.
     pub fn apply(&self, config: &mut SessionConfig) {
+        let system = config.system.declaration();
         for (key, value) in &self.0 {
-            if let Some(known) = Parameter::named(key) {
+            if let Some(known) = system.parameter(key) {
                 (known.write)(config, *value);
             }
         }
@@ -194,9 +152,11 @@ mod tests {
     use serde_json::Value;
 
     use super::*;
+    use crate::identify::Identification;
+    use crate::systems::pedestrian::{self, Config, DECLARATION};
 
     fn config() -> SessionConfig {
-        SessionConfig { identification: Some(Identification::default()), ..SessionConfig::default() }
+        SessionConfig { identification: Some(Identification::default()), ..pedestrian::two_feet() }
     }
 
     /// Every number of a configuration with its path.
@@ -216,21 +176,24 @@ mod tests {
 
     fn all_numbers(config: &SessionConfig) -> BTreeMap<String, f64> {
         let mut found = BTreeMap::new();
-        numbers("", &serde_json::to_value(config).unwrap(), &mut found);
+        let own: &Config = config.own().unwrap();
+        numbers(".tuning", &serde_json::to_value(&own.tuning).unwrap(), &mut found);
+        let identification = serde_json::to_value(&config.identification).unwrap();
+        numbers(".identification", &identification, &mut found);
         found
     }
 
     #[test]
     fn each_key_is_the_path_of_the_one_number_that_it_reads_and_writes() {
         let before = all_numbers(&config());
-        for parameter in TABLE {
-            let default = parameter.default();
+        for parameter in DECLARATION.parameters {
+            let default = parameter.default_of(&DECLARATION);
             assert!(parameter.least <= default && default <= parameter.most, "{}", parameter.key);
             assert!(parameter.least < parameter.most, "{}", parameter.key);
             let other = if default == parameter.most { parameter.least } else { parameter.most };
             let mut changed = config();
             Parameters::new([(parameter.key, other)]).unwrap().apply(&mut changed);
-            assert_eq!(parameter.read(&changed), other, "{}", parameter.key);
+            assert_eq!((parameter.read)(&changed), other, "{}", parameter.key);
             let differing: Vec<_> =
                 all_numbers(&changed).into_iter().filter(|(path, value)| before[path] != *value).collect();
             assert_eq!(differing.len(), 1, "{}: {differing:?}", parameter.key);
@@ -243,10 +206,8 @@ mod tests {
         }
     }
 
-    /// What a session's start and site give, and what only trades work for a fineness that nobody sees.
+    /// What only trades work for a fineness that nobody sees.
     const NOT_OFFERED: &[&str] = &[
-        ".declination_rad",
-        ".gravity_m_s2",
         ".tuning.swing_interval_s",
         ".tuning.hold_interval_s",
         ".tuning.hold_share",
@@ -270,15 +231,14 @@ mod tests {
                 .strip_prefix(".tuning.")
                 .map(str::to_owned)
                 .unwrap_or_else(|| path[1..].replace("identification.tuning.", "identification."));
-            let offered = Parameter::named(&key).is_some();
+            let offered = DECLARATION.parameter(&key).is_some();
             assert_ne!(offered, NOT_OFFERED.contains(&path.as_str()), "{path}");
         }
     }
 
     #[test]
-    fn keys_are_there_once_and_end_in_their_unit() {
-        for (k, parameter) in TABLE.iter().enumerate() {
-            assert!(TABLE[..k].iter().all(|other| other.key != parameter.key), "{}", parameter.key);
+    fn keys_end_in_their_unit() {
+        for parameter in DECLARATION.parameters {
             let ending = parameter.unit.replace("1/", "").replace("µT", "ut").replace(['/', '√', '²'], "");
             let plain: String = parameter.key.replace("sqrt_", "").replace(['_', '2'], "");
             assert!(
@@ -310,8 +270,8 @@ mod tests {
         let again: Parameters = serde_json::from_str(&serde_json::to_string(&set).unwrap()).unwrap();
         assert_eq!(again, set);
         assert!(Parameters::new([("marker_sigma_m", 1.0)]).unwrap().is_default());
-        let mut bare = SessionConfig::default();
+        let mut bare = pedestrian::two_feet();
         Parameters::new([("identification.slip", 0.1)]).unwrap().apply(&mut bare);
-        assert_eq!(bare, SessionConfig::default());
+        assert_eq!(format!("{bare:?}"), format!("{:?}", pedestrian::two_feet()));
     }
 }
