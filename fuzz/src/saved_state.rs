@@ -8,7 +8,7 @@ use lodestep_engine::identify::{Identification, Marker, Markers};
 use lodestep_engine::sample::ImuSample;
 use lodestep_engine::session::{SavedState, Session, SessionConfig, Solution, Visit};
 use lodestep_engine::sim::{SensorModel, Simulator, WalkKind};
-use lodestep_engine::systems::pedestrian::Side;
+use lodestep_engine::systems::pedestrian::{self, Side};
 use sha2::{Digest, Sha256};
 
 /// A saved state begins with so much of the hash of the rest.
@@ -40,18 +40,17 @@ fn walk(number: usize) -> Saved {
         ..Identification::default()
     });
     let config = SessionConfig {
-        feet: if number & 1 != 0 { Side::BOTH.to_vec() } else { vec![Side::Left] },
         initial_position_n_m: simulator.start_n_m(),
         solution: Solution::Trail,
         max_lead_ns: Some(1_000_000_000),
         identification,
-        ..pedestrian::two_feet()
+        ..pedestrian::Config::default().session(if number & 1 != 0 { &Side::BOTH } else { &[Side::Left] })
     };
-    let mut session = Session::new(config.clone());
+    let mut session = Session::new(config.clone()).expect("feet are streams of a walk");
     let mut events = Vec::new();
     for _ in 0..EPOCHS {
         let Some(epoch) = simulator.next_epoch() else { break };
-        for (foot, sample) in Side::BOTH.into_iter().zip(&epoch.samples).take(config.feet.len()) {
+        for (foot, sample) in Side::BOTH.into_iter().zip(&epoch.samples).take(config.streams.len()) {
             session.push(foot, sample, &mut events);
         }
         if let Some(state) = session.state_to_save() {

@@ -3,7 +3,7 @@
 use lodestep_engine::event::{Event, TrackPoint};
 use lodestep_engine::sample::ImuSample;
 use lodestep_engine::session::{Session, SessionConfig, Visit};
-use lodestep_engine::systems::pedestrian::Side;
+use lodestep_engine::systems::pedestrian::{self, Side};
 
 const PERIOD_NS: i64 = 10_000_000;
 /// Samples in one run: forty seconds of a foot.
@@ -17,7 +17,8 @@ pub(crate) fn run(bytes: &[u8]) {
     let Some((first, deeds)) = bytes.split_first() else { return };
     let feet = [vec![Side::Left], vec![Side::Right], Side::BOTH.to_vec()][usize::from(first % 3)].clone();
     let max_lead_ns = (first & 4 != 0).then_some(1_000_000_000);
-    let mut session = Session::new(SessionConfig { feet, max_lead_ns, ..pedestrian::two_feet() });
+    let config = SessionConfig { max_lead_ns, ..pedestrian::Config::default().session(&feet) };
+    let mut session = Session::new(config).expect("feet are streams of a walk");
     let (mut events, mut t_ns, mut samples) = (Vec::new(), [0_i64; 2], 0);
     for deed in deeds.as_chunks::<8>().0 {
         let [what, count, axis, a, b, c, step, size] = *deed;
@@ -54,7 +55,7 @@ pub(crate) fn run(bytes: &[u8]) {
                 };
                 session.visit(visit, &mut events);
             }
-            6 => session.end_foot(foot, &mut events),
+            6 => session.end(foot, &mut events),
             _ => *clock_ns = clock_ns.saturating_add(jump_ns(step)),
         }
     }
@@ -120,7 +121,7 @@ fn spoil(sample: &mut ImuSample, axis: u8, value: f64, how: u8) {
 }
 
 fn check(point: &TrackPoint) {
-    let feet = [point.left, point.right].into_iter().flatten().flat_map(|foot| foot.position_n_m);
+    let feet = point.parts.into_iter().flatten().flat_map(|foot| foot.position_n_m);
     let numbers =
         point.position_n_m.into_iter().chain(feet).chain([point.heading_rad, point.covariance_en_m2]);
     assert!(numbers.into_iter().all(f64::is_finite), "{point:?}");

@@ -1,7 +1,8 @@
 //! What the tables hold packed, raw samples and charts: read as it was written, refused where it is damaged.
 
 use lodestep_engine::sample::ImuSample;
-use lodestep_engine::systems::pedestrian::Side;
+use lodestep_engine::stream::Readings;
+use lodestep_engine::systems::pedestrian::LEFT;
 use lodestep_server::store::charts::{self, Series};
 use lodestep_server::store::raw_chunks::{self, Samples};
 
@@ -31,11 +32,13 @@ pub(crate) fn run(bytes: &[u8]) {
 
 fn samples_again(body: &[u8]) {
     let samples: Vec<ImuSample> = body.as_chunks::<88>().0.iter().map(sample).collect();
-    let batch = Samples { foot: Side::Left, first_sequence: 0, sequences: 1, samples };
+    let batch =
+        Samples { stream: LEFT, first_sequence: 0, sequences: 1, readings: Readings::Imu(samples.clone()) };
     let packed = raw_chunks::Packed::new(&batch).expect("samples can be packed");
-    let again = raw_chunks::unpacked(2, packed.body(), batch.samples.len() as u64)
-        .expect("what was packed is unpacked");
-    samples::assert_same(&batch.samples, &again);
+    let again =
+        raw_chunks::unpacked(2, packed.body(), samples.len() as u64).expect("what was packed is unpacked");
+    let Readings::Imu(again) = again else { panic!("samples were packed") };
+    samples::assert_same(&samples, &again);
 }
 
 fn sample(bytes: &[u8; 88]) -> ImuSample {

@@ -21,7 +21,7 @@ pub mod live;
 pub mod markers;
 pub mod sessions;
 pub mod store;
-pub(crate) mod stream_field;
+pub mod stream_field;
 
 mod assets;
 mod auth;

@@ -7,7 +7,7 @@ use lodestep_engine::event::Event;
 use lodestep_engine::geo::Site;
 use lodestep_engine::session::{Session, SessionConfig};
 use lodestep_engine::sim::{self, SensorModel, Walk, WalkKind};
-use lodestep_engine::systems::pedestrian::Side;
+use lodestep_engine::systems::pedestrian::{self, Side};
 
 #[expect(clippy::print_stdout, reason = "the figure is what it is run for")]
 fn main() {
@@ -26,7 +26,7 @@ fn main() {
 /// Two feet, every aid that a walk without markers allows; the name is what callgrind looks for.
 #[inline(never)]
 fn run_session(config: SessionConfig, walk: &Walk) -> usize {
-    let mut session = Session::new(config);
+    let mut session = Session::new(config).unwrap();
     let mut events: Vec<Event> = Vec::new();
     let mut points = 0;
     for (left, right) in walk.left.iter().zip(&walk.right) {

@@ -16,7 +16,7 @@ use lodestep_engine::geo::Site;
 use lodestep_engine::parse::live_message::Answer;
 use lodestep_engine::session::{Session, SessionConfig};
 use lodestep_engine::sim::{SensorModel, Walk, WalkKind, simulate};
-use lodestep_engine::systems::pedestrian::Side;
+use lodestep_engine::systems::pedestrian::{self, Side};
 use lodestep_tests::device::TestDevice;
 use lodestep_tests::feed::TestFeed;
 use lodestep_tests::server::TestServer;
@@ -96,7 +96,7 @@ fn frames_that_release(walk: &Walk, site: &Site) -> HashMap<i64, usize> {
         max_lead_ns: Some(1_000_000_000),
         ..pedestrian::two_feet()
     };
-    let mut session = Session::new(config);
+    let mut session = Session::new(config).unwrap();
     let mut frame_of = HashMap::new();
     let mut events = Vec::new();
     for (number, (left, right)) in walk.left.chunks(FRAME).zip(walk.right.chunks(FRAME)).enumerate() {
@@ -131,7 +131,10 @@ async fn stream(
                 biased;
                 () = sleep_until(due) => break,
                 answer = device.next() => {
-                    let Answer::Ack { foot: Side::Right, sequence } = answer else { continue };
+                    let Answer::Ack { stream, sequence } = answer else { continue };
+                    if stream != Side::Right.stream() {
+                        continue;
+                    }
                     let next = sequence as usize + 1;
                     let now = Instant::now();
                     delays.extend(sent_at[acknowledged..next].iter().map(|sent| now.duration_since(*sent)));

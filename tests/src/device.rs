@@ -5,6 +5,7 @@ use lodestep_engine::parse::batch::Batch;
 use lodestep_engine::parse::frame;
 use lodestep_engine::parse::live_message::{Answer, DeviceMessage, Hello, NextSequence};
 use lodestep_engine::sample::ImuSample;
+use lodestep_engine::systems::catalogue::former_keys;
 use lodestep_engine::systems::pedestrian::Side;
 use tokio::net::TcpStream;
 use tokio_tungstenite::tungstenite::Message;
@@ -32,13 +33,14 @@ impl TestDevice {
         let hello = Hello::Begin {
             inspector_id: inspector_id.to_owned(),
             start: None,
-            feet: Side::BOTH.to_vec(),
+            system: None,
+            streams: None,
             initial_heading_deg: None,
         };
         device.send(&DeviceMessage::Hello(hello)).await;
         match device.next().await {
             Answer::Welcome { session_id, next_sequence } => {
-                assert_eq!(next_sequence, NextSequence::default());
+                assert!(next_sequence.values().all(|next| *next == 0), "{next_sequence:?}");
                 (device, session_id)
             }
             other => panic!("expected a welcome, found {other:?}"),
@@ -69,8 +71,8 @@ impl TestDevice {
     /// Sends a batch as a binary frame.
     pub async fn send_frame(&mut self, foot: Side, sequence: u64, samples: &[ImuSample]) {
         let mut bytes = Vec::new();
-        let batch = Batch { foot, sequence, samples: samples.to_vec() };
-        frame::encode(&batch, &mut bytes).expect("a batch of a test has an allowed size");
+        let batch = Batch::imu(foot.stream(), sequence, samples.to_vec());
+        frame::encode(foot.index() as u8, &batch, &mut bytes).expect("a batch of a test has an allowed size");
         self.send_bytes(bytes).await;
     }
 
@@ -89,7 +91,8 @@ impl TestDevice {
         loop {
             match self.socket.next().await? {
                 Ok(Message::Text(text)) => {
-                    return Some(serde_json::from_str(text.as_str()).expect("an answer of the protocol"));
+                    let answer = Answer::from_json(text.as_str(), &former_keys());
+                    return Some(answer.expect("an answer of the protocol"));
                 }
                 Ok(Message::Close(_)) | Err(_) => return None,
                 Ok(_) => {}
@@ -109,7 +112,10 @@ impl TestDevice {
     pub async fn acknowledged(&mut self, foot: Side, sequence: u64) {
         while self.on_disk[foot.index()].is_none_or(|upto| upto < sequence) {
             match self.next().await {
-                Answer::Ack { foot, sequence } => self.on_disk[foot.index()] = Some(sequence),
+                Answer::Ack { stream, sequence } => {
+                    let side = Side::of(stream).expect("a foot's stream");
+                    self.on_disk[side.index()] = Some(sequence);
+                }
                 Answer::Event(_) => {}
                 other => panic!("expected acknowledgements, found {other:?}"),
             }

@@ -100,7 +100,7 @@ async fn scenario(server: &TestServer, staff: &[Person]) -> (Secrets, String) {
             pressure_hpa: None,
         };
         let mut bytes = Vec::new();
-        frame::encode(&Batch { foot: Side::Left, sequence: 0, samples: vec![sample] }, &mut bytes).unwrap();
+        frame::encode(0, &Batch::imu(Side::Left.stream(), 0, vec![sample]), &mut bytes).unwrap();
         let _ = socket.send(Message::binary(bytes)).await;
         let _ = socket.send(Message::text(format!("{{\"type\":\"wrong {token}"))).await;
         let _ = socket.next().await;

@@ -69,8 +69,8 @@ mod tests {
             sigma_heading_rad: 0.0,
             sigma_n_m: [0.0; 3],
             covariance_en_m2: 0.0,
-            left: None,
-            right: None,
+            tilt: None,
+            parts: [None; 2],
         };
         // A clock of 99.7 Hz that crosses the grid just before, on and just behind its lines.
         let points: Vec<_> =

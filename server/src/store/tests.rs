@@ -1,9 +1,12 @@
 //! What the store promises, on a real file.
 
+use std::collections::BTreeMap;
+
 use futures_util::{FutureExt, TryStreamExt};
-use lodestep_engine::event::{Part, TrackPoint};
+use lodestep_engine::event::{Part, Tilt, TrackPoint};
 use lodestep_engine::sample::ImuSample;
-use lodestep_engine::stream::StreamId;
+use lodestep_engine::stream::Readings;
+use lodestep_engine::systems::pedestrian::{BOTH, LEFT, RIGHT};
 use tempfile::TempDir;
 use uuid::Uuid;
 
@@ -47,7 +50,9 @@ async fn session_of(store: &Store, name: &str) -> Uuid {
         state: SessionState::Live,
         started_at: utc::now(),
         ended_at: None,
-        streams: vec![StreamId::Left, StreamId::Right],
+        system: "pedestrian".into(),
+        streams: vec![LEFT, RIGHT],
+        former: BTreeMap::new(),
         start: Start { marker: Some("A17".into()), position_m: [1.0, -2.0, 3.5] },
         initial_heading_deg: Some(12.5),
         automatic_visits: true,
@@ -61,7 +66,8 @@ async fn session_of(store: &Store, name: &str) -> Uuid {
         track_sha256: None,
         error: None,
         created_at: utc::now(),
-    };
+    }
+    .with_former_keys();
     let row = session.clone();
     store.writer().run(move |db| Box::pin(async move { sessions::insert(db, &row).await })).await.unwrap();
     assert_eq!(sessions::get(store.read(), session.id).await.unwrap(), Some(session.clone()));
@@ -76,8 +82,8 @@ fn point(t_ns: i64, e_m: f64) -> TrackPoint {
         sigma_heading_rad: 0.01,
         sigma_n_m: [0.1, 0.2, 0.3],
         covariance_en_m2: -0.001,
-        left: Some(Part { position_n_m: [e_m, 2.1, 3.0], stance: true }),
-        right: None,
+        tilt: Some(Tilt { roll_rad: 0.1, pitch_rad: e_m, sigma_roll_rad: 0.25, sigma_pitch_rad: 0.5 }),
+        parts: [Some(Part { position_n_m: [e_m, 2.1, 3.0], stance: true }), None],
     }
 }
 
@@ -91,6 +97,11 @@ fn sample(t_ns: i64) -> ImuSample {
     }
 }
 
+fn samples(chunk: &Samples) -> &[ImuSample] {
+    let Readings::Imu(samples) = &chunk.readings else { panic!("samples of an inertial sensor") };
+    samples
+}
+
 async fn stored(store: &Store, session: Uuid) -> Vec<TrackPoint> {
     track::points(store.read(), session, Run::Main).try_collect().await.unwrap()
 }
@@ -100,10 +111,10 @@ async fn a_record_comes_back_to_the_last_bit() {
     let (_folder, store) = store().await;
     let id = session(&store).await;
     let raw = Samples {
-        stream: StreamId::Right,
+        stream: RIGHT,
         first_sequence: 0,
         sequences: 3,
-        samples: (0..30).map(sample).collect(),
+        readings: Readings::Imu((0..30).map(sample).collect()),
     };
     // More points than one statement takes.
     let points: Vec<TrackPoint> = (0..1_203).map(|i| point(i * 100_000_000, i as f64 * 0.1)).collect();
@@ -112,12 +123,11 @@ async fn a_record_comes_back_to_the_last_bit() {
     store.writer().record(record).await.unwrap();
 
     assert_eq!(stored(&store, id).await, points);
-    let back: Vec<Samples> =
-        stream_chunks::of_foot(store.read(), id, StreamId::Right).try_collect().await.unwrap();
+    let back: Vec<Samples> = stream_chunks::of_stream(store.read(), id, RIGHT).try_collect().await.unwrap();
     assert_eq!(back, [raw]);
-    assert!(back[0].samples[0].f_b_m_s2[1].is_sign_negative(), "even the sign of a zero");
-    assert_eq!(stream_chunks::next_sequence(store.read(), id, StreamId::Right).await.unwrap(), 3);
-    assert_eq!(stream_chunks::next_sequence(store.read(), id, StreamId::Left).await.unwrap(), 0);
+    assert!(samples(&back[0])[0].f_b_m_s2[1].is_sign_negative(), "even the sign of a zero");
+    assert_eq!(stream_chunks::next_sequence(store.read(), id, RIGHT).await.unwrap(), 3);
+    assert_eq!(stream_chunks::next_sequence(store.read(), id, LEFT).await.unwrap(), 0);
 }
 
 #[tokio::test]
@@ -128,7 +138,7 @@ async fn a_walk_has_its_last_states_and_a_newer_one_takes_the_place_of_what_a_vi
         t_ns: minute * 60_000_000_000,
         fits: fits.to_owned(),
         samples: minute as u64 * 12_000,
-        next_sequence: [minute as u64 * 300, minute as u64 * 300 + 1],
+        next_sequences: [(LEFT, minute as u64 * 300), (RIGHT, minute as u64 * 300 + 1)].into(),
         body: vec![minute as u8; 10],
     };
     let save = async |session_id, state| {
@@ -184,13 +194,13 @@ async fn a_stream_is_found_over_stretches_and_parts_and_goes_with_its_session() 
     let (_folder, store) = store().await;
     let (one, other) = (session(&store).await, session_of(&store, "another").await);
     let record = |session_id, first_sequence: u64| {
-        let of_foot = |stream, offset: u64| Samples {
+        let of_stream = |stream, offset: u64| Samples {
             stream,
             first_sequence,
             sequences: 1,
-            samples: vec![sample((2 * first_sequence + offset) as i64)],
+            readings: Readings::Imu(vec![sample((2 * first_sequence + offset) as i64)]),
         };
-        let raw = vec![of_foot(StreamId::Left, 0), of_foot(StreamId::Right, 1)];
+        let raw = vec![of_stream(LEFT, 0), of_stream(RIGHT, 1)];
         Record { session_id, raw, ..Record::default() }
     };
     // As if others had written: the first records lie at the end of a stretch, the next at the end of a part.
@@ -220,16 +230,16 @@ async fn a_stream_is_found_over_stretches_and_parts_and_goes_with_its_session() 
         let both: Vec<Samples> = stream_chunks::as_received(db, id).try_collect().await.unwrap();
         let expected: Vec<Samples> = (0..16).flat_map(|sequence| record(id, sequence).raw).collect();
         assert_eq!(both, expected);
-        for stream in StreamId::BOTH {
-            let of_foot: Vec<Samples> =
+        for stream in BOTH {
+            let of_stream: Vec<Samples> =
                 expected.iter().filter(|chunk| chunk.stream == stream).cloned().collect();
-            let read: Vec<Samples> = stream_chunks::of_foot(db, id, stream).try_collect().await.unwrap();
-            assert_eq!(read, of_foot);
+            let read: Vec<Samples> = stream_chunks::of_stream(db, id, stream).try_collect().await.unwrap();
+            assert_eq!(read, of_stream);
             assert_eq!(stream_chunks::next_sequence(db, id, stream).await.unwrap(), 16);
             let origin = Origin::Stream { session_id: id, stream };
             assert_eq!(raw_chunks::samples(db, origin).await.unwrap(), 16);
-            assert_eq!(raw_chunks::next(db, origin, 5, 7).await.unwrap(), of_foot[5..12]);
-            let (from_ns, to_ns) = (of_foot[3].samples[0].t_ns + 1, of_foot[13].samples[0].t_ns);
+            assert_eq!(raw_chunks::next(db, origin, 5, 7).await.unwrap(), of_stream[5..12]);
+            let (from_ns, to_ns) = (samples(&of_stream[3])[0].t_ns + 1, samples(&of_stream[13])[0].t_ns);
             let between = raw_chunks::sequences_between(db, origin, from_ns, to_ns).await.unwrap();
             assert_eq!(between, Some((3, 12)));
         }
@@ -261,7 +271,8 @@ async fn a_revision_corrects_what_is_stored_and_adds_nothing() {
 async fn a_batch_that_is_on_disk_already_is_refused_and_nothing_beside_it_is_kept() {
     let (_folder, store) = store().await;
     let id = session(&store).await;
-    let raw = Samples { stream: StreamId::Left, first_sequence: 4, sequences: 1, samples: vec![sample(0)] };
+    let raw =
+        Samples { stream: LEFT, first_sequence: 4, sequences: 1, readings: Readings::Imu(vec![sample(0)]) };
     let first = Record { session_id: id, raw: vec![raw.clone()], ..Record::default() };
     store.writer().record(first).await.unwrap();
     let again = Record { session_id: id, raw: vec![raw], points: vec![point(0, 0.0)], ..Record::default() };
@@ -412,7 +423,8 @@ async fn a_newer_database_is_refused_with_a_sentence() {
 async fn a_damaged_chunk_is_named_and_never_taken_for_samples() {
     let (_folder, store) = store().await;
     let id = session(&store).await;
-    let raw = Samples { stream: StreamId::Left, first_sequence: 0, sequences: 1, samples: vec![sample(0)] };
+    let raw =
+        Samples { stream: LEFT, first_sequence: 0, sequences: 1, readings: Readings::Imu(vec![sample(0)]) };
     store.writer().record(Record { session_id: id, raw: vec![raw], ..Record::default() }).await.unwrap();
     store
         .writer()
@@ -424,7 +436,6 @@ async fn a_damaged_chunk_is_named_and_never_taken_for_samples() {
         })
         .await
         .unwrap();
-    let read: Result<Vec<Samples>, _> =
-        stream_chunks::of_foot(store.read(), id, StreamId::Left).try_collect().await;
+    let read: Result<Vec<Samples>, _> = stream_chunks::of_stream(store.read(), id, LEFT).try_collect().await;
     assert!(matches!(read, Err(StoreError::Damaged { .. })), "{read:?}");
 }

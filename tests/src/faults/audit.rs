@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use futures_util::TryStreamExt;
+use lodestep_engine::stream::Readings;
 use lodestep_engine::systems::pedestrian::Side;
 use lodestep_server::store::{Store, backup, faults, logs, marker_changes, stream_chunks};
 use tempfile::TempDir;
@@ -36,7 +37,7 @@ pub async fn audit(data: &Path, scene: &Scene) -> Vec<String> {
     let db = store.read();
     for (session, script) in scene.sessions.iter().zip(&scene.scripts) {
         for foot in Side::BOTH {
-            let chunks: Vec<_> = stream_chunks::of_foot(db, *session, foot)
+            let chunks: Vec<_> = stream_chunks::of_stream(db, *session, foot.stream())
                 .try_collect()
                 .await
                 .expect("stored samples can be read");
@@ -58,7 +59,10 @@ pub async fn audit(data: &Path, scene: &Scene) -> Vec<String> {
                     foot.name()
                 ));
             }
-            let stored = chunks.iter().flat_map(|chunk| &chunk.samples);
+            let stored = chunks.iter().flat_map(|chunk| match &chunk.readings {
+                Readings::Imu(samples) => &samples[..],
+                Readings::Values(_) => &[],
+            });
             if !stored.eq(script.first(foot, batches)) {
                 wrong.push(format!("session {session}, {} foot: other samples than were sent", foot.name()));
             }

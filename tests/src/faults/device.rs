@@ -6,6 +6,7 @@ use std::time::Duration;
 
 use futures_util::{SinkExt, StreamExt};
 use lodestep_engine::parse::live_message::{Answer, DeviceMessage, Hello};
+use lodestep_engine::systems::catalogue::former_keys;
 use lodestep_engine::systems::pedestrian::Side;
 use tokio::net::TcpStream;
 use tokio::sync::watch;
@@ -173,8 +174,9 @@ impl<'a> Device<'a> {
         send(&mut socket, Message::text(hello.to_json())).await?;
         match answer(&mut socket, ANSWERS_WITHIN).await? {
             Answer::Welcome { next_sequence, .. } => {
-                self.heard(Side::Left, next_sequence.left, true);
-                self.heard(Side::Right, next_sequence.right, true);
+                for side in Side::BOTH {
+                    self.heard(side, next_sequence.get(&side.stream()).copied().unwrap_or(0), true);
+                }
                 Some(socket)
             }
             Answer::Error(problem) => {
@@ -208,7 +210,10 @@ impl<'a> Device<'a> {
                 }
             };
             match heard {
-                Answer::Ack { foot, sequence } => self.heard(foot, sequence + 1, false),
+                Answer::Ack { stream, sequence } => {
+                    let side = Side::of(stream).expect("a foot's stream");
+                    self.heard(side, sequence + 1, false);
+                }
                 Answer::Event(event) if event.get("kind").is_some_and(|kind| kind == "visit") => {
                     let visits =
                         unanswered.iter().filter(|step| matches!(self.script.steps[**step], Step::Visit(_)));
@@ -257,7 +262,7 @@ async fn send(socket: &mut Socket, message: Message) -> Option<()> {
 async fn answer(socket: &mut Socket, within: Duration) -> Option<Answer> {
     loop {
         match timeout(within, socket.next()).await.ok()?? {
-            Ok(Message::Text(text)) => return serde_json::from_str(text.as_str()).ok(),
+            Ok(Message::Text(text)) => return Answer::from_json(text.as_str(), &former_keys()).ok(),
             Ok(Message::Close(_)) | Err(_) => return None,
             Ok(_) => {}
         }

@@ -80,7 +80,7 @@ impl Script {
 
 fn batch(foot: Side, sequence: u64, samples: &[ImuSample]) -> Step {
     let mut bytes = Vec::new();
-    let batch = Batch { foot, sequence, samples: samples.to_vec() };
-    frame::encode(&batch, &mut bytes).expect("a batch of a script has an allowed size");
+    let batch = Batch::imu(foot.stream(), sequence, samples.to_vec());
+    frame::encode(foot.index() as u8, &batch, &mut bytes).expect("a batch of a script has an allowed size");
     Step::Batch { foot, sequence, frame: bytes }
 }

@@ -9,11 +9,11 @@ use lodestep_engine::ins::layout::ErrorState;
 use lodestep_engine::ins::mechanization::advance;
 use lodestep_engine::ins::nav_state::NavState;
 use lodestep_engine::ins::observation::Observation;
-use lodestep_engine::measure::foot_separation::{Beside, foot_separation};
 use lodestep_engine::measure::magnetic_heading::magnetic_heading;
 use lodestep_engine::measure::zero_velocity::zero_velocity;
 use lodestep_engine::rotation::skew;
 use lodestep_engine::sim::{Epoch, FootTruth, SensorModel, Simulator, WalkKind};
+use lodestep_engine::systems::pedestrian::foot_separation::{Beside, foot_separation};
 use nalgebra::{DMatrix, DVector, Matrix3, Vector3};
 
 const GRAVITY_M_S2: f64 = 9.787;

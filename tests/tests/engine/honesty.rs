@@ -8,7 +8,7 @@
 
 use lodestep_engine::rotation::wrap;
 use lodestep_engine::sim::{SensorModel, WalkKind};
-use lodestep_engine::systems::pedestrian::Aids;
+use lodestep_engine::systems::pedestrian::{Aids, Config};
 use nalgebra::{Matrix2, Vector2};
 
 use crate::scenario::Scenario;
@@ -86,7 +86,7 @@ fn the_cmp10a_with_all_aids() {
 fn the_cmp10a_with_zero_velocity_alone() {
     honesty("CMP10A, 40 m, zero velocity alone, heading known", |seed| {
         let mut scenario = line(seed, &SensorModel::cmp10a()).with_true_heading();
-        scenario.config.aids = Aids {
+        Config::of_mut(&mut scenario.config).aids = Aids {
             zupt: true,
             heading: false,
             maru: false,

@@ -2,6 +2,7 @@
 
 use lodestep_engine::session::Session;
 use lodestep_engine::sim::{SensorModel, WalkKind};
+use lodestep_engine::systems::pedestrian::Config;
 
 use crate::scenario::{SECOND_NS, Scenario};
 
@@ -28,7 +29,7 @@ fn held_at(scenario: &Scenario, times_s: &[i64]) -> Vec<usize> {
 
 fn with_a_short_history(kind: WalkKind, seconds: f64) -> Scenario {
     let mut scenario = Scenario::beginning(kind, 1, &SensorModel::cmp10a(), seconds);
-    scenario.config.tuning.history_s = 10.0;
+    Config::of_mut(&mut scenario.config).tuning.history_s = 10.0;
     scenario.visits.clear();
     scenario
 }

@@ -1,9 +1,9 @@
 //! The samples alone decide what becomes known: not how they are cut, nor which foot's come first.
 
-use lodestep_engine::event::{AnomalyKind, Event};
+use lodestep_engine::event::Event;
 use lodestep_engine::sample::ImuSample;
 use lodestep_engine::sim::faults::Fault;
-use lodestep_engine::systems::pedestrian::Side;
+use lodestep_engine::systems::pedestrian::{Side, causes};
 
 use crate::scenario::{PERIOD_NS, SECOND_NS, Scenario, short_walk};
 use crate::told::Told;
@@ -83,7 +83,7 @@ fn ending_a_foot_before_the_session_is_the_same_as_finishing() {
         for sample in &scenario.logs[foot.index()] {
             session.push(foot, sample, &mut events);
         }
-        session.end_foot(foot, &mut events);
+        session.end(foot, &mut events);
     }
     session.finish(&mut events);
     assert_same(&Told::check(events, session.summary()), &expected);
@@ -129,7 +129,7 @@ fn a_foot_that_lags_by_more_is_not_waited_for_and_its_samples_are_counted() {
     let told = Told::check(events, session.summary());
     assert!(told.summary.late_samples > 1000, "{:?}", told.summary);
     assert!(told.track.points.len() >= left.len() - 5, "the track goes on with the left foot");
-    let missing = told.anomalies(AnomalyKind::FootMissing, Side::Right);
+    let missing = told.anomalies(causes::FOOT_MISSING, Side::Right);
     assert!(missing.first().is_some_and(|first| first.t_start_ns < 21 * SECOND_NS), "{missing:?}");
     let errors = told.errors(&scenario);
     assert!(errors.end_error_m < 3.0, "{errors:?}");

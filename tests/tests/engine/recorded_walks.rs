@@ -11,8 +11,7 @@ use lodestep_engine::evaluate::{feet_apart, loop_closure, motion_capture};
 use lodestep_engine::parse::ImuCsv;
 use lodestep_engine::parse::truth_csv;
 use lodestep_engine::sample::ImuSample;
-use lodestep_engine::session::SessionConfig;
-use lodestep_engine::systems::pedestrian::Side;
+use lodestep_engine::systems::pedestrian::{self, Side};
 
 use crate::scenario::Scenario;
 use crate::told::Told;
@@ -67,7 +66,7 @@ fn resampled(log: &[ImuSample], rate_hz: f64) -> Vec<ImuSample> {
 
 fn run(feet: &[(Side, &str)]) -> Told {
     let config =
-        SessionConfig { feet: feet.iter().map(|(foot, _)| *foot).collect(), ..pedestrian::two_feet() };
+        pedestrian::Config::default().session(&feet.iter().map(|(side, _)| *side).collect::<Vec<_>>());
     let mut logs = [Vec::new(), Vec::new()];
     for (foot, name) in feet {
         logs[foot.index()] = log(name);
@@ -106,7 +105,7 @@ fn a_recording_at_another_rate_gives_much_the_same_track() {
     let truth = truth_csv::read(&unpacked(&format!("{name}.truth.csv.gz"))).expect("a truth file");
     let recorded = log(&format!("{name}.csv.gz"));
     for rate_hz in [100.0, 200.0, 400.0, 820.0] {
-        let config = SessionConfig { feet: vec![Side::Right], ..pedestrian::two_feet() };
+        let config = pedestrian::Config::default().session(&[Side::Right]);
         let logs = [Vec::new(), resampled(&recorded, rate_hz)];
         let told = Scenario { config, logs, visits: Vec::new(), truth: Vec::new() }.run();
         let errors = motion_capture(&told.track.points, &truth).expect("track and truth share their time");

@@ -8,7 +8,7 @@ use lodestep_engine::identify::Identification;
 use lodestep_engine::sample::ImuSample;
 use lodestep_engine::session::{SavedState, Session, SessionConfig, Solution, Visit};
 use lodestep_engine::sim::{SensorModel, WalkKind};
-use lodestep_engine::systems::pedestrian::Side;
+use lodestep_engine::systems::pedestrian::{self, Side};
 
 use crate::scenario::{SECOND_NS, Scenario};
 use crate::which_marker::identification;
@@ -115,20 +115,24 @@ fn assert_goes_on_as_if_uncut(live: &Live, cuts: usize, kept: Kept) -> (usize, u
     let cuts: Vec<usize> = (1..=cuts).map(|number| number * step).collect();
     // What an uncut walk has told at each cut, and a while after it.
     let (mut told, mut at) = (Told::default(), BTreeMap::new());
-    live.go_on(&mut Session::new(live.config.clone()), 0..live.samples.len(), |after, session, events| {
-        told.take(events);
-        if let Some(state) = session.state_to_save() {
-            assert!(state.bytes.len() < 400_000, "{} bytes", state.bytes.len());
-            let known = saved.iter().position(|(_, older)| older.t_ns >= state.t_ns);
-            if known.is_none() || kept == Kept::Newer {
-                saved.truncate(known.unwrap_or(saved.len()));
-                saved.push((after, state));
+    live.go_on(
+        &mut Session::new(live.config.clone()).unwrap(),
+        0..live.samples.len(),
+        |after, session, events| {
+            told.take(events);
+            if let Some(state) = session.state_to_save() {
+                assert!(state.bytes.len() < 400_000, "{} bytes", state.bytes.len());
+                let known = saved.iter().position(|(_, older)| older.t_ns >= state.t_ns);
+                if known.is_none() || kept == Kept::Newer {
+                    saved.truncate(known.unwrap_or(saved.len()));
+                    saved.push((after, state));
+                }
             }
-        }
-        if cuts.iter().any(|cut| after == *cut || after == cut + AFTER) {
-            at.insert(after, told.clone());
-        }
-    });
+            if cuts.iter().any(|cut| after == *cut || after == cut + AFTER) {
+                at.insert(after, told.clone());
+            }
+        },
+    );
     let (mut taken_up, mut not_enough) = (0, 0);
     for cut in cuts {
         let (session, tried) = live.restored(&saved, cut);
@@ -178,7 +182,7 @@ fn late_visits_go_back_over_the_start_of_a_state_and_one_that_does_not_know_of_t
 fn one_foot_alone_goes_on_to_the_bit() {
     let scenario = Scenario::beginning(WalkKind::Line { metres: 1900.0 }, 3, &SensorModel::cmp10a(), 1500.0);
     let mut live = Live::new(&scenario, None);
-    live.config.feet = vec![Side::Left];
+    live.config.streams = vec![pedestrian::stream(Side::Left)];
     live.samples.retain(|(foot, _)| *foot == Side::Left);
     assert_eq!(assert_goes_on_as_if_uncut(&live, 5, Kept::Newer), (3, 0));
 }
@@ -188,10 +192,14 @@ fn what_is_no_state_is_refused() {
     let scenario = Scenario::beginning(WalkKind::Line { metres: 150.0 }, 4, &SensorModel::cmp10a(), 150.0);
     let live = Live::new(&scenario, None);
     let mut states = Vec::new();
-    live.go_on(&mut Session::new(live.config.clone()), 0..live.samples.len(), |_, session, events| {
-        events.clear();
-        states.extend(session.state_to_save());
-    });
+    live.go_on(
+        &mut Session::new(live.config.clone()).unwrap(),
+        0..live.samples.len(),
+        |_, session, events| {
+            events.clear();
+            states.extend(session.state_to_save());
+        },
+    );
     let bytes = &states.last().expect("two minutes").bytes;
     let take_up = |config: &SessionConfig, bytes: &[u8]| Session::restored(config.clone(), bytes, None);
     assert!(take_up(&live.config, bytes).is_ok());

@@ -4,11 +4,12 @@ use std::sync::LazyLock;
 
 use lodestep_engine::geo::Site;
 use lodestep_engine::parse::truth_csv::KnownPlace;
+use lodestep_engine::replay::InputStore;
 use lodestep_engine::sample::ImuSample;
 use lodestep_engine::session::{Session, SessionConfig, Visit};
 use lodestep_engine::sim::faults::{Fault, inject};
 use lodestep_engine::sim::{FootTruth, SensorModel, Simulator, WalkKind};
-use lodestep_engine::systems::pedestrian::Side;
+use lodestep_engine::systems::pedestrian::{self, Side};
 
 use crate::told::Told;
 
@@ -82,7 +83,7 @@ impl Scenario {
 
     /// Only this foot has a sensor, and the session starts at it.
     pub(crate) fn with_one_foot(mut self, foot: Side) -> Scenario {
-        self.config.feet = vec![foot];
+        self.config.streams = vec![pedestrian::stream(foot)];
         self.config.initial_position_n_m = self.truth[0][foot.index()].position_n_m;
         if self.config.initial_heading_rad.is_some() {
             self.config.initial_heading_rad = Some(self.truth[0][foot.index()].heading_rad);
@@ -107,7 +108,7 @@ impl Scenario {
 
     /// Where the point of the track truly was: the middle of the session's feet.
     pub(crate) fn true_places(&self) -> Vec<KnownPlace> {
-        let feet = &self.config.feet;
+        let feet: Vec<Side> = self.config.streams.iter().filter_map(|stream| Side::of(stream.id)).collect();
         (0..)
             .zip(&self.truth)
             .map(|(epoch, truth)| KnownPlace {
@@ -138,7 +139,16 @@ impl Scenario {
 
     /// A session that knows the visits and has no sample yet, and what it has told so far.
     pub(crate) fn session(&self) -> (Session, Vec<lodestep_engine::event::Event>) {
-        let (mut session, mut events) = (Session::new(self.config.clone()), Vec::new());
+        self.session_with(None)
+    }
+
+    /// The same, its past in a store.
+    pub(crate) fn session_with(
+        &self,
+        store: Option<Box<dyn InputStore>>,
+    ) -> (Session, Vec<lodestep_engine::event::Event>) {
+        let mut events = Vec::new();
+        let mut session = Session::with_store(self.config.clone(), store).unwrap();
         for visit in &self.visits {
             session.visit(visit.clone(), &mut events);
         }

@@ -1,9 +1,9 @@
 //! Does the track follow the truth? With both feet, with one, and with less than all sensors.
 
-use lodestep_engine::event::{AidKind, HeadingSource};
+use lodestep_engine::event::HeadingSource;
 use lodestep_engine::sim::faults::Fault;
 use lodestep_engine::sim::{SensorModel, WalkKind};
-use lodestep_engine::systems::pedestrian::Side;
+use lodestep_engine::systems::pedestrian::{Side, aids};
 
 use crate::scenario::{Scenario, short_walk};
 use crate::told::Told;
@@ -54,7 +54,7 @@ fn the_cmp10a_on_a_straight_line_by_its_own_compass() {
         told.track.alignments.iter().all(|alignment| alignment.heading_source == HeadingSource::Magnetic)
     );
     assert_eq!(told.track.alignments.len(), 2);
-    for aid in [AidKind::Zupt, AidKind::Heading, AidKind::Maru, AidKind::Separation] {
+    for aid in [aids::ZUPT, aids::HEADING, aids::MARU, aids::SEPARATION] {
         assert!(
             told.track.aids.get(&aid).is_some_and(|tally| tally.accepted > 10),
             "{aid:?}: {:?}",
@@ -77,7 +77,8 @@ fn the_cmp10a_around_the_first_corner_of_the_rectangle() {
     let errors = told.errors(&scenario);
     assert!(errors.end_error_percent < 3.0, "{errors:?}");
     // East after the corner: seen on a foot that stands, as a swinging one turns.
-    let standing = told.track.points.iter().rev().find(|point| point.left.is_some_and(|left| left.stance));
+    let standing =
+        told.track.points.iter().rev().find(|point| point.parts[0].is_some_and(|left| left.stance));
     let heading_rad = standing.expect("a stance").heading_rad;
     assert!((heading_rad - std::f64::consts::FRAC_PI_2).abs() < 0.15, "{heading_rad}");
 }
@@ -89,8 +90,11 @@ fn one_foot_alone() {
         let told = scenario.run();
         assert_follows(&scenario, &told, [2.0, 2.0, 0.6]);
         let point = told.last();
-        assert_eq!((point.left.is_some(), point.right.is_some()), (foot == Side::Left, foot == Side::Right));
-        assert!(!told.track.aids.contains_key(&AidKind::Separation), "one foot has no separation");
+        assert_eq!(
+            (point.parts[0].is_some(), point.parts[1].is_some()),
+            (foot == Side::Left, foot == Side::Right)
+        );
+        assert!(!told.track.aids.contains_key(&aids::SEPARATION), "one foot has no separation");
     }
 }
 
@@ -103,7 +107,7 @@ fn without_magnetometer_and_barometer_a_given_heading_is_kept() {
     let told = scenario.run();
     // The right sensor sits turned by 26° against the left one, which nothing has told.
     assert_follows(&scenario, &told, [3.0, 3.0, 0.5]);
-    assert!(!told.track.aids.contains_key(&AidKind::Heading), "{:?}", told.track.aids);
+    assert!(!told.track.aids.contains_key(&aids::HEADING), "{:?}", told.track.aids);
     assert_eq!(told.track.alignments[0].heading_source, HeadingSource::Given);
 }
 

@@ -2,8 +2,9 @@
 
 use std::collections::BTreeMap;
 
+use lodestep_engine::anomaly::{Anomaly, AnomalyKind};
 use lodestep_engine::evaluate::{TruthErrors, against_truth};
-use lodestep_engine::event::{Anomaly, AnomalyKind, Event, TrackPoint};
+use lodestep_engine::event::{Event, TrackPoint};
 use lodestep_engine::session::Summary;
 use lodestep_engine::systems::pedestrian::Side;
 use lodestep_engine::track::Track;
@@ -92,7 +93,7 @@ impl Told {
     /// The anomalies of one kind on one foot.
     pub(crate) fn anomalies(&self, kind: AnomalyKind, foot: Side) -> Vec<&Anomaly> {
         let anomalies = self.track.anomalies.iter();
-        anomalies.filter(|anomaly| anomaly.kind == kind && anomaly.foot == Some(foot)).collect()
+        anomalies.filter(|anomaly| anomaly.kind == kind && anomaly.stream == Some(foot.stream())).collect()
     }
 
     /// The last point of the track.
@@ -102,7 +103,7 @@ impl Told {
 }
 
 fn assert_sound(point: &TrackPoint) {
-    let feet = [point.left, point.right].into_iter().flatten().flat_map(|foot| foot.position_n_m);
+    let feet = point.parts.into_iter().flatten().flat_map(|foot| foot.position_n_m);
     let [sigma_e, sigma_n, _] = point.sigma_n_m;
     let numbers =
         point.position_n_m.into_iter().chain(feet).chain([point.heading_rad, point.covariance_en_m2]);

@@ -1,5 +1,6 @@
 //! Visits at markers: told early or late, right or wrong.
 
+use lodestep_engine::systems::pedestrian::Config;
 use std::collections::BTreeMap;
 
 use lodestep_engine::event::{Event, VisitOutcome};
@@ -82,8 +83,7 @@ fn a_live_walk_whose_past_lies_elsewhere_is_the_same_to_the_last_bit() {
     live.config.solution = Solution::Trail;
     let early = Scenario { visits: Vec::new(), ..live.clone() };
     for after_ns in [0, 17 * SECOND_NS] {
-        let (mut session, events) = early.session();
-        session.put_past_in(Box::new(Aside::default()));
+        let (session, events) = early.session_with(Some(Box::new(Aside::default())));
         let aside = told_to(session, events, &live, after_ns);
         assert!(aside.track.revised_points > 25_000, "the trail was bent: {}", aside.track.revised_points);
         assert_same_track(&aside, &told_at(&live, after_ns));
@@ -206,7 +206,7 @@ fn a_marker_without_a_height_leaves_the_height_alone() {
 #[test]
 fn without_the_markers_aid_a_visit_only_shows_how_far_off_the_track_is() {
     let mut scenario = two_stops();
-    scenario.config.aids.markers = false;
+    Config::of_mut(&mut scenario.config).aids.markers = false;
     let told = scenario.run();
     let without = Scenario { visits: Vec::new(), ..scenario.clone() }.run();
     assert_eq!(told.track.points, without.track.points);

@@ -63,7 +63,7 @@ fn truth<'a>(scenario: &'a Scenario, stand: &Stand) -> Option<&'a str> {
 fn run(scenario: &Scenario, identification: Identification, keyed: bool) -> Told {
     let mut config = scenario.config.clone();
     config.identification = Some(identification);
-    let (mut session, mut events, mut told) = (Session::new(config), Vec::new(), Told::default());
+    let (mut session, mut events, mut told) = (Session::new(config).unwrap(), Vec::new(), Told::default());
     let mut visits = scenario.visits.iter().filter(|_| keyed).peekable();
     for (foot, sample) in scenario.in_time_order() {
         if let Some(visit) = visits.next_if(|visit| visit.t_end_ns < sample.t_ns) {
@@ -162,7 +162,7 @@ fn a_stop_away_from_every_actuator_gets_a_share_of_none_of_them() {
 fn without_a_marker_database_nothing_is_told_of_stands_and_the_track_is_the_same() {
     let scenario = spiral(WalkKind::Spiral, 1, 150.0);
     let with = run(&scenario, identification(), false);
-    let mut session = Session::new(scenario.config.clone());
+    let mut session = Session::new(scenario.config.clone()).unwrap();
     let (mut events, mut without) = (Vec::new(), Told::default());
     for (foot, sample) in scenario.in_time_order() {
         session.push(foot, &sample, &mut events);

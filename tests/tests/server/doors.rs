@@ -119,7 +119,8 @@ async fn by_stream(server: &TestServer, input: &Input) -> Output {
     let hello = Hello::Begin {
         inspector_id: server.inspector().await,
         start: Some(Start::PositionM(input.start)),
-        feet: input.feet.iter().map(|(foot, _)| *foot).collect(),
+        system: None,
+        streams: Some(input.feet.iter().map(|(foot, _)| foot.stream()).collect()),
         initial_heading_deg: None,
     };
     device.send(&DeviceMessage::Hello(hello)).await;

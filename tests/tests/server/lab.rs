@@ -5,8 +5,8 @@ use std::sync::OnceLock;
 use std::time::Duration;
 
 use lodestep_engine::geo::Site;
-use lodestep_engine::parameters::TABLE;
 use lodestep_engine::sim::{SensorModel, Walk, WalkKind, simulate};
+use lodestep_engine::systems::pedestrian::DECLARATION;
 use lodestep_server::cli;
 use lodestep_tests::hand_in::{Answer, ask, log, sha256};
 use lodestep_tests::server::TestServer;
@@ -115,11 +115,11 @@ async fn the_schema_tells_what_the_engine_itself_computes_with() {
     let server = TestServer::start().await;
     let schema = server.look("/lab/parameters").await.body;
     let told = schema["parameters"].as_array().unwrap();
-    assert_eq!(told.len(), TABLE.len());
-    for (told, known) in told.iter().zip(TABLE) {
+    assert_eq!(told.len(), DECLARATION.parameters.len());
+    for (told, known) in told.iter().zip(DECLARATION.parameters) {
         assert_eq!(
             (told["key"].as_str(), told["default"].as_f64()),
-            (Some(known.key), Some(known.default()))
+            (Some(known.key), Some(known.default_of(&DECLARATION)))
         );
         assert!(told["least"].as_f64() <= told["default"].as_f64(), "{told}");
         assert!(told["default"].as_f64() <= told["most"].as_f64(), "{told}");

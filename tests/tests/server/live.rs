@@ -8,6 +8,7 @@ use lodestep_engine::parse::frame;
 use lodestep_engine::parse::live_message::{Answer, DeviceMessage, FaultMessage, NextSequence, VisitMessage};
 use lodestep_engine::sample::ImuSample;
 use lodestep_engine::sim::{self, SensorModel, WalkKind};
+use lodestep_engine::stream::Readings;
 use lodestep_engine::systems::pedestrian::Side;
 use lodestep_server::store::track::{self, Run};
 use lodestep_server::store::{Store, stream_chunks, visits};
@@ -33,8 +34,8 @@ fn batches(walk: &sim::Walk, from: NextSequence) -> impl Iterator<Item = (Side, 
     feet.flat_map(move |(number, (left, right))| {
         let number = number as u64;
         [
-            (number >= from.left).then_some((Side::Left, number, left)),
-            (number >= from.right).then_some((Side::Right, number, right)),
+            (number >= next_of(&from, Side::Left)).then_some((Side::Left, number, left)),
+            (number >= next_of(&from, Side::Right)).then_some((Side::Right, number, right)),
         ]
     })
     .flatten()
@@ -42,8 +43,18 @@ fn batches(walk: &sim::Walk, from: NextSequence) -> impl Iterator<Item = (Side, 
 
 async fn stored_samples(store: &Store, session_id: &str, foot: Side) -> Vec<ImuSample> {
     let id = Uuid::parse_str(session_id).unwrap();
-    let chunks: Vec<_> = stream_chunks::of_foot(store.read(), id, foot).try_collect().await.unwrap();
-    chunks.into_iter().flat_map(|chunk| chunk.samples).collect()
+    let chunks: Vec<_> =
+        stream_chunks::of_stream(store.read(), id, foot.stream()).try_collect().await.unwrap();
+    let samples = chunks.into_iter().flat_map(|chunk| match chunk.readings {
+        Readings::Imu(samples) => samples,
+        Readings::Values(_) => Vec::new(),
+    });
+    samples.collect()
+}
+
+/// The batch that the server wants next of a foot.
+fn next_of(next: &NextSequence, foot: Side) -> u64 {
+    next.get(&foot.stream()).copied().unwrap_or(0)
 }
 
 async fn open_store(server: &TestServer) -> Store {
@@ -83,7 +94,7 @@ async fn a_repeated_batch_is_acknowledged_again_and_changes_nothing() {
     device.acknowledged(Side::Left, 0).await;
     // Even with other samples in it: what is on disk stands.
     device.send_frame(Side::Left, 0, &walk.right[..BATCH]).await;
-    assert_eq!(device.next().await, Answer::Ack { foot: Side::Left, sequence: 0 });
+    assert_eq!(device.next().await, Answer::Ack { stream: Side::Left.stream(), sequence: 0 });
     device.send_frame(Side::Left, 1, &walk.left[BATCH..2 * BATCH]).await;
     device.acknowledged(Side::Left, 1).await;
     let store = open_store(&server).await;
@@ -116,8 +127,8 @@ async fn a_frame_of_a_wrong_length_is_told_what_was_expected_and_the_link_holds(
     let (mut device, _) = TestDevice::begin(&server, &inspector).await;
     let walk = walk();
     let mut frame = Vec::new();
-    let batch = Batch { foot: Side::Left, sequence: 0, samples: walk.left[..BATCH].to_vec() };
-    frame::encode(&batch, &mut frame).unwrap();
+    let batch = Batch::imu(Side::Left.stream(), 0, walk.left[..BATCH].to_vec());
+    frame::encode(0, &batch, &mut frame).unwrap();
     device.send_bytes(frame[..frame.len() - 3].to_vec()).await;
     let Answer::Error(problem) = device.next().await else { panic!("an error") };
     assert_eq!(problem["code"], "frame_length");
@@ -227,10 +238,11 @@ async fn stream_with_parameters(
             }
             let next;
             (device, next) = TestDevice::go_on(&server, &session_id).await;
-            assert!(next.left > last - 5, "acknowledged batches are not asked for again: {next:?}");
-            let wanted = |(foot, number, _): &(Side, u64, &[ImuSample])| {
-                *number >= if *foot == Side::Left { next.left } else { next.right }
-            };
+            assert!(
+                next_of(&next, Side::Left) > last - 5,
+                "acknowledged batches are not asked for again: {next:?}"
+            );
+            let wanted = |(foot, number, _): &(Side, u64, &[ImuSample])| *number >= next_of(&next, *foot);
             sent = whole.iter().position(wanted).unwrap();
         } else {
             device.acknowledged(Side::Left, last).await;
@@ -469,6 +481,6 @@ async fn a_finished_stream_has_the_track_of_an_upload_of_the_same_logs_to_the_la
     let mut again = TestDevice::connect(&server).await;
     again.send_text(json!({"type": "hello", "session_id": session_id}).to_string()).await;
     let Answer::Welcome { next_sequence, .. } = again.next().await else { panic!("a welcome") };
-    assert_eq!(next_sequence.left, walk.left.len().div_ceil(BATCH) as u64);
+    assert_eq!(next_of(&next_sequence, Side::Left), walk.left.len().div_ceil(BATCH) as u64);
     assert_eq!(again.next().await, Answer::Finished);
 }

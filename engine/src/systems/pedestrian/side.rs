@@ -32,6 +32,14 @@ impl Side {
         }
     }
 
+    /// The other one.
+    pub const fn other(self) -> Side {
+        match self {
+            Side::Left => Side::Right,
+            Side::Right => Side::Left,
+        }
+    }
+
     /// `left` or `right`.
     pub const fn name(self) -> &'static str {
         match self {

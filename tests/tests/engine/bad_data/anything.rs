@@ -2,7 +2,7 @@
 
 use lodestep_engine::sample::ImuSample;
 use lodestep_engine::session::{Session, SessionConfig, Visit};
-use lodestep_engine::systems::pedestrian::Side;
+use lodestep_engine::systems::pedestrian::{self, Side};
 use proptest::prelude::*;
 
 use crate::scenario::{PERIOD_NS, SECOND_NS};
@@ -81,8 +81,9 @@ proptest! {
         lead_s in prop::option::of(0i64..20),
         feet in prop::sample::select(vec![vec![Side::Left], vec![Side::Right], Side::BOTH.to_vec()]),
     ) {
-        let config = SessionConfig { feet, max_lead_ns: lead_s.map(|s| s * SECOND_NS), ..pedestrian::two_feet() };
-        let (mut session, mut events) = (Session::new(config), Vec::new());
+        let max_lead_ns = lead_s.map(|s| s * SECOND_NS);
+        let config = SessionConfig { max_lead_ns, ..pedestrian::Config::default().session(&feet) };
+        let (mut session, mut events) = (Session::new(config).unwrap(), Vec::new());
         let mut now_ns = [0_i64; 2];
         for deed in deeds {
             match deed {
@@ -107,7 +108,7 @@ proptest! {
                     };
                     session.visit(visit, &mut events);
                 }
-                Deed::End(foot) => session.end_foot(foot, &mut events),
+                Deed::End(foot) => session.end(foot, &mut events),
             }
         }
         session.finish(&mut events);

@@ -13,7 +13,7 @@ mod units;
 
 use std::collections::BTreeSet;
 
-use lodestep_engine::event::AnomalyKind;
+use lodestep_engine::anomaly::AnomalyKind;
 use lodestep_engine::sample::ImuSample;
 use lodestep_engine::sim::faults::{Channel, Fault};
 use lodestep_engine::systems::pedestrian::Side;
@@ -61,12 +61,11 @@ fn assert_each_is_named(troubles: &[Trouble]) {
         let mut scenario = short_walk().with_true_heading();
         (trouble.spoil)(&mut scenario.logs);
         let told = scenario.run();
-        let named = |anomaly: &&lodestep_engine::event::Anomaly| {
-            anomaly.kind == trouble.told && anomaly.foot == trouble.foot
+        let named = |anomaly: &&lodestep_engine::anomaly::Anomaly| {
+            anomaly.kind == trouble.told && anomaly.stream == trouble.foot.map(Side::stream)
         };
         if !told.track.anomalies.iter().any(|anomaly| named(&anomaly)) {
-            let kinds: BTreeSet<_> =
-                told.track.anomalies.iter().map(|a| (a.kind, a.foot.map(Side::name))).collect();
+            let kinds: BTreeSet<_> = told.track.anomalies.iter().map(|a| (a.kind, a.stream)).collect();
             unnamed.push(format!("{}: expected {:?}, found {kinds:?}", trouble.name, trouble.told));
         }
     }
@@ -98,7 +97,7 @@ fn assert_named(fault: Fault, kind: AnomalyKind, from_ns: i64) -> (Scenario, Tol
     let near = (from_ns - SECOND_NS)..=(from_ns + SECOND_NS);
     assert!(near.contains(&found[0].t_start_ns), "{:?}", found[0]);
     let left: Vec<_> =
-        told.track.anomalies.iter().filter(|anomaly| anomaly.foot == Some(Side::Left)).collect();
+        told.track.anomalies.iter().filter(|anomaly| anomaly.stream == Some(Side::Left.stream())).collect();
     assert!(left.is_empty(), "the left foot is well: {left:?}");
     (scenario, told)
 }

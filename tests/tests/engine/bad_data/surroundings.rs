@@ -3,40 +3,40 @@
 use super::*;
 
 pub(super) const TROUBLES: &[Trouble] = &[
-    Trouble::of_right("a field that is no number", AnomalyKind::NotFinite, |logs| {
+    Trouble::of_right("a field that is no number", AnomalyKind::NOT_FINITE, |logs| {
         right(logs, 25, 30, |_, s| s.mag_b_ut = Some([f64::NAN; 3]))
     }),
-    Trouble::of_right("an infinite field", AnomalyKind::NotFinite, |logs| {
+    Trouble::of_right("an infinite field", AnomalyKind::NOT_FINITE, |logs| {
         right(logs, 25, 30, |_, s| s.mag_b_ut = Some([f64::INFINITY, 0.0, 0.0]))
     }),
-    Trouble::of_right("iron beside the way", AnomalyKind::MagneticField, |logs| {
+    Trouble::of_right("iron beside the way", AnomalyKind::MAGNETIC_FIELD, |logs| {
         right(logs, 20, 26, |_, s| s.mag_b_ut = s.mag_b_ut.map(|[x, y, z]| [x + 60.0, y - 20.0, z + 10.0]))
     }),
-    Trouble::of_right("a field in gauss", AnomalyKind::MagneticField, |logs| {
+    Trouble::of_right("a field in gauss", AnomalyKind::MAGNETIC_FIELD, |logs| {
         right(logs, 0, NEVER, |_, s| s.mag_b_ut = s.mag_b_ut.map(|b| b.map(|b| 0.01 * b)))
     }),
-    Trouble::of_right("a field in nanotesla", AnomalyKind::MagneticField, |logs| {
+    Trouble::of_right("a field in nanotesla", AnomalyKind::MAGNETIC_FIELD, |logs| {
         right(logs, 0, NEVER, |_, s| s.mag_b_ut = s.mag_b_ut.map(|b| b.map(|b| 1e3 * b)))
     }),
-    Trouble::of_right("a field of zero", AnomalyKind::MagneticField, |logs| {
+    Trouble::of_right("a field of zero", AnomalyKind::MAGNETIC_FIELD, |logs| {
         right(logs, 0, NEVER, |_, s| s.mag_b_ut = Some([0.0; 3]))
     }),
-    Trouble::of_right("a magnet on the shoe", AnomalyKind::MagneticField, |logs| {
+    Trouble::of_right("a magnet on the shoe", AnomalyKind::MAGNETIC_FIELD, |logs| {
         right(logs, 20, NEVER, |_, s| s.mag_b_ut = s.mag_b_ut.map(|[x, y, z]| [x, y, z + 400.0]))
     }),
-    Trouble::of_right("a pressure that is no number", AnomalyKind::NotFinite, |logs| {
+    Trouble::of_right("a pressure that is no number", AnomalyKind::NOT_FINITE, |logs| {
         right(logs, 25, 26, |_, s| s.pressure_hpa = Some(f64::NAN))
     }),
-    Trouble::of_right("a pressure of zero", AnomalyKind::NotFinite, |logs| {
+    Trouble::of_right("a pressure of zero", AnomalyKind::NOT_FINITE, |logs| {
         right(logs, 25, 26, |_, s| s.pressure_hpa = Some(0.0))
     }),
-    Trouble::of_right("a pressure in pascal", AnomalyKind::NotFinite, |logs| {
+    Trouble::of_right("a pressure in pascal", AnomalyKind::NOT_FINITE, |logs| {
         right(logs, 0, NEVER, |_, s| s.pressure_hpa = s.pressure_hpa.map(|p| 100.0 * p))
     }),
-    Trouble::of_right("a pressure in kilopascal", AnomalyKind::NotFinite, |logs| {
+    Trouble::of_right("a pressure in kilopascal", AnomalyKind::NOT_FINITE, |logs| {
         right(logs, 0, NEVER, |_, s| s.pressure_hpa = s.pressure_hpa.map(|p| 0.1 * p))
     }),
-    Trouble::of_right("a spike of the pressure", AnomalyKind::NotFinite, |logs| {
+    Trouble::of_right("a spike of the pressure", AnomalyKind::NOT_FINITE, |logs| {
         right(logs, 25, 26, |_, s| s.pressure_hpa = Some(1e9))
     }),
 ];
