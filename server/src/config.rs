@@ -5,6 +5,8 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 
+use crate::data_folder::DATABASE;
+
 /// How the server is set up.
 #[derive(Clone, Debug, Args)]
 pub struct Config {
@@ -96,7 +98,7 @@ impl Config {
 
     /// The database file.
     pub fn database(&self) -> PathBuf {
-        self.data.join("lodestep.db")
+        self.data.join(DATABASE)
     }
 
     /// The folder of uploads on their way.

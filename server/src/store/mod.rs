@@ -45,6 +45,7 @@ mod columns;
 mod many_rows;
 mod migrations;
 mod sample_columns;
+mod schema;
 mod write;
 mod write_ahead;
 
@@ -70,7 +71,12 @@ pub use self::writer::Writer;
 pub enum StoreError {
     /// The database said no.
     #[error(transparent)]
-    Database(#[from] sqlx::Error),
+    Database(sqlx::Error),
+    /// The database file is damaged, or no database at all.
+    #[error(
+        "the database is damaged ({0}): stop the server and bring the last backup back with `lodestep restore FILE --data FOLDER --replace`"
+    )]
+    Corrupt(String),
     /// The database cannot be opened as it is.
     #[error("{0}")]
     Open(String),
@@ -94,6 +100,15 @@ pub enum StoreError {
         /// What is wrong with it.
         why: String,
     },
+}
+
+impl From<sqlx::Error> for StoreError {
+    fn from(error: sqlx::Error) -> StoreError {
+        match health::is_damage(&error) {
+            true => StoreError::Corrupt(error.to_string()),
+            false => StoreError::Database(error),
+        }
+    }
 }
 
 impl StoreError {

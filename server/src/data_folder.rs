@@ -1,0 +1,133 @@
+//! The data folder: one program's at a time, with one whole database in it whenever a program was killed.
+
+use std::fs::{self, File, TryLockError};
+use std::io;
+use std::path::{Path, PathBuf};
+
+use anyhow::{Context, Result, bail};
+
+/// The database, in the data folder.
+pub(crate) const DATABASE: &str = "lodestep.db";
+/// What SQLite puts beside a database that was not closed in good order. It holds rows that are in no other file.
+const LOGS: [&str; 2] = ["-wal", "-journal"];
+/// How the name of a database begins that a restored one took the place of.
+pub(crate) const KEPT: &str = "lodestep-before-restore-";
+/// The folder of backups that the server makes by itself, in the data folder.
+pub(crate) const BACKUPS: &str = "backups";
+/// How the name of what is not complete ends.
+const PART: &str = ".part";
+
+/// Makes the data folder this program's own for as long as the file is held.
+pub(crate) fn hold(data: &Path) -> Result<File> {
+    let path = data.join("lodestep.lock");
+    let opened = fs::create_dir_all(data).and_then(|()| File::create(&path));
+    let file = opened.with_context(|| format!("could not make the data folder {}", data.display()))?;
+    match file.try_lock() {
+        Ok(()) => Ok(file),
+        Err(TryLockError::WouldBlock) => bail!(
+            "the data folder {} is in use by another server (or a restore): stop that one, or give this one a folder of its own with --data",
+            data.display()
+        ),
+        Err(TryLockError::Error(error)) => {
+            Err(error).with_context(|| format!("could not lock {}", path.display()))
+        }
+    }
+}
+
+/// Brings the names in a folder to disk; where folders cannot be opened, the system does it by itself.
+pub(crate) fn sync(folder: &Path) -> io::Result<()> {
+    let folder = if folder.as_os_str().is_empty() { Path::new(".") } else { folder };
+    if cfg!(unix) { File::open(folder)?.sync_all() } else { Ok(()) }
+}
+
+/// Brings the names in the data folder to disk, and its own, which is on disk only when the folder that holds it is.
+pub(crate) fn sync_with_its_name(data: &Path) -> Result<()> {
+    for folder in [Some(data), data.parent()].into_iter().flatten() {
+        sync(folder).with_context(|| format!("could not bring the folder {} to disk", folder.display()))?;
+    }
+    Ok(())
+}
+
+/// Clears away what a program that was killed left unfinished, in a folder that is held.
+pub(crate) fn clear_unfinished(data: &Path) -> io::Result<()> {
+    let database = data.join(DATABASE);
+    for entry in fs::read_dir(data)? {
+        let path = entry?.path();
+        if is_part(&path) {
+            remove(&path)?;
+        } else if is_kept(&path) && is_same_file(&path, &database)? {
+            // A restore was about to replace the database, which has both names, and did not.
+            fs::remove_file(&path)?;
+        }
+    }
+    Ok(())
+}
+
+/// Where something is made that is not complete yet: in a file or folder with such a name.
+pub(crate) fn part(of_what: &str) -> tempfile::Builder<'_, 'static> {
+    let mut builder = tempfile::Builder::new();
+    builder.prefix(of_what).suffix(PART);
+    builder
+}
+
+/// A name for a new database that nothing in the folder has: `stem.db`, or `stem-2.db`, and so on.
+pub(crate) fn free_name(folder: &Path, stem: &str) -> PathBuf {
+    let mut path = folder.join(format!("{stem}.db"));
+    let mut number = 1;
+    while fs::symlink_metadata(&path).is_ok() {
+        number += 1;
+        path = folder.join(format!("{stem}-{number}.db"));
+    }
+    path
+}
+
+/// The logs of a database, with what its name and theirs end with; not those that hold nothing.
+pub(crate) fn logs_of(database: &Path) -> Vec<(&'static str, PathBuf)> {
+    let logs = LOGS.map(|ending| (ending, with_ending(database, ending)));
+    logs.into_iter().filter(|(_, log)| log.metadata().is_ok_and(|file| file.len() > 0)).collect()
+}
+
+/// A file whose name has this at its end, too.
+pub(crate) fn with_ending(file: &Path, ending: &str) -> PathBuf {
+    let mut name = file.as_os_str().to_owned();
+    name.push(ending);
+    PathBuf::from(name)
+}
+
+/// Whether both are names of one file.
+#[cfg(unix)]
+pub(crate) fn is_same_file(one: &Path, other: &Path) -> io::Result<bool> {
+    use std::os::unix::fs::MetadataExt as _;
+    let of = |path: &Path| match path.metadata() {
+        Ok(file) => Ok(Some((file.dev(), file.ino()))),
+        Err(error) if error.kind() == io::ErrorKind::NotFound => Ok(None),
+        Err(error) => Err(error),
+    };
+    let one = of(one)?;
+    Ok(one.is_some() && one == of(other)?)
+}
+
+/// Whether both are names of one file; where that cannot be told, they are not.
+#[cfg(not(unix))]
+pub(crate) fn is_same_file(one: &Path, other: &Path) -> io::Result<bool> {
+    Ok(one == other)
+}
+
+fn name(path: &Path) -> &str {
+    path.file_name().and_then(|name| name.to_str()).unwrap_or_default()
+}
+
+fn is_part(path: &Path) -> bool {
+    // With a point: what earlier versions made.
+    ["lodestep-", "lodestep."].iter().any(|begins| name(path).starts_with(begins))
+        && name(path).ends_with(PART)
+}
+
+fn is_kept(path: &Path) -> bool {
+    name(path).starts_with(KEPT) && name(path).ends_with(".db")
+}
+
+fn remove(path: &Path) -> io::Result<()> {
+    // A link goes itself, not what it leads to.
+    if fs::symlink_metadata(path)?.is_dir() { fs::remove_dir_all(path) } else { fs::remove_file(path) }
+}
