@@ -4,7 +4,7 @@ use std::fs::{self, File, TryLockError};
 use std::io;
 use std::path::{Path, PathBuf};
 
-use anyhow::{Context, Result, bail};
+use anyhow::{Context, Result, bail, ensure};
 
 /// The database, in the data folder.
 pub(crate) const DATABASE: &str = "lodestep.db";
@@ -14,6 +14,8 @@ const LOGS: [&str; 2] = ["-wal", "-journal"];
 pub(crate) const KEPT: &str = "lodestep-before-restore-";
 /// The folder of backups that the server makes by itself, in the data folder.
 pub(crate) const BACKUPS: &str = "backups";
+/// How the name of a database begins that is made for the first time.
+pub(crate) const NEW: &str = "lodestep-new-";
 /// How the name of what is not complete ends.
 const PART: &str = ".part";
 
@@ -34,6 +36,16 @@ pub(crate) fn hold(data: &Path) -> Result<File> {
     }
 }
 
+/// The same for who is about to open the database: with what a killed program left cleared away, and refused where an empty
+/// database would be begun in the place of one that was there.
+pub(crate) fn hold_for_its_database(data: &Path) -> Result<File> {
+    let held = hold(data)?;
+    expect_what_was_there(data)?;
+    clear_unfinished(data)
+        .with_context(|| format!("could not clear away what is unfinished in {}", data.display()))?;
+    Ok(held)
+}
+
 /// Brings the names in a folder to disk; where folders cannot be opened, the system does it by itself.
 pub(crate) fn sync(folder: &Path) -> io::Result<()> {
     let folder = if folder.as_os_str().is_empty() { Path::new(".") } else { folder };
@@ -46,6 +58,59 @@ pub(crate) fn sync_with_its_name(data: &Path) -> Result<()> {
         sync(folder).with_context(|| format!("could not bring the folder {} to disk", folder.display()))?;
     }
     Ok(())
+}
+
+/// Makes sure that no empty database is begun where there was one: whoever reached such a server would be its administrator.
+pub(crate) fn expect_what_was_there(data: &Path) -> Result<()> {
+    let database = data.join(DATABASE);
+    if fs::symlink_metadata(&database).is_ok() || !data.exists() {
+        return Ok(());
+    }
+    let traces = traces(data).with_context(|| format!("could not look into {}", data.display()))?;
+    ensure!(
+        traces.is_empty(),
+        "expected the database {}, found none, though there was one: {}. To begin an empty one all the same, give another folder with --data",
+        database.display(),
+        traces.join("; ")
+    );
+    Ok(())
+}
+
+/// What shows that a folder without a database had one, each with what to do about it.
+fn traces(data: &Path) -> io::Result<Vec<String>> {
+    let restore = |file: &Path| format!("`lodestep restore {} --data {}`", file.display(), data.display());
+    let mut told = Vec::new();
+    for (ending, log) in logs_of(&data.join(DATABASE)) {
+        told.push(format!(
+            "the log {} may hold what was acknowledged: give it the name of its database with {ending} at the end, and restore that",
+            log.display()
+        ));
+    }
+    if newest(data, is_part_of_restore)?.is_some() {
+        told.push("a restore was not finished: run it again".to_owned());
+    }
+    if let Some(kept) = newest(data, is_kept)? {
+        told.push(format!("a restore has kept one: bring it back with {}", restore(&kept)));
+    }
+    let backups = data.join(BACKUPS);
+    if backups.is_dir()
+        && let Some(backup) = newest(&backups, |path| path.extension().is_some_and(|ending| ending == "db"))?
+    {
+        told.push(format!("there are backups: bring the last one back with {}", restore(&backup)));
+    }
+    Ok(told)
+}
+
+/// The newest file or folder of a kind.
+fn newest(folder: &Path, is_wanted: impl Fn(&Path) -> bool) -> io::Result<Option<PathBuf>> {
+    let mut newest = None;
+    for entry in fs::read_dir(folder)? {
+        let path = entry?.path();
+        if is_wanted(&path) {
+            newest = newest.max(Some((fs::symlink_metadata(&path)?.modified()?, path)));
+        }
+    }
+    Ok(newest.map(|(_, path)| path))
 }
 
 /// Clears away what a program that was killed left unfinished, in a folder that is held.
@@ -121,6 +186,10 @@ fn is_part(path: &Path) -> bool {
     // With a point: what earlier versions made.
     ["lodestep-", "lodestep."].iter().any(|begins| name(path).starts_with(begins))
         && name(path).ends_with(PART)
+}
+
+fn is_part_of_restore(path: &Path) -> bool {
+    is_part(path) && !name(path).starts_with(NEW)
 }
 
 fn is_kept(path: &Path) -> bool {

@@ -32,6 +32,8 @@ const FAIL_WITHIN: Duration = Duration::from_secs(1);
 
 /// Listens where the configuration says.
 pub async fn bind(config: &Config) -> Result<TcpListener> {
+    // Before it is said that there is no account.
+    data_folder::expect_what_was_there(&config.data)?;
     loopback_only(config, config.listen, config.database().exists())?;
     TcpListener::bind(config.listen)
         .await
@@ -47,7 +49,7 @@ pub async fn serve(
     let address = listener.local_addr().context("the listener has no address")?;
     loopback_only(&config, address, config.database().exists())?;
     // Held until the end: two servers on one folder would be two writers.
-    let _held = data_folder::hold(&config.data)?;
+    let _held = data_folder::hold_for_its_database(&config.data)?;
     let app = open(config).await?;
     loopback_only(&app.config, address, app.auth.has_accounts())?;
     stale_uploads::clear(&app).await.context("could not clear the folder of uploads")?;

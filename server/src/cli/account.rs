@@ -73,7 +73,7 @@ impl From<RoleWord> for Role {
 pub(super) fn account(args: AccountArgs) -> Result<()> {
     let runtime = tokio::runtime::Builder::new_multi_thread().enable_all().build()?;
     runtime.block_on(async {
-        let _held = data_folder::hold(&args.data)?;
+        let _held = data_folder::hold_for_its_database(&args.data)?;
         let database = args.data.join(DATABASE);
         let store = Store::open(&database, 1)
             .await
