@@ -14,9 +14,11 @@ const LOGS: [&str; 2] = ["-wal", "-journal"];
 pub(crate) const KEPT: &str = "lodestep-before-restore-";
 /// The folder of backups that the server makes by itself, in the data folder.
 pub(crate) const BACKUPS: &str = "backups";
-/// How the name of a database begins that is made for the first time.
+/// How the names of a new database, of a restored one and of a backup begin while they are not complete.
 pub(crate) const NEW: &str = "lodestep-new-";
-/// How the name of what is not complete ends.
+pub(crate) const RESTORE: &str = "lodestep-restore-";
+pub(crate) const BACKUP: &str = "lodestep-backup-";
+/// How they end then.
 const PART: &str = ".part";
 
 /// Makes the data folder this program's own for as long as the file is held.
@@ -86,24 +88,29 @@ fn traces(data: &Path) -> io::Result<Vec<String>> {
             log.display()
         ));
     }
-    if newest(data, is_part_of_restore)?.is_some() {
+    if newest(data, is_of_a_restore)?.is_some() {
         told.push("a restore was not finished: run it again".to_owned());
     }
     if let Some(kept) = newest(data, is_kept)? {
         told.push(format!("a restore has kept one: bring it back with {}", restore(&kept)));
     }
-    let backups = data.join(BACKUPS);
-    if backups.is_dir()
-        && let Some(backup) = newest(&backups, |path| path.extension().is_some_and(|ending| ending == "db"))?
-    {
+    if let Some(backup) = newest_backup(&data.join(BACKUPS))? {
         told.push(format!("there are backups: bring the last one back with {}", restore(&backup)));
     }
     Ok(told)
 }
 
-/// The newest file or folder of a kind.
+/// The newest backup in a folder of them.
+pub(crate) fn newest_backup(folder: &Path) -> io::Result<Option<PathBuf>> {
+    newest(folder, |path| path.extension().is_some_and(|ending| ending == "db"))
+}
+
+/// The newest file or folder of a kind; none, where there is no such folder.
 fn newest(folder: &Path, is_wanted: impl Fn(&Path) -> bool) -> io::Result<Option<PathBuf>> {
     let mut newest = None;
+    if !folder.is_dir() {
+        return Ok(None);
+    }
     for entry in fs::read_dir(folder)? {
         let path = entry?.path();
         if is_wanted(&path) {
@@ -118,11 +125,23 @@ pub(crate) fn clear_unfinished(data: &Path) -> io::Result<()> {
     let database = data.join(DATABASE);
     for entry in fs::read_dir(data)? {
         let path = entry?.path();
-        if is_part(&path) {
+        if is_of_a_restore(&path) || is_part(&path, NEW) {
             remove(&path)?;
         } else if is_kept(&path) && is_same_file(&path, &database)? {
             // A restore was about to replace the database, which has both names, and did not.
             fs::remove_file(&path)?;
+        }
+    }
+    Ok(())
+}
+
+/// The same in a folder of backups, while no other is made there.
+pub(crate) fn clear_unfinished_backups(folder: &Path) -> io::Result<()> {
+    for entry in fs::read_dir(folder)? {
+        let path = entry?.path();
+        let is_of_another = [RESTORE, NEW].iter().any(|other| is_part(&path, other));
+        if is_part(&path, "lodestep-") && !is_of_another {
+            remove(&path)?;
         }
     }
     Ok(())
@@ -182,14 +201,13 @@ fn name(path: &Path) -> &str {
     path.file_name().and_then(|name| name.to_str()).unwrap_or_default()
 }
 
-fn is_part(path: &Path) -> bool {
-    // With a point: what earlier versions made.
-    ["lodestep-", "lodestep."].iter().any(|begins| name(path).starts_with(begins))
-        && name(path).ends_with(PART)
+fn is_part(path: &Path, begins: &str) -> bool {
+    name(path).starts_with(begins) && name(path).ends_with(PART)
 }
 
-fn is_part_of_restore(path: &Path) -> bool {
-    is_part(path) && !name(path).starts_with(NEW)
+fn is_of_a_restore(path: &Path) -> bool {
+    // The other is what earlier versions made.
+    is_part(path, RESTORE) || name(path) == "lodestep.db.part"
 }
 
 fn is_kept(path: &Path) -> bool {

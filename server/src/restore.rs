@@ -34,7 +34,7 @@ pub(crate) async fn restore(file: &Path, data: &Path, replace: bool) -> Result<O
     let _unused = not_in_use(file)?;
     let what_stands = "nothing was restored, and what stood there is as it was";
     // Gone when this ends, with all that is in it; after a kill, at the next start.
-    let part = data_folder::part("lodestep-restore-").tempdir_in(data).context(what_stands)?;
+    let part = data_folder::part(data_folder::RESTORE).tempdir_in(data).context(what_stands)?;
     let copy = checked_copy(file, &part.path().join(DATABASE)).await.context(what_stands)?;
     let kept = standing.keep(data).await.context(what_stands)?;
     let placed = fs::rename(&copy, &standing.database)

@@ -32,7 +32,8 @@ fn a_backup_is_restored_and_the_former_database_kept() {
     add_account(&data, "first");
     let made = lodestep(&["backup", "--data", text(&data), "--out", text(&out)], "");
     assert!(made.status.success(), "{}", said(&made));
-    let file = std::fs::read_dir(&out).unwrap().next().unwrap().unwrap().path();
+    let mut files = std::fs::read_dir(&out).unwrap().map(|entry| entry.unwrap().path());
+    let file = files.find(|path| path.extension().is_some_and(|ending| ending == "db")).unwrap();
 
     let elsewhere = lodestep(&["restore", text(&file), "--data", text(&other)], "");
     assert!(elsewhere.status.success(), "{}", said(&elsewhere));
