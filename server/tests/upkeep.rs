@@ -70,3 +70,26 @@ fn without_an_account_a_server_does_not_listen_to_the_network() {
     assert!(!refused.status.success());
     assert!(said(&refused).contains("nobody has an account yet"), "{}", said(&refused));
 }
+
+#[test]
+fn a_setup_token_is_never_an_argument_but_comes_from_a_file_or_the_environment() {
+    let folder = tempfile::tempdir().unwrap();
+    let (data, file) = (folder.path().join("data"), folder.path().join("token"));
+    let serve = ["serve", "--listen", "127.0.0.1:0", "--data", text(&data)];
+    let argument =
+        lodestep(&[&serve[..], &["--setup-token", "a token of more than twenty letters"]].concat(), "");
+    assert_eq!(argument.status.code(), Some(2), "{}", said(&argument));
+    assert!(
+        said(&argument).contains("--setup-token-file") && said(&argument).contains("LODESTEP_SETUP_TOKEN")
+    );
+    assert!(!said(&argument).contains("a token of"), "{}", said(&argument));
+    // That it was read shows in what is wrong with it.
+    std::fs::write(&file, "too short\n").unwrap();
+    let read = lodestep(&[&serve[..], &["--setup-token-file", text(&file)]].concat(), "");
+    assert!(said(&read).contains("the setup token is too short"), "{}", said(&read));
+    let none = lodestep(&[&serve[..], &["--setup-token-file", "nowhere"]].concat(), "");
+    assert!(none.status.code() == Some(3) && said(&none).contains("nowhere"), "{}", said(&none));
+    let mut program = std::process::Command::new(env!("CARGO_BIN_EXE_lodestep"));
+    let set = program.args(serve).env("LODESTEP_SETUP_TOKEN", "too short").output().unwrap();
+    assert!(said(&set).contains("the setup token is too short"), "{}", said(&set));
+}
