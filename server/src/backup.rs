@@ -1,6 +1,6 @@
 //! Backups: made while the server runs, and checked before they count.
 
-use std::fs::{self, File, TryLockError};
+use std::fs::{File, TryLockError};
 use std::io;
 use std::path::{Path, PathBuf};
 
@@ -10,7 +10,7 @@ use time::OffsetDateTime;
 use crate::data_folder::{self, BACKUPS, DATABASE};
 use crate::store::health::Disk;
 use crate::store::{StoreError, backup};
-use crate::utc;
+use crate::{private, utc};
 
 /// A backup that has been made.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -64,7 +64,7 @@ pub(crate) async fn make(data: &Path, into: &Path) -> Result<Backup, NotMade> {
         )));
     }
     let room = Room { folder: into.to_owned(), needed_bytes: bytes_of(&database) };
-    fs::create_dir_all(into)
+    private::folder(into)
         .map_err(|error| room.or_none(error, || format!("could not make the folder {}", into.display())))?;
     let _turn = turn(into)?;
     let not_written = |error| room.or_none(error, || format!("could not write to {}", into.display()));
@@ -95,7 +95,8 @@ pub(crate) async fn make(data: &Path, into: &Path) -> Result<Backup, NotMade> {
 /// One at a time in a folder: each clears away what one that was killed left there.
 fn turn(into: &Path) -> Result<File, NotMade> {
     let path = into.join(".lodestep-backup.lock");
-    let file = File::create(&path).with_context(|| format!("could not make {}", path.display()))?;
+    let opened = private::file().write(true).create(true).truncate(false).open(&path);
+    let file = opened.with_context(|| format!("could not open {}", path.display()))?;
     match file.try_lock() {
         Ok(()) => Ok(file),
         Err(TryLockError::WouldBlock) => Err(NotMade::Another(into.to_owned())),

@@ -6,6 +6,8 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, bail, ensure};
 
+use crate::private;
+
 /// The database, in the data folder.
 pub(crate) const DATABASE: &str = "lodestep.db";
 /// What SQLite puts beside a database that was not closed in good order. It holds rows that are in no other file.
@@ -24,10 +26,17 @@ const PART: &str = ".part";
 /// Makes the data folder this program's own for as long as the file is held.
 pub(crate) fn hold(data: &Path) -> Result<File> {
     let path = data.join("lodestep.lock");
-    let opened = fs::create_dir_all(data).and_then(|()| File::create(&path));
-    let file = opened.with_context(|| format!("could not make the data folder {}", data.display()))?;
+    private::folder(data).with_context(|| format!("could not make the data folder {}", data.display()))?;
+    let opened = private::file().write(true).create(true).truncate(false).open(&path);
+    let file = opened.with_context(|| format!("could not open {}", path.display()))?;
     match file.try_lock() {
-        Ok(()) => Ok(file),
+        Ok(()) => {
+            if let Err(error) = private::close(data) {
+                // It may be somebody else's, and lent to this user.
+                tracing::warn!(%error, "others may read what is in {}: {error}", data.display());
+            }
+            Ok(file)
+        }
         Err(TryLockError::WouldBlock) => bail!(
             "the data folder {} is in use by another server (or a restore): stop that one, or give this one a folder of its own with --data",
             data.display()

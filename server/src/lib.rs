@@ -33,6 +33,7 @@ mod headers;
 pub mod origin;
 #[cfg(test)]
 mod page_words;
+mod private;
 mod restore;
 pub mod utc;
 mod webhooks;

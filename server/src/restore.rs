@@ -12,7 +12,7 @@ use anyhow::{Context, Result, bail, ensure};
 
 use crate::data_folder::{self, DATABASE};
 use crate::store::{StoreError, backup};
-use crate::utc;
+use crate::{private, utc};
 
 /// Puts a backup in the place of the database of a data folder that is held; where the former one is kept.
 pub(crate) async fn restore(file: &Path, data: &Path, replace: bool) -> Result<Option<PathBuf>> {
@@ -80,9 +80,9 @@ async fn checked_copy(file: &Path, copy: &Path) -> Result<PathBuf> {
     Ok(copy.to_owned())
 }
 
-/// Without the permissions of the original: those of a database are the folder's affair.
+/// Without the permissions of the original.
 fn copy_bytes(from: &Path, to: &Path) -> io::Result<()> {
-    let mut out = File::create_new(to)?;
+    let mut out = private::file().write(true).create_new(true).open(to)?;
     io::copy(&mut File::open(from)?, &mut out)?;
     Ok(())
 }

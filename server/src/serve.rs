@@ -22,7 +22,7 @@ use crate::site::Plan;
 use crate::state::{App, STOP_WITHIN, State};
 use crate::store::accounts;
 use crate::store::{Store, StoreError};
-use crate::{api, assets, auth, data_folder, demo, figures, jobs, live, site, utc, webhooks};
+use crate::{api, assets, auth, data_folder, demo, figures, jobs, live, private, site, utc, webhooks};
 
 /// Uploaded logs that are read at once; more wait, so that the live sessions keep their share.
 const LOG_READERS: usize = 2;
@@ -135,7 +135,7 @@ pub(crate) async fn open(config: Config) -> Result<App> {
         "the setup token is too short; expected 20 letters or more, so that nobody guesses it"
     );
     let site = site::read(config.site.as_deref())?;
-    std::fs::create_dir_all(config.uploads())
+    private::folder(&config.uploads())
         .with_context(|| format!("could not make the data folder {}", config.data.display()))?;
     data_folder::sync_with_its_name(&config.data)?;
     let database = config.database();
