@@ -1,13 +1,16 @@
-//! Backups: made while the server runs, checked before they count, and brought back.
+//! Backups: made while the server runs, and checked before they count.
 
+use std::fs::{File, TryLockError};
+use std::io;
 use std::path::{Path, PathBuf};
 
-use anyhow::{Context, Result, bail, ensure};
+use anyhow::{Context, anyhow};
 use time::OffsetDateTime;
 
-use crate::serve::sync_folder;
-use crate::store::backup;
-use crate::utc;
+use crate::data_folder::{self, BACKUPS, DATABASE};
+use crate::store::health::Disk;
+use crate::store::{StoreError, backup};
+use crate::{private, utc};
 
 /// A backup that has been made.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -18,88 +21,124 @@ pub(crate) struct Backup {
     pub(crate) bytes: u64,
 }
 
+/// Why none was made.
+#[derive(Debug, thiserror::Error)]
+pub(crate) enum NotMade {
+    /// The disk of the folder is too full.
+    #[error(
+        "there is no room for a backup in {}: it takes up to {needed_bytes} bytes, and {free_bytes} are free. Remove backups that are no longer needed, or make it in a folder on another disk (`lodestep backup --out FOLDER`)",
+        folder.display()
+    )]
+    NoRoom {
+        /// Where it was to be.
+        folder: PathBuf,
+        /// How large the database is.
+        needed_bytes: u64,
+        /// How much the disk has left.
+        free_bytes: u64,
+    },
+    /// One is on its way to the same folder.
+    #[error("another backup is being made in {}: wait until it is done", .0.display())]
+    Another(PathBuf),
+    /// A restore would refuse it.
+    #[error("the copy is no good backup: {0}")]
+    NotGood(StoreError),
+    /// Anything else.
+    #[error(transparent)]
+    Failed(#[from] anyhow::Error),
+}
+
 /// The folder of backups that the server makes by itself.
 pub(crate) fn folder(data: &Path) -> PathBuf {
-    data.join("backups")
+    data.join(BACKUPS)
 }
 
 /// Copies the database of a data folder into a new file of this folder, and reads the copy from end to end. Under a
 /// name of its own until it has proved good, so that nothing half-made is taken for a backup.
-pub(crate) async fn make(data: &Path, into: &Path) -> Result<Backup> {
-    let database = data.join("lodestep.db");
-    ensure!(
-        database.is_file(),
-        "expected the database {}, found none: name the server's data folder with --data",
-        database.display()
-    );
-    std::fs::create_dir_all(into).with_context(|| format!("could not make the folder {}", into.display()))?;
-    let now = utc::in_a_file_name(utc::now());
-    let file = into.join(format!("lodestep-{now}.db"));
-    ensure!(!file.exists(), "there is already a backup {}: wait a second", file.display());
-    let unproved = file.with_extension("db.part");
-    let _ = std::fs::remove_file(&unproved);
-    let made = backup::copy(&database, &unproved).await;
-    if let Err(error) = made {
-        let _ = std::fs::remove_file(&unproved);
-        return Err(error).with_context(|| format!("could not back {} up", database.display()));
+pub(crate) async fn make(data: &Path, into: &Path) -> Result<Backup, NotMade> {
+    let database = data.join(DATABASE);
+    if !database.is_file() {
+        return Err(NotMade::Failed(anyhow!(
+            "expected the database {}, found none: name the server's data folder with --data",
+            database.display()
+        )));
     }
-    std::fs::File::open(&unproved)?.sync_all()?;
-    std::fs::rename(&unproved, &file)?;
-    sync_folder(into)?;
-    let bytes = file.metadata()?.len();
+    let room = Room { folder: into.to_owned(), needed_bytes: bytes_of(&database) };
+    private::folder(into)
+        .map_err(|error| room.or_none(error, || format!("could not make the folder {}", into.display())))?;
+    let _turn = turn(into)?;
+    let not_written = |error| room.or_none(error, || format!("could not write to {}", into.display()));
+    data_folder::clear_unfinished_backups(into).map_err(not_written)?;
+    // Not tried where it cannot succeed: until it failed, everybody else would find the disk full.
+    if room.free_bytes() < room.needed_bytes {
+        return Err(room.none());
+    }
+    let part = data_folder::part(data_folder::BACKUP).tempfile_in(into).map_err(not_written)?;
+    backup::copy(&database, part.path()).await.map_err(|error| match error {
+        error if error.disk() == Some(Disk::Full) => room.none(),
+        error @ (StoreError::Open(_) | StoreError::Damaged { .. } | StoreError::Corrupt(_)) => {
+            NotMade::NotGood(error)
+        }
+        error => NotMade::Failed(
+            anyhow::Error::new(error).context(format!("could not back {} up", database.display())),
+        ),
+    })?;
+    part.as_file().sync_all().map_err(not_written)?;
+    let stem = format!("lodestep-{}", utc::in_a_file_name(utc::now()));
+    let file = data_folder::free_name(into, &stem);
+    part.persist_noclobber(&file).map_err(|failed| not_written(failed.error))?;
+    data_folder::sync(into).map_err(not_written)?;
+    let bytes = file.metadata().map_err(not_written)?.len();
     Ok(Backup { file, bytes })
 }
 
-/// Puts a backup in the place of a data folder's database; the former one is kept beside it. No server may run there.
-pub(crate) async fn restore(file: &Path, data: &Path, replace: bool) -> Result<Option<PathBuf>> {
-    ensure!(file.is_file(), "expected a backup, found no file {}: check its name", file.display());
-    backup::check(file).await.with_context(|| format!("{} is no good backup", file.display()))?;
-    let database = data.join("lodestep.db");
-    let former = if database.exists() {
-        if !replace {
-            bail!(
-                "there is already a database {}: give --replace to put the backup in its place (it is kept beside it), or another folder with --data",
-                database.display()
-            );
+/// One at a time in a folder: each clears away what one that was killed left there.
+fn turn(into: &Path) -> Result<File, NotMade> {
+    let path = into.join(".lodestep-backup.lock");
+    let opened = private::file().write(true).create(true).truncate(false).open(&path);
+    let file = opened.with_context(|| format!("could not open {}", path.display()))?;
+    match file.try_lock() {
+        Ok(()) => Ok(file),
+        Err(TryLockError::WouldBlock) => Err(NotMade::Another(into.to_owned())),
+        Err(TryLockError::Error(error)) => {
+            Err(anyhow::Error::new(error).context(format!("could not lock {}", path.display())).into())
         }
-        let now = utc::in_a_file_name(utc::now());
-        let former = data.join(format!("lodestep-before-restore-{now}.db"));
-        // What the log of the former one holds goes with it.
-        for ending in ["", "-wal", "-shm"] {
-            let (from, to) = (with_ending(&database, ending), with_ending(&former, ending));
-            if from.exists() {
-                std::fs::rename(&from, &to)
-                    .with_context(|| format!("could not move {} aside", from.display()))?;
-            }
-        }
-        Some(former)
-    } else {
-        None
-    };
-    std::fs::create_dir_all(data)?;
-    let unproved = data.join("lodestep.db.part");
-    std::fs::copy(file, &unproved).with_context(|| format!("could not copy {}", file.display()))?;
-    std::fs::File::open(&unproved)?.sync_all()?;
-    std::fs::rename(&unproved, &database)?;
-    sync_folder(data)?;
-    Ok(former)
+    }
 }
 
-fn with_ending(file: &Path, ending: &str) -> PathBuf {
-    let mut name = file.as_os_str().to_owned();
-    name.push(ending);
-    PathBuf::from(name)
+/// The database with its log: what its copy takes at most.
+fn bytes_of(database: &Path) -> u64 {
+    let log = data_folder::with_ending(database, "-wal");
+    [database, &log].iter().filter_map(|file| file.metadata().ok()).map(|file| file.len()).sum()
+}
+
+/// The room that a backup needs.
+struct Room {
+    folder: PathBuf,
+    needed_bytes: u64,
+}
+
+impl Room {
+    /// What the disk has left; where that cannot be told, it is tried.
+    fn free_bytes(&self) -> u64 {
+        fs4::available_space(&self.folder).unwrap_or(u64::MAX)
+    }
+
+    fn none(&self) -> NotMade {
+        let (folder, needed_bytes) = (self.folder.clone(), self.needed_bytes);
+        NotMade::NoRoom { folder, needed_bytes, free_bytes: self.free_bytes() }
+    }
+
+    fn or_none(&self, error: io::Error, what: impl FnOnce() -> String) -> NotMade {
+        match error.kind() {
+            io::ErrorKind::StorageFull | io::ErrorKind::QuotaExceeded => self.none(),
+            _ => NotMade::Failed(anyhow::Error::new(error).context(what())),
+        }
+    }
 }
 
 /// When the newest backup of a data folder was made; `None` when there is none.
 pub(crate) fn newest(data: &Path) -> Option<OffsetDateTime> {
-    let files = std::fs::read_dir(folder(data)).ok()?;
-    let made = files.filter_map(|file| {
-        let file = file.ok()?;
-        file.path()
-            .extension()
-            .is_some_and(|ending| ending == "db")
-            .then(|| file.metadata().ok()?.modified().ok())?
-    });
-    made.max().map(OffsetDateTime::from)
+    let newest = data_folder::newest_backup(&folder(data)).ok()??;
+    Some(newest.metadata().ok()?.modified().ok()?.into())
 }

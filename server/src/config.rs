@@ -5,6 +5,8 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 
+use crate::data_folder::DATABASE;
+
 /// How the server is set up.
 #[derive(Clone, Debug, Args)]
 pub struct Config {
@@ -54,8 +56,8 @@ pub struct Config {
     pub demo: bool,
 
     /// What whoever makes the first account has to show, 20 letters or more; made by chance and printed at the
-    /// start, when it is left out.
-    #[arg(long, env = "LODESTEP_SETUP_TOKEN", value_name = "TEXT", hide_env_values = true)]
+    /// start, when it is left out. No flag: whoever lists processes would read it.
+    #[arg(skip)]
     pub setup_token: Option<String>,
 
     /// Pause before a webhook that did not answer is tried again, in seconds; each further one is four times longer, up to
@@ -96,7 +98,7 @@ impl Config {
 
     /// The database file.
     pub fn database(&self) -> PathBuf {
-        self.data.join("lodestep.db")
+        self.data.join(DATABASE)
     }
 
     /// The folder of uploads on their way.

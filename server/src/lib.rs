@@ -27,11 +27,14 @@ mod assets;
 mod auth;
 mod backup;
 mod csv_cell;
+mod data_folder;
 mod figures;
 mod headers;
 pub mod origin;
 #[cfg(test)]
 mod page_words;
+mod private;
+mod restore;
 pub mod utc;
 mod webhooks;
 mod yielding;

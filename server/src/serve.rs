@@ -1,13 +1,11 @@
 //! Puts the parts together and runs them until told to stop.
 
-use std::fs::{File, TryLockError};
 use std::future::Future;
 use std::net::SocketAddr;
-use std::path::Path;
 use std::sync::Arc;
 use std::time::Duration;
 
-use anyhow::{Context, Result, bail, ensure};
+use anyhow::{Context, Result, ensure};
 use tokio::net::TcpListener;
 use tokio::sync::{Notify, Semaphore};
 use tokio_util::sync::CancellationToken;
@@ -24,7 +22,7 @@ use crate::site::Plan;
 use crate::state::{App, STOP_WITHIN, State};
 use crate::store::accounts;
 use crate::store::{Store, StoreError};
-use crate::{api, assets, auth, demo, figures, jobs, live, site, utc, webhooks};
+use crate::{api, assets, auth, data_folder, demo, figures, jobs, live, private, site, utc, webhooks};
 
 /// Uploaded logs that are read at once; more wait, so that the live sessions keep their share.
 const LOG_READERS: usize = 2;
@@ -34,6 +32,8 @@ const FAIL_WITHIN: Duration = Duration::from_secs(1);
 
 /// Listens where the configuration says.
 pub async fn bind(config: &Config) -> Result<TcpListener> {
+    // Before it is said that there is no account.
+    data_folder::expect_what_was_there(&config.data)?;
     loopback_only(config, config.listen, config.database().exists())?;
     TcpListener::bind(config.listen)
         .await
@@ -49,7 +49,7 @@ pub async fn serve(
     let address = listener.local_addr().context("the listener has no address")?;
     loopback_only(&config, address, config.database().exists())?;
     // Held until the end: two servers on one folder would be two writers.
-    let _held = hold_data_folder(&config.data)?;
+    let _held = data_folder::hold_for_its_database(&config.data)?;
     let app = open(config).await?;
     loopback_only(&app.config, address, app.auth.has_accounts())?;
     stale_uploads::clear(&app).await.context("could not clear the folder of uploads")?;
@@ -116,28 +116,6 @@ pub async fn serve(
     served
 }
 
-/// Makes the data folder this server's own for as long as the file is held.
-pub(crate) fn hold_data_folder(data: &Path) -> Result<File> {
-    let path = data.join("lodestep.lock");
-    let opened = std::fs::create_dir_all(data).and_then(|()| File::create(&path));
-    let file = opened.with_context(|| format!("could not make the data folder {}", data.display()))?;
-    match file.try_lock() {
-        Ok(()) => Ok(file),
-        Err(TryLockError::WouldBlock) => bail!(
-            "the data folder {} is in use by another server: stop that one, or give this one a folder of its own with --data",
-            data.display()
-        ),
-        Err(TryLockError::Error(error)) => {
-            Err(error).with_context(|| format!("could not lock {}", path.display()))
-        }
-    }
-}
-
-/// Brings the names in a folder to disk; where folders cannot be opened, the system does it by itself.
-pub(crate) fn sync_folder(folder: &Path) -> std::io::Result<()> {
-    if cfg!(unix) { File::open(folder)?.sync_all() } else { Ok(()) }
-}
-
 /// The state of a server with this configuration: its site read, its store open.
 pub(crate) async fn open(config: Config) -> Result<App> {
     ensure!(
@@ -157,14 +135,9 @@ pub(crate) async fn open(config: Config) -> Result<App> {
         "the setup token is too short; expected 20 letters or more, so that nobody guesses it"
     );
     let site = site::read(config.site.as_deref())?;
-    std::fs::create_dir_all(config.uploads())
+    private::folder(&config.uploads())
         .with_context(|| format!("could not make the data folder {}", config.data.display()))?;
-    // The names of new folders are on disk only when the folders that hold them are.
-    for folder in [Some(config.data.as_path()), config.data.parent()].into_iter().flatten() {
-        let folder = if folder.as_os_str().is_empty() { Path::new(".") } else { folder };
-        sync_folder(folder)
-            .with_context(|| format!("could not bring the folder {} to disk", folder.display()))?;
-    }
+    data_folder::sync_with_its_name(&config.data)?;
     let database = config.database();
     let store = Store::open(&database, config.readers)
         .await

@@ -1,31 +1,10 @@
 //! What whoever runs a server does at its machine: accounts, backups, restoring.
 
 #![allow(clippy::unwrap_used, reason = "a panic in a test is its message")]
-use std::io::Write as _;
-use std::path::Path;
-use std::process::{Command, Output, Stdio};
 
-/// Runs the program with something on standard input.
-fn lodestep(arguments: &[&str], input: &str) -> Output {
-    let mut child = Command::new(env!("CARGO_BIN_EXE_lodestep"))
-        .args(arguments)
-        .stdin(Stdio::piped())
-        .stdout(Stdio::piped())
-        .stderr(Stdio::piped())
-        .spawn()
-        .unwrap();
-    // One that needs no input may have ended without reading it.
-    let _ = child.stdin.take().unwrap().write_all(input.as_bytes());
-    child.wait_with_output().unwrap()
-}
+mod program;
 
-fn said(output: &Output) -> String {
-    format!("{}{}", String::from_utf8_lossy(&output.stdout), String::from_utf8_lossy(&output.stderr))
-}
-
-fn text(path: &Path) -> &str {
-    path.to_str().unwrap()
-}
+use program::{accounts, add_account, lodestep, said, text};
 
 #[test]
 fn an_account_is_made_and_its_password_set_at_the_machine() {
@@ -40,8 +19,7 @@ fn an_account_is_made_and_its_password_set_at_the_machine() {
     assert!(said(&weak).contains("expected a password of 10 letters or more"), "{}", said(&weak));
     let set = lodestep(&["account", "password", "wang fang", "--data", data], "another sentence\n");
     assert!(set.status.success(), "{}", said(&set));
-    let listed = lodestep(&["account", "list", "--data", data], "");
-    assert_eq!(said(&listed), "Wang Fang  admin\n");
+    assert_eq!(accounts(folder.path()), "Wang Fang  admin\n");
     let nobody = lodestep(&["account", "password", "nobody", "--data", data], "another sentence\n");
     assert!(said(&nobody).contains("there is no account \"nobody\""), "{}", said(&nobody));
 }
@@ -51,23 +29,22 @@ fn a_backup_is_restored_and_the_former_database_kept() {
     let folder = tempfile::tempdir().unwrap();
     let (data, out, other) =
         (folder.path().join("data"), folder.path().join("out"), folder.path().join("other"));
-    let add = ["account", "add", "first", "--role", "admin", "--data", text(&data)];
-    assert!(lodestep(&add, "a sentence nobody says\n").status.success());
+    add_account(&data, "first");
     let made = lodestep(&["backup", "--data", text(&data), "--out", text(&out)], "");
     assert!(made.status.success(), "{}", said(&made));
-    let file = std::fs::read_dir(&out).unwrap().next().unwrap().unwrap().path();
+    let mut files = std::fs::read_dir(&out).unwrap().map(|entry| entry.unwrap().path());
+    let file = files.find(|path| path.extension().is_some_and(|ending| ending == "db")).unwrap();
 
     let elsewhere = lodestep(&["restore", text(&file), "--data", text(&other)], "");
     assert!(elsewhere.status.success(), "{}", said(&elsewhere));
-    assert_eq!(said(&lodestep(&["account", "list", "--data", text(&other)], "")), "first  admin\n");
+    assert_eq!(accounts(&other), "first  admin\n");
 
-    let add = ["account", "add", "second", "--role", "viewer", "--data", text(&data)];
-    assert!(lodestep(&add, "a sentence nobody says\n").status.success());
+    add_account(&data, "second");
     let refused = lodestep(&["restore", text(&file), "--data", text(&data)], "");
     assert!(said(&refused).contains("give --replace"), "{}", said(&refused));
     let restored = lodestep(&["restore", text(&file), "--data", text(&data), "--replace"], "");
     assert!(said(&restored).contains("the former database is"), "{}", said(&restored));
-    assert_eq!(said(&lodestep(&["account", "list", "--data", text(&data)], "")), "first  admin\n");
+    assert_eq!(accounts(&data), "first  admin\n");
 }
 
 #[test]
@@ -92,4 +69,27 @@ fn without_an_account_a_server_does_not_listen_to_the_network() {
     let refused = lodestep(&serve, "");
     assert!(!refused.status.success());
     assert!(said(&refused).contains("nobody has an account yet"), "{}", said(&refused));
+}
+
+#[test]
+fn a_setup_token_is_never_an_argument_but_comes_from_a_file_or_the_environment() {
+    let folder = tempfile::tempdir().unwrap();
+    let (data, file) = (folder.path().join("data"), folder.path().join("token"));
+    let serve = ["serve", "--listen", "127.0.0.1:0", "--data", text(&data)];
+    let argument =
+        lodestep(&[&serve[..], &["--setup-token", "a token of more than twenty letters"]].concat(), "");
+    assert_eq!(argument.status.code(), Some(2), "{}", said(&argument));
+    assert!(
+        said(&argument).contains("--setup-token-file") && said(&argument).contains("LODESTEP_SETUP_TOKEN")
+    );
+    assert!(!said(&argument).contains("a token of"), "{}", said(&argument));
+    // That it was read shows in what is wrong with it.
+    std::fs::write(&file, "too short\n").unwrap();
+    let read = lodestep(&[&serve[..], &["--setup-token-file", text(&file)]].concat(), "");
+    assert!(said(&read).contains("the setup token is too short"), "{}", said(&read));
+    let none = lodestep(&[&serve[..], &["--setup-token-file", "nowhere"]].concat(), "");
+    assert!(none.status.code() == Some(3) && said(&none).contains("nowhere"), "{}", said(&none));
+    let mut program = std::process::Command::new(env!("CARGO_BIN_EXE_lodestep"));
+    let set = program.args(serve).env("LODESTEP_SETUP_TOKEN", "too short").output().unwrap();
+    assert!(said(&set).contains("the setup token is too short"), "{}", said(&set));
 }

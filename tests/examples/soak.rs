@@ -1,6 +1,6 @@
 //! The long form of the tests of faults; `make soak` runs it on the release build.
 //!
-//! `cargo run --release -p lodestep-tests --example soak -- [kill|stop|sync|write|full|link|clock|restart]… [COUNT]`: without
+//! `cargo run --release -p lodestep-tests --example soak -- [kill|stop|sync|write|full|link|clock|restart|restore]… [COUNT]`: without
 //! names all of them, each as often as `docs/durability.md` tells; a count is for all that are named. Prints a table.
 
 #![allow(clippy::print_stdout, clippy::print_stderr, reason = "a program for the terminal")]
@@ -18,6 +18,7 @@ use lodestep_tests::faults::link::{Link, Trouble};
 use lodestep_tests::faults::process::Program;
 use lodestep_tests::faults::random::Random;
 use lodestep_tests::faults::restart::restart;
+use lodestep_tests::faults::restore::{self, Folders};
 use lodestep_tests::faults::scene::{Outcome, Scale, Scene, undisturbed, wrong_in_the_end};
 use lodestep_tests::faults::script::Script;
 use tempfile::TempDir;
@@ -29,6 +30,10 @@ const SHORT: Scale = Scale { devices: 2, metres: 12.0, pace: Duration::from_mill
 /// How much room there is at the twenty levels, KiB.
 const LEVELS_KIB: [u64; 20] =
     [0, 4, 8, 12, 16, 24, 32, 48, 64, 96, 128, 160, 192, 256, 320, 384, 448, 512, 640, 768];
+
+/// The same where a restore takes a megabyte.
+const RESTORE_LEVELS_KIB: [u64; 20] =
+    [0, 4, 16, 32, 64, 96, 128, 192, 256, 320, 384, 448, 512, 576, 640, 768, 896, 1_024, 1_280, 1_536];
 
 /// A row of the table.
 struct Row {
@@ -111,6 +116,9 @@ async fn main() -> ExitCode {
             );
             rows.push(Row { what, runs: 1, found, wrong: Vec::new(), took: begun.elapsed() });
         }
+    }
+    if wanted("restore") {
+        restores(count.unwrap_or(200), &mut rows).await;
     }
     println!("\n| what was done | times | what was seen | not as promised | took |\n|---|---|---|---|---|");
     for Row { what, runs, found, wrong, took } in &rows {
@@ -216,6 +224,33 @@ async fn full(disk: &SmallDisk, count: u64) -> Row {
         LEVELS_KIB[runs as usize - 1]
     );
     Row { what: "ENOSPC, then room", runs, found, wrong, took: begun.elapsed() }
+}
+
+async fn restores(count: u64, rows: &mut Vec<Row>) {
+    let folders = Folders::new().await;
+    let mut row = |what, begun: Instant, came: restore::Came| {
+        let found = format!(
+            "the former database in its place {} times, the restored one {} times; {} came to their end",
+            came.former, came.restored, came.done
+        );
+        rows.push(Row { what, runs: came.stopped, found, wrong: came.wrong, took: begun.elapsed() });
+    };
+    let begun = Instant::now();
+    row("kill −9 in a restore, in time", begun, restore::kill_in_time(&folders, count as u32).await);
+    match no_strace() {
+        Some(why) => println!("Kills of a restore at single calls: skipped, {why}."),
+        None => {
+            let begun = Instant::now();
+            row("kill −9 in a restore, at each call", begun, restore::kill_at_calls(&folders, 1).await);
+        }
+    }
+    match SmallDisk::mount() {
+        Err(why) => println!("A restore without room: skipped, {why}."),
+        Ok(disk) => {
+            let begun = Instant::now();
+            row("a restore without room", begun, restore::fill(&disk, &folders, &RESTORE_LEVELS_KIB).await);
+        }
+    }
 }
 
 async fn links(count: u64, random: &mut Random) -> Row {

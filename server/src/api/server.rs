@@ -8,7 +8,7 @@ use time::OffsetDateTime;
 
 use super::Routes;
 use crate::auth::Caller;
-use crate::backup;
+use crate::backup::{self, NotMade};
 use crate::error::{Error, Result};
 use crate::rights::Right;
 use crate::state::App;
@@ -70,9 +70,20 @@ struct Made {
 
 async fn back_up(State(app): State<App>, caller: Caller) -> Result<(StatusCode, axum::Json<Made>)> {
     let data = app.config.data.clone();
-    let made = backup::make(&data, &backup::folder(&data)).await.map_err(Error::Internal)?;
+    let made = backup::make(&data, &backup::folder(&data)).await.map_err(told)?;
     let file = made.file.file_name().unwrap_or_default().to_string_lossy().into_owned();
     let entry = caller.did("backup.made", &file, None, Some(serde_json::json!({"bytes": made.bytes})));
     app.store.writer().run(move |db| Box::pin(async move { audit::insert(db, &entry).await })).await?;
     Ok((StatusCode::CREATED, axum::Json(Made { file, bytes: made.bytes })))
+}
+
+/// What is told of a backup that was not made: nothing that was kept is lost by it.
+fn told(why: NotMade) -> Error {
+    let detail = why.to_string();
+    match why {
+        NotMade::NoRoom { .. } => Error::http(StatusCode::INSUFFICIENT_STORAGE, "disk_full", detail),
+        NotMade::Another(_) => Error::conflict("backup_running", detail),
+        NotMade::NotGood(_) => Error::http(StatusCode::INTERNAL_SERVER_ERROR, "no_good_backup", detail),
+        NotMade::Failed(error) => Error::Internal(error),
+    }
 }

@@ -10,8 +10,8 @@ use uuid::Uuid;
 
 use super::print::print;
 use crate::auth::{Caller, Password, checked_name};
+use crate::data_folder::{self, DATABASE};
 use crate::rights::Role;
-use crate::serve::hold_data_folder;
 use crate::store::accounts::{self, Account};
 use crate::store::{Store, StoreError, audit, sign_ins};
 use crate::utc;
@@ -73,8 +73,8 @@ impl From<RoleWord> for Role {
 pub(super) fn account(args: AccountArgs) -> Result<()> {
     let runtime = tokio::runtime::Builder::new_multi_thread().enable_all().build()?;
     runtime.block_on(async {
-        let _held = hold_data_folder(&args.data)?;
-        let database = args.data.join("lodestep.db");
+        let _held = data_folder::hold_for_its_database(&args.data)?;
+        let database = args.data.join(DATABASE);
         let store = Store::open(&database, 1)
             .await
             .with_context(|| format!("could not open the database {}", database.display()))?;

@@ -6,8 +6,7 @@ use anyhow::Result;
 use clap::Args;
 
 use super::print::print;
-use crate::backup;
-use crate::serve::hold_data_folder;
+use crate::{backup, data_folder, restore};
 
 /// The arguments of `lodestep backup`.
 #[derive(Debug, Args)]
@@ -42,8 +41,8 @@ pub(super) fn backup(args: &BackupArgs) -> Result<()> {
 
 /// Brings one back.
 pub(super) fn restore(args: &RestoreArgs) -> Result<()> {
-    let _held = hold_data_folder(&args.data)?;
-    let former = runtime()?.block_on(backup::restore(&args.file, &args.data, args.replace))?;
+    let _held = data_folder::hold(&args.data)?;
+    let former = runtime()?.block_on(restore::restore(&args.file, &args.data, args.replace))?;
     print(&format!("restored {} to {}\n", args.file.display(), args.data.display()))?;
     match former {
         Some(former) => print(&format!("the former database is {}\n", former.display())),

@@ -1,28 +1,20 @@
 //! A result that is there whole or not at all.
 
-use std::ffi::OsString;
-use std::fs::{self, File, OpenOptions};
+use std::fs::File;
 use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result};
+use tempfile::TempPath;
 
 /// A file that is written beside its place and moved there when it is complete, so that a reader
 /// never sees half of it and a failure leaves what was there before.
 pub(super) struct OutputFile {
     place: PathBuf,
-    partial: Partial,
+    /// The unfinished file, which goes when it was not moved to its place. Its name is by chance: nobody can have put a link
+    /// there that is written through.
+    partial: TempPath,
     out: BufWriter<File>,
-}
-
-/// The unfinished file, which goes when it was not moved to its place.
-struct Partial(PathBuf);
-
-impl Drop for Partial {
-    fn drop(&mut self) {
-        // After the move there is nothing left to remove.
-        let _ = fs::remove_file(&self.0);
-    }
 }
 
 impl OutputFile {
@@ -30,18 +22,17 @@ impl OutputFile {
     pub(super) fn create(place: &Path) -> Result<OutputFile> {
         let name =
             place.file_name().with_context(|| format!("{} is not the name of a file", place.display()))?;
-        let mut hidden = OsString::from(".");
-        hidden.push(name);
-        hidden.push(format!(".{}.part", std::process::id()));
-        let path = place.with_file_name(hidden);
-        let file = OpenOptions::new()
-            .write(true)
-            .create(true)
-            .truncate(true)
-            .open(&path)
-            .with_context(|| cannot(place))?;
+        let folder = place.parent().filter(|folder| !folder.as_os_str().is_empty());
+        let hidden = format!(".{}.", name.to_string_lossy());
+        let mut unfinished = tempfile::Builder::new();
+        unfinished.prefix(&hidden).suffix(".part");
+        // A result is for whom its owner's umask lets read it.
+        #[cfg(unix)]
+        unfinished.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
+        let file = unfinished.tempfile_in(folder.unwrap_or(Path::new("."))).with_context(|| cannot(place))?;
+        let (file, partial) = file.into_parts();
         let out = BufWriter::with_capacity(1 << 16, file);
-        Ok(OutputFile { place: place.to_owned(), partial: Partial(path), out })
+        Ok(OutputFile { place: place.to_owned(), partial, out })
     }
 
     /// Puts the complete file into its place.
@@ -50,7 +41,7 @@ impl OutputFile {
         let file =
             out.into_inner().map_err(io::IntoInnerError::into_error).with_context(|| cannot(&place))?;
         file.sync_all().with_context(|| cannot(&place))?;
-        fs::rename(&partial.0, &place).with_context(|| cannot(&place))
+        partial.persist(&place).map_err(|failed| failed.error).with_context(|| cannot(&place))
     }
 }
 
@@ -77,7 +68,21 @@ pub(super) fn cannot(place: &Path) -> String {
 
 #[cfg(test)]
 mod tests {
+    use std::fs;
+
     use super::*;
+
+    #[cfg(unix)]
+    #[test]
+    fn a_result_has_the_mode_that_any_new_file_has() {
+        use std::os::unix::fs::PermissionsExt as _;
+        let folder = tempfile::tempdir().unwrap();
+        let (ours, other) = (folder.path().join("track.csv"), folder.path().join("other.csv"));
+        write(&ours, |out| out.write_all(b"first")).unwrap();
+        fs::write(&other, b"first").unwrap();
+        let mode = |path: &Path| path.metadata().unwrap().permissions().mode();
+        assert_eq!(mode(&ours), mode(&other));
+    }
 
     #[test]
     fn a_failure_leaves_what_was_there() {

@@ -5,6 +5,7 @@ use std::fs::File;
 use std::io::{self, BufWriter, Read, Write};
 use std::path::{Path, PathBuf};
 
+use crate::private;
 use crate::store::raw_chunks::Packed;
 
 /// Chunks in a file of their own, which is removed when this is dropped.
@@ -29,7 +30,7 @@ impl Drop for RemovedOnDrop {
 impl Spill {
     /// An empty file at `path`; one that a killed server left there is overwritten.
     pub(crate) fn create(path: &Path) -> io::Result<Spill> {
-        let file = BufWriter::new(File::create(path)?);
+        let file = BufWriter::new(private::file().write(true).create(true).truncate(true).open(path)?);
         Ok(Spill { file, chunks: Vec::new(), _removed: RemovedOnDrop(path.to_owned()) })
     }
 

@@ -9,7 +9,7 @@ use super::uploads::disk_error;
 use crate::error::{Error, Result};
 use crate::state::App;
 use crate::store::logs::{self, LogState};
-use crate::utc;
+use crate::{private, utc};
 
 /// How long an upload that nobody goes on with is kept.
 const KEPT_FOR: Duration = Duration::from_secs(7 * 24 * 3600);
@@ -18,7 +18,7 @@ const KEPT_FOR: Duration = Duration::from_secs(7 * 24 * 3600);
 /// finished or gone.
 pub(crate) async fn clear(app: &App) -> Result<()> {
     let folder = app.config.uploads();
-    tokio::fs::create_dir_all(&folder).await.map_err(disk_error)?;
+    private::folder(&folder).map_err(disk_error)?;
     let files = upload_file::all(&folder).await.map_err(disk_error)?;
     let receiving = logs::in_state(app.store.read(), LogState::Receiving).await?;
     for log in &receiving {

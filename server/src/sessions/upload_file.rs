@@ -8,6 +8,8 @@ use tokio::fs::{self, File, OpenOptions};
 use tokio::io::{AsyncSeekExt, AsyncWriteExt, SeekFrom};
 use uuid::Uuid;
 
+use crate::private;
+
 const SUFFIX: &str = ".upload";
 const SPILL_SUFFIX: &str = ".samples";
 
@@ -34,7 +36,9 @@ impl UploadFile {
     /// written behind that offset, and never promised, is cut off.
     pub(crate) async fn open_at(folder: &Path, log_id: Uuid, offset_bytes: u64) -> io::Result<UploadFile> {
         let path = path(folder, log_id);
-        let mut file = OpenOptions::new().write(true).create(true).truncate(false).open(&path).await?;
+        let mut options = private::file();
+        options.write(true).create(true).truncate(false);
+        let mut file = OpenOptions::from(options).open(&path).await?;
         let length_bytes = file.metadata().await?.len();
         if length_bytes < offset_bytes {
             let lost = format!("{offset_bytes} bytes were acknowledged and {length_bytes} are in the file");

@@ -25,8 +25,11 @@ pub enum Health {
 }
 
 /// Primary result codes of SQLite.
+const SQLITE_BUSY: i64 = 5;
 const SQLITE_IOERR: i64 = 10;
+const SQLITE_CORRUPT: i64 = 11;
 const SQLITE_FULL: i64 = 13;
+const SQLITE_NOTADB: i64 = 26;
 /// The index of the log could not grow. It is no part of what is kept, and nothing but room is missing.
 const SQLITE_IOERR_SHMSIZE: i64 = SQLITE_IOERR | 19 << 8;
 
@@ -47,6 +50,20 @@ impl Disk {
             _ => None,
         }
     }
+}
+
+/// Whether the database file is damaged, or no database at all.
+pub(super) fn is_damage(error: &sqlx::Error) -> bool {
+    [SQLITE_CORRUPT, SQLITE_NOTADB].map(Some).contains(&primary_code(error))
+}
+
+/// Whether somebody else has the database open and does not let go of it.
+pub(super) fn is_busy(error: &sqlx::Error) -> bool {
+    primary_code(error) == Some(SQLITE_BUSY)
+}
+
+fn primary_code(error: &sqlx::Error) -> Option<i64> {
+    Some(extended_code(error.as_database_error()?)? & 0xFF)
 }
 
 fn extended_code(error: &dyn DatabaseError) -> Option<i64> {

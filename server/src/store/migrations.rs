@@ -3,9 +3,13 @@
 use std::borrow::Cow;
 
 use sqlx::migrate::{MigrateError, Migration, MigrationType, Migrator};
-use sqlx::{AssertSqlSafe, SqlSafeStr, SqliteConnection};
+use sqlx::{AssertSqlSafe, Connection, Row, SqlSafeStr, SqliteConnection};
 
-use super::StoreError;
+use super::health::is_damage;
+use super::{StoreError, schema};
+
+/// Where the migrator keeps count of the steps.
+const COUNTED_IN: &str = "_sqlx_migrations";
 
 /// Number, name and text of every step, in order. A new file in `migrations/` is a new line here; an
 /// applied one is never edited (its checksum would no longer match).
@@ -42,20 +46,82 @@ pub async fn version(connection: &mut SqliteConnection) -> Result<i64, StoreErro
     Ok(query.fetch_one(connection).await?)
 }
 
+/// Makes sure that a file of unknown origin is a database of Lodestep, of this version or an earlier one, and nothing besides;
+/// its version. Of what came with the file nothing is run.
+pub(super) async fn check(db: &mut SqliteConnection) -> Result<i64, StoreError> {
+    let found = schema::of(db).await?;
+    let count = schema::has_as(&found, &made_up_to(0).await?, COUNTED_IN);
+    if !count {
+        return Err(StoreError::Open(match found.is_empty() {
+            true => "it is empty".to_owned(),
+            false => "it is not a database of Lodestep".to_owned(),
+        }));
+    }
+    let version = steps_gone(db).await?;
+    match schema::difference(&made_up_to(version).await?, &found) {
+        None => Ok(version),
+        Some(told) => Err(StoreError::Open(format!(
+            "expected what step {version} of the database is made of and nothing else, found otherwise: {told}; put that right in a copy (what is not Lodestep's can be dropped there), or take another backup"
+        ))),
+    }
+}
+
+/// The last step that a database has gone; an error, where they are not the first ones of this program.
+async fn steps_gone(db: &mut SqliteConnection) -> Result<i64, StoreError> {
+    let query = "select version, checksum, success from _sqlx_migrations order by version";
+    let rows = sqlx::query(query).fetch_all(db).await?;
+    let known = up_to(i64::MAX);
+    let mut steps = known.iter();
+    let mut last = 0;
+    for row in &rows {
+        let (version, checksum, success): (i64, Vec<u8>, bool) =
+            (row.try_get(0)?, row.try_get(1)?, row.try_get(2)?);
+        if version > VERSION {
+            return Err(StoreError::Open(newer(rows.last().map_or(Ok(version), |row| row.try_get(0))?)));
+        }
+        match steps.next() {
+            Some(step) if step.version == version && *step.checksum == *checksum && success => last = version,
+            _ => return Err(StoreError::Open(different_build(version))),
+        }
+    }
+    Ok(last)
+}
+
+/// What the steps up to this one make.
+async fn made_up_to(last: i64) -> Result<Vec<schema::Item>, StoreError> {
+    let mut db = SqliteConnection::connect("sqlite::memory:").await?;
+    up_to(last).run_direct(None, &mut db, false).await.map_err(told)?;
+    schema::of(&mut db).await
+}
+
 /// Brings the database up to this version.
 pub(super) async fn run(connection: &mut SqliteConnection) -> Result<(), StoreError> {
-    up_to(i64::MAX).run_direct(None, connection, false).await.map_err(|error| {
-        StoreError::Open(match error {
-            MigrateError::VersionMissing(version) => format!(
-                "the database was written by a newer Lodestep (it has step {version}, this one knows {}): start that version or a newer one, or restore a backup",
-                STEPS.iter().map(|(version, _, _)| *version).max().unwrap_or_default()
-            ),
-            MigrateError::VersionMismatch(version) => format!(
-                "step {version} of the database is not the one this Lodestep knows: it was made by a different build; start that one, or restore a backup"
-            ),
-            other => format!("the database could not be brought up to this version: {other}"),
-        })
+    up_to(i64::MAX).run_direct(None, connection, false).await.map_err(told)
+}
+
+fn told(error: MigrateError) -> StoreError {
+    StoreError::Open(match error {
+        MigrateError::Execute(error) | MigrateError::ExecuteMigration(error, _) if is_damage(&error) => {
+            return error.into();
+        }
+        MigrateError::VersionMissing(version) if version > VERSION => newer(version),
+        MigrateError::VersionMissing(version) | MigrateError::VersionMismatch(version) => {
+            different_build(version)
+        }
+        other => format!("the database could not be brought up to this version: {other}"),
     })
+}
+
+fn newer(version: i64) -> String {
+    format!(
+        "the database was written by a newer Lodestep (it has step {version}, this one knows {VERSION}): use that version or a newer one, or restore an older backup"
+    )
+}
+
+fn different_build(version: i64) -> String {
+    format!(
+        "step {version} of the database is not the one this Lodestep knows: it was made by a different build; use that one, or restore a backup of this one"
+    )
 }
 
 /// The steps up to this one.
@@ -73,8 +139,6 @@ fn up_to(last: i64) -> Migrator {
 
 #[cfg(test)]
 mod tests {
-    use sqlx::{Connection, Row};
-
     use super::*;
 
     /// A database of before accounts of changes were kept: its markers and faults are all there after it.

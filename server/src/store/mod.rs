@@ -42,9 +42,11 @@ pub mod webhooks;
 pub mod writer;
 
 mod columns;
+mod create;
 mod many_rows;
 mod migrations;
 mod sample_columns;
+mod schema;
 mod write;
 mod write_ahead;
 
@@ -70,7 +72,12 @@ pub use self::writer::Writer;
 pub enum StoreError {
     /// The database said no.
     #[error(transparent)]
-    Database(#[from] sqlx::Error),
+    Database(sqlx::Error),
+    /// The database file is damaged, or no database at all.
+    #[error(
+        "the database is damaged ({0}): stop the server and bring the last backup back with `lodestep restore FILE --data FOLDER --replace`"
+    )]
+    Corrupt(String),
     /// The database cannot be opened as it is.
     #[error("{0}")]
     Open(String),
@@ -94,6 +101,15 @@ pub enum StoreError {
         /// What is wrong with it.
         why: String,
     },
+}
+
+impl From<sqlx::Error> for StoreError {
+    fn from(error: sqlx::Error) -> StoreError {
+        match health::is_damage(&error) {
+            true => StoreError::Corrupt(error.to_string()),
+            false => StoreError::Database(error),
+        }
+    }
 }
 
 impl StoreError {
@@ -131,6 +147,9 @@ impl StoreError {
 /// How long whoever reads may go on once the store closes.
 const READERS_CLOSE_WITHIN: std::time::Duration = std::time::Duration::from_secs(2);
 
+/// Said of a file that holds nothing: a new database is there whole or not at all.
+const EMPTY: &str = "expected a database, found an empty file: bring the last backup back with `lodestep restore FILE --data FOLDER --replace`; if there never was a database, remove the file and start again";
+
 /// The open store.
 #[derive(Clone, Debug)]
 pub struct Store {
@@ -141,9 +160,14 @@ pub struct Store {
 impl Store {
     /// Opens the database file, makes it when it is missing, and brings it up to this version.
     pub async fn open(path: &Path, readers: u32) -> Result<Store, StoreError> {
+        match std::fs::metadata(path) {
+            Ok(file) if file.len() == 0 => return Err(StoreError::Open(EMPTY.to_owned())),
+            Err(error) if error.kind() == std::io::ErrorKind::NotFound => create::create(path).await?,
+            _ => {}
+        }
         let options = SqliteConnectOptions::new()
             .filename(path)
-            .create_if_missing(true)
+            .create_if_missing(false)
             .journal_mode(SqliteJournalMode::Wal)
             // FULL syncs the log at every commit: an acknowledgement means *on disk*.
             .synchronous(SqliteSynchronous::Full)
@@ -162,7 +186,7 @@ impl Store {
         let readers = SqlitePoolOptions::new()
             .max_connections(readers.max(1))
             // Lazily: the writer has just shown that the file opens.
-            .connect_lazy_with(options.read_only(true).create_if_missing(false));
+            .connect_lazy_with(options.read_only(true));
         Ok(Store { readers, writer })
     }
 

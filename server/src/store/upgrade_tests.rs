@@ -156,6 +156,15 @@ async fn no_row_of_a_released_database_is_lost_or_changed() {
 }
 
 #[tokio::test]
+async fn every_released_database_passes_for_a_backup_as_it_is() {
+    for (step, path) in databases() {
+        let (_folder, database) = unpacked(&path);
+        let checked = backup::check(&database).await;
+        assert!(checked.is_ok(), "step {step}: {checked:?}");
+    }
+}
+
+#[tokio::test]
 async fn everything_in_a_released_database_can_be_read() {
     for (step, path) in databases() {
         let (_folder, database) = unpacked(&path);

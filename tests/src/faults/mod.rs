@@ -3,7 +3,8 @@
 //! [`scene`] is a day's work at once: devices that stream, logs that are handed in, markers that are moved, faults
 //! that are reported, by clients who never give up. Each notes in [`promises`] what it was told is on disk. A
 //! campaign ([`kill`], [`io_error`], [`disk_full`], [`link`], [`clock`]) does its worst to the [`process`] meanwhile, and
-//! [`audit`] reads what is on disk. In the end every track must be, to the last bit, that of an undisturbed run.
+//! [`audit`] reads what is on disk. In the end every track must be, to the last bit, that of an undisturbed run. [`restore`]
+//! does its worst while a backup is brought back.
 
 pub mod audit;
 pub mod clock;
@@ -17,6 +18,7 @@ pub mod process;
 pub mod promises;
 pub mod random;
 pub mod restart;
+pub mod restore;
 pub mod scene;
 pub mod script;
 pub mod uploader;

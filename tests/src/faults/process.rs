@@ -206,7 +206,7 @@ fn address_in(line: &str) -> Option<SocketAddr> {
 }
 
 /// The program: in the folder of this build, where the workspace's tests put it.
-fn binary() -> PathBuf {
+pub(super) fn binary() -> PathBuf {
     if let Some(given) = std::env::var_os("LODESTEP_BINARY") {
         return given.into();
     }

@@ -19,6 +19,7 @@ use lodestep_tests::faults::kill::kill;
 use lodestep_tests::faults::link::{Link, Trouble};
 use lodestep_tests::faults::process::Program;
 use lodestep_tests::faults::random::Random;
+use lodestep_tests::faults::restore::{self, Folders};
 use lodestep_tests::faults::scene::{Scale, Scene, undisturbed, wrong_in_the_end};
 use lodestep_tests::faults::script::Script;
 use tempfile::TempDir;
@@ -176,4 +177,70 @@ async fn a_clock_that_is_set_while_everybody_works_changes_nothing_of_what_is_st
     let expected = undisturbed(&scripts, SCALE).await;
     let came = step(library, 5, &scripts, SCALE, &expected, &mut random).await;
     assert!(came.wrong.is_empty(), "{came:#?}");
+}
+
+#[tokio::test]
+async fn a_restore_that_is_killed_leaves_one_whole_database_the_former_or_the_restored_one() {
+    let folders = Folders::new().await;
+    let came = restore::kill_in_time(&folders, 8).await;
+    assert!(came.wrong.is_empty(), "{came:#?}");
+    assert!(came.stopped > 0, "{came:?}");
+    if let Some(why) = no_strace() {
+        return println!("Kills at single calls were skipped: {why}.");
+    }
+    let came = restore::kill_at_calls(&folders, 16).await;
+    assert!(came.wrong.is_empty(), "{came:#?}");
+    assert!(came.former > 5 && came.restored > 0 && came.done == 3, "{came:?}");
+}
+
+#[tokio::test]
+async fn a_restore_without_room_leaves_what_stood_there_as_it_was() {
+    let disk = match SmallDisk::mount() {
+        Ok(disk) => disk,
+        Err(why) => return println!("The full disk was skipped: {why}."),
+    };
+    let folders = Folders::new().await;
+    let came = restore::fill(&disk, &folders, &[0, 64, 400, 8_000]).await;
+    assert!(came.wrong.is_empty(), "{came:#?}");
+    assert!(came.former == 3 && came.done == 1, "{came:?}");
+}
+
+#[tokio::test]
+async fn a_backup_without_room_is_refused_and_leaves_the_room_to_the_others() {
+    let disk = match SmallDisk::mount() {
+        Ok(disk) => disk,
+        Err(why) => return println!("The full disk was skipped: {why}."),
+    };
+    let data = disk.path().join("data");
+    let running = Program::on(&data).start().await;
+    let client = reqwest::Client::new();
+    let post = async |path: &str, body: serde_json::Value| {
+        let url = format!("http://{}/api/v1{path}", running.address);
+        let answer = client.post(url).json(&body).send().await.unwrap();
+        (answer.status().as_u16(), answer.json::<serde_json::Value>().await.unwrap())
+    };
+    disk.fill_up_to(256);
+    let (status, problem) = post("/backups", serde_json::Value::Null).await;
+    assert_eq!((status, &problem["code"]), (507, &"disk_full".into()), "{problem}");
+    assert!(problem["detail"].as_str().unwrap().contains("there is no room for a backup"), "{problem}");
+    let (status, made) = post("/inspectors", serde_json::json!({"name": "Li Na"})).await;
+    assert_eq!(status, 201, "{made}");
+    disk.clear();
+    assert_eq!(post("/backups", serde_json::Value::Null).await.0, 201);
+    running.terminate().await;
+}
+
+#[tokio::test]
+async fn the_database_of_a_running_server_is_not_taken_for_a_backup() {
+    let (folder, other) = (TempDir::new().unwrap(), TempDir::new().unwrap());
+    let running = Program::on(folder.path()).start().await;
+    let said = restore::refused(&folder.path().join("lodestep.db"), other.path()).await;
+    assert!(
+        said.contains("is the database of a server that runs") && said.contains("lodestep backup"),
+        "{said}"
+    );
+    // And into the folder of a running one nothing is restored.
+    let said = restore::refused(&folder.path().join("lodestep.db"), folder.path()).await;
+    assert!(said.contains("is in use by another server"), "{said}");
+    running.terminate().await;
 }
