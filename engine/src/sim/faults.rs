@@ -1,4 +1,4 @@
-//! Sensor trouble on purpose: what happens to a log between the foot and the filter.
+//! Sensor trouble on purpose: what happens to a log between the sensor and the filter.
 
 use super::random::{Purpose, Random};
 use crate::sample::ImuSample;
@@ -190,13 +190,24 @@ pub fn inject(log: &mut Vec<ImuSample>, fault: &Fault, seed: u64) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::geo::Site;
-    use crate::sim::{SensorModel, WalkKind, simulate};
 
     const PERIOD_NS: i64 = 10_000_000;
 
+    /// Half a minute in which every axis goes up and down at a pace of its own.
     fn log() -> Vec<ImuSample> {
-        simulate(&WalkKind::Line { metres: 5.0 }, 1, &Site::fast(), &SensorModel::cmp10a()).left
+        (0..3000)
+            .map(|k| {
+                let swings =
+                    |per_sample: f64| [1.0, 1.3, 1.7].map(|pace| libm::sin(f64::from(k) * per_sample * pace));
+                ImuSample {
+                    t_ns: i64::from(k) * PERIOD_NS,
+                    w_ib_b_rad_s: swings(0.05),
+                    f_b_m_s2: swings(0.07).map(|swing| 20.0 * swing),
+                    mag_b_ut: Some(swings(0.01).map(|swing| 50.0 * swing)),
+                    pressure_hpa: Some(900.0),
+                }
+            })
+            .collect()
     }
 
     fn with(fault: Fault) -> Vec<ImuSample> {

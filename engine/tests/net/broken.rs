@@ -2,7 +2,7 @@
 
 use lodestep_engine::session::Solution;
 use lodestep_engine::sim::faults::{Channel, Fault};
-use lodestep_engine::sim::{SensorModel, WalkKind};
+use lodestep_engine::sim::pedestrian::{SensorModel, WalkKind};
 use lodestep_engine::systems::pedestrian::Side;
 
 use crate::Case;

@@ -10,7 +10,7 @@ use lodestep_engine::parse::ImuCsv;
 use lodestep_engine::sample::ImuSample;
 use lodestep_engine::session::{Session, SessionConfig, Solution, Visit};
 use lodestep_engine::sim::faults::{Fault, inject};
-use lodestep_engine::sim::{FootTruth, SensorModel, Simulator, WalkKind};
+use lodestep_engine::sim::pedestrian::{FootTruth, SensorModel, Simulator, WalkKind};
 use lodestep_engine::systems::pedestrian;
 use lodestep_engine::systems::pedestrian::Side;
 

@@ -13,7 +13,7 @@ use lodestep_engine::measure::foot_separation::{Beside, foot_separation};
 use lodestep_engine::measure::magnetic_heading::magnetic_heading;
 use lodestep_engine::measure::zero_velocity::zero_velocity;
 use lodestep_engine::rotation::skew;
-use lodestep_engine::sim::{Epoch, FootTruth, SensorModel, Simulator, WalkKind};
+use lodestep_engine::sim::pedestrian::{Epoch, FootTruth, SensorModel, Simulator, WalkKind};
 use nalgebra::{DMatrix, DVector, Matrix3, Vector3};
 
 const GRAVITY_M_S2: f64 = 9.787;

@@ -11,7 +11,8 @@ use lodestep_engine::ins::mechanization::advance;
 use lodestep_engine::ins::nav_state::NavState;
 use lodestep_engine::measure::height::height;
 use lodestep_engine::measure::zero_velocity::zero_velocity;
-use lodestep_engine::sim::{SensorModel, Walk, WalkKind, simulate, white_noise};
+use lodestep_engine::sim::pedestrian::{SensorModel, Walk, WalkKind, simulate};
+use lodestep_engine::sim::white_noise;
 use lodestep_engine::systems::vertical::{Setup, closed_form};
 use nalgebra::{Matrix3, Vector3};
 

@@ -7,7 +7,7 @@ use lodestep_engine::parse::truth_csv::KnownPlace;
 use lodestep_engine::sample::ImuSample;
 use lodestep_engine::session::{Session, SessionConfig, Visit};
 use lodestep_engine::sim::faults::{Fault, inject};
-use lodestep_engine::sim::{FootTruth, SensorModel, Simulator, WalkKind};
+use lodestep_engine::sim::pedestrian::{FootTruth, SensorModel, Simulator, WalkKind};
 use lodestep_engine::systems::pedestrian::Side;
 
 use crate::told::Told;

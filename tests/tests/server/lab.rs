@@ -6,7 +6,7 @@ use std::time::Duration;
 
 use lodestep_engine::geo::Site;
 use lodestep_engine::parameters::TABLE;
-use lodestep_engine::sim::{SensorModel, Walk, WalkKind, simulate};
+use lodestep_engine::sim::pedestrian::{SensorModel, Walk, WalkKind, simulate};
 use lodestep_server::cli;
 use lodestep_tests::hand_in::{Answer, ask, log, sha256};
 use lodestep_tests::server::TestServer;

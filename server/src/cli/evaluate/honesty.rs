@@ -13,7 +13,7 @@ use lodestep_engine::evaluate::chi_square_bounds_95;
 use lodestep_engine::event::TrackPoint;
 use lodestep_engine::geo::Site;
 use lodestep_engine::session::{SessionConfig, Solution};
-use lodestep_engine::sim::{self, SensorModel, Walk, WalkKind};
+use lodestep_engine::sim::pedestrian::{self, SensorModel, Walk, WalkKind};
 use lodestep_engine::systems::pedestrian::Side;
 use lodestep_engine::systems::pedestrian::{self, Aids};
 
@@ -96,7 +96,7 @@ pub(super) fn honesty(args: &HonestyArgs) -> Result<()> {
     for configuration in &configurations {
         let (mut middle, mut end) = (Sums::default(), Sums::default());
         for seed in 1..=args.seeds {
-            let walk = sim::simulate(&configuration.walk, seed, &site, &model);
+            let walk = pedestrian::simulate(&configuration.walk, seed, &site, &model);
             add([&mut middle, &mut end], configuration, &walk, &site, seed)?;
             bar.inc(1);
         }

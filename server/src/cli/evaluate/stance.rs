@@ -13,7 +13,7 @@ use lodestep_engine::geo::Site;
 use lodestep_engine::parse::truth_csv;
 use lodestep_engine::sample::ImuSample;
 use lodestep_engine::session::{Session, SessionConfig};
-use lodestep_engine::sim::{SensorModel, Simulator, WalkKind, Walker};
+use lodestep_engine::sim::pedestrian::{SensorModel, Simulator, WalkKind, Walker};
 use lodestep_engine::stream::Readings;
 use lodestep_engine::systems::pedestrian::Side;
 use lodestep_engine::systems::pedestrian::{self, Aids};

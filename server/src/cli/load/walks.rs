@@ -6,7 +6,7 @@ use lodestep_engine::geo::Site;
 use lodestep_engine::parse::batch::Batch;
 use lodestep_engine::parse::frame;
 use lodestep_engine::sample::ImuSample;
-use lodestep_engine::sim::{SensorModel, Simulator, WalkKind};
+use lodestep_engine::sim::pedestrian::{SensorModel, Simulator, WalkKind};
 use lodestep_engine::systems::pedestrian::Side;
 
 use crate::cli::failure::Failure;

@@ -3,13 +3,13 @@
 use nalgebra::{Matrix3, Rotation3, UnitQuaternion, Vector3};
 
 use super::gait::Kinematics;
-use super::magnetism::Magnetism;
 use super::plan::{Phase, Plan, plan};
-use super::sensors::{Sensor, SensorModel, Stimulus};
 use super::walk::{WalkKind, Walker};
 use crate::geo::Site;
 use crate::geo::ellipsoid::EARTH_RATE_RAD_S;
 use crate::sample::ImuSample;
+use crate::sim::magnetism::Magnetism;
+use crate::sim::sensors::{Sensor, SensorModel, Stimulus};
 
 /// How one sensor truly was at one epoch.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -145,7 +145,13 @@ impl Simulator {
         Simulator {
             epochs: ns(plan.end_s) / period_ns,
             epoch: 0,
-            magnetism: Magnetism::new(site.magnetic_field(), &plan.path, model, seed),
+            magnetism: Magnetism::along(
+                plan.path.length_m(),
+                |along_m| plan.path.at(along_m).position_n_m,
+                site.magnetic_field(),
+                model,
+                seed,
+            ),
             feet: [0, 1].map(|foot| FootSimulator {
                 phase: 0,
                 sensor: Sensor::new(model, seed, foot),

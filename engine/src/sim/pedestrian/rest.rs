@@ -2,8 +2,8 @@
 //! degree, the sole gives, and it does not stand up as it stood down.
 
 use super::gait::{Foothold, Kinematics, rigid_foot};
-use super::jet::Jet;
-use super::random::Random;
+use crate::sim::jet::Jet;
+use crate::sim::random::Random;
 
 /// A smooth to and fro.
 #[derive(Clone, Copy, Debug, Default)]

@@ -3,13 +3,13 @@
 use nalgebra::Vector3;
 
 use super::gait::{Gait, SENSOR_HEIGHT_M};
-use super::jet::Jet;
 use super::path::Path;
 use super::plan::{Course, Leg, Stop};
-use super::random::{Purpose, Random};
 use super::walk::{STANDING_START_S, Walker};
 use crate::geo::Site;
 use crate::geo::terrain::{Anchor, anchors, road};
+use crate::sim::jet::Jet;
+use crate::sim::random::{Purpose, Random};
 
 /// How far apart the visited actuators are along the road, m, how many they are, and how long an
 /// inspector stops at each, s.

@@ -4,7 +4,7 @@
 use nalgebra::Vector3;
 
 use super::gait::{Foothold, Kinematics, Shape, rigid_foot};
-use super::jet::Jet;
+use crate::sim::jet::Jet;
 
 /// Frequency of the shoe's ringing after it lands, Hz.
 const SHOCK_HZ: f64 = 26.0;

@@ -6,11 +6,11 @@ use nalgebra::Vector3;
 
 use super::gait::{Foothold, Gait, Kinematics};
 use super::path::Path;
-use super::random::{Purpose, Random};
 use super::rest::Rest;
 use super::swing::Swing;
 use super::walk::Walker;
 use crate::geo::terrain::Anchor;
+use crate::sim::random::{Purpose, Random};
 
 /// A stretch of a course in one gait.
 #[derive(Clone, Debug)]
@@ -265,7 +265,7 @@ impl Planner<'_> {
 mod tests {
     use super::*;
     use crate::geo::Site;
-    use crate::sim::WalkKind;
+    use crate::sim::pedestrian::WalkKind;
 
     fn planned(kind: WalkKind, micro_motion: f64) -> Plan {
         let mut walker = Walker { micro_motion, sole_m: 0.006 * micro_motion, ..Walker::default() };
@@ -347,7 +347,8 @@ mod tests {
             every_gait().into_iter().filter(|kind| !matches!(kind, WalkKind::Stairs | WalkKind::Spiral))
         {
             let plan = planned(kind, 1.0);
-            let ground_m = plan.phases[0][0].at(0.0).position_n_m.z - crate::sim::gait::SENSOR_HEIGHT_M;
+            let ground_m =
+                plan.phases[0][0].at(0.0).position_n_m.z - crate::sim::pedestrian::gait::SENSOR_HEIGHT_M;
             for phases in &plan.phases {
                 let mut at = 0;
                 for k in 0..(plan.end_s * 100.0) as usize {
@@ -357,7 +358,8 @@ mod tests {
                     }
                     let now = phases[at].at(t);
                     for ahead_m in [0.115, -0.13] {
-                        let below = Vector3::new(ahead_m, 0.0, -crate::sim::gait::SENSOR_HEIGHT_M);
+                        let below =
+                            Vector3::new(ahead_m, 0.0, -crate::sim::pedestrian::gait::SENSOR_HEIGHT_M);
                         let height_m = (now.position_n_m + now.c_f_n * below).z - ground_m;
                         // The sole gives by 6 mm, and the ground is not quite level.
                         assert!(height_m > -0.018, "{kind:?}: {height_m} m at {t} s, {ahead_m} m ahead");

@@ -7,7 +7,7 @@
 
 use nalgebra::{Matrix3, Vector3};
 
-use super::jet::Jet;
+use crate::sim::jet::Jet;
 
 /// Height of the sensor above the sole, m: it sits in the laces on the instep.
 pub(crate) const SENSOR_HEIGHT_M: f64 = 0.075;
