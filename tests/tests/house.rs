@@ -1,6 +1,7 @@
 //! The rules of the house that a compiler does not keep: which way the arrows point, where SQL lives,
 //! what the engine must not reach for.
 
+use std::collections::BTreeSet;
 use std::fs;
 use std::path::{Path, PathBuf};
 
@@ -100,6 +101,24 @@ fn the_arrows_of_the_engine_point_one_way_and_the_simulator_never_sees_the_filte
         &wrong,
         "Arrows point one way: systems → measure, detect, ins → geo, rotation; sim knows no filter.",
     );
+}
+
+#[test]
+fn what_simulated_carriers_share_knows_none_of_them_and_none_knows_another() {
+    let files = files("engine/src/sim", ".rs");
+    let inside =
+        |name: &str| name.strip_prefix("engine/src/sim/").expect("it was looked for there").to_owned();
+    let carrier = |name: &str| inside(name).split_once('/').map(|(folder, _)| folder.to_owned());
+    let carriers: BTreeSet<String> = files.iter().filter_map(|(name, _)| carrier(name)).collect();
+    assert!(carriers.contains("pedestrian"), "{carriers:?}");
+    let wrong = complaints(&files, |name, line| {
+        let own = carrier(name);
+        let other = carriers.iter().filter(|other| own.as_ref() != Some(*other));
+        let declares = inside(name) == "mod.rs" && line.starts_with("pub mod ");
+        let used = other.into_iter().find(|other| line.contains(&format!("{other}::")) && !declares)?;
+        Some(format!("it uses {used}"))
+    });
+    none(&wrong, "sim/*.rs is for every carrier; what is one carrier's stays in its folder.");
 }
 
 #[test]

@@ -169,7 +169,8 @@ impl Row {
 
 fn simulated(row: &mut Row, kind: &WalkKind, sole_m: f64, seed: u64, rate_hz: f64) {
     let site = Site::fast();
-    let model = SensorModel { rate_hz, ..SensorModel::cmp10a() };
+    let mut model = SensorModel::cmp10a();
+    model.imu.rate_hz = rate_hz;
     let walker = Walker { sole_m, ..Walker::default() };
     let walk = Simulator::with_walker(kind, seed, &site, &model, walker).into_walk();
     let truth: Vec<FootInstant> = walk
