@@ -103,22 +103,25 @@ fn the_arrows_of_the_engine_point_one_way_and_the_simulator_never_sees_the_filte
     );
 }
 
+/// Rooms of the engine that have a folder for each carrier, beside what all of them share.
+const ROOMS_OF_CARRIERS: [&str; 2] = ["engine/src/sim/", "engine/src/evaluate/"];
+
 #[test]
-fn what_simulated_carriers_share_knows_none_of_them_and_none_knows_another() {
-    let files = files("engine/src/sim", ".rs");
-    let inside =
-        |name: &str| name.strip_prefix("engine/src/sim/").expect("it was looked for there").to_owned();
-    let carrier = |name: &str| inside(name).split_once('/').map(|(folder, _)| folder.to_owned());
-    let carriers: BTreeSet<String> = files.iter().filter_map(|(name, _)| carrier(name)).collect();
-    assert!(carriers.contains("pedestrian"), "{carriers:?}");
-    let wrong = complaints(&files, |name, line| {
-        let own = carrier(name);
-        let other = carriers.iter().filter(|other| own.as_ref() != Some(*other));
-        let declares = inside(name) == "mod.rs" && line.starts_with("pub mod ");
-        let used = other.into_iter().find(|other| line.contains(&format!("{other}::")) && !declares)?;
-        Some(format!("it uses {used}"))
-    });
-    none(&wrong, "sim/*.rs is for every carrier; what is one carrier's stays in its folder.");
+fn what_all_carriers_share_knows_none_of_them_and_none_knows_another() {
+    for room in ROOMS_OF_CARRIERS {
+        let files = files(room, ".rs");
+        let carrier = |name: &str| Some(name.strip_prefix(room)?.split_once('/')?.0.to_owned());
+        let carriers: BTreeSet<String> = files.iter().filter_map(|(name, _)| carrier(name)).collect();
+        assert!(carriers.contains("pedestrian"), "{room}: {carriers:?}");
+        let wrong = complaints(&files, |name, line| {
+            let own = carrier(name);
+            let used = carriers
+                .iter()
+                .find(|other| own.as_ref() != Some(*other) && line.contains(&format!("{other}::")))?;
+            Some(format!("it uses {used}"))
+        });
+        none(&wrong, "What lies beside the folders is for every carrier; what is one's stays in its folder.");
+    }
 }
 
 #[test]
