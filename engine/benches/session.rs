@@ -5,7 +5,7 @@ use divan::counter::ItemsCount;
 use lodestep_engine::event::Event;
 use lodestep_engine::geo::Site;
 use lodestep_engine::session::{Session, SessionConfig, Solution, Visit};
-use lodestep_engine::sim::{self, SensorModel, Walk, WalkKind};
+use lodestep_engine::sim::pedestrian::{SensorModel, Walk, WalkKind, simulate};
 use lodestep_engine::systems::pedestrian;
 use lodestep_engine::systems::pedestrian::Side;
 
@@ -16,7 +16,7 @@ fn main() {
 /// The rectangle of 1.4 km, some 20 minutes, and a visit to a made-up marker every 100 s.
 fn rectangle() -> (SessionConfig, Walk, Vec<Visit>) {
     let site = Site::fast();
-    let walk = sim::simulate(&WalkKind::Rectangle, 1, &site, &SensorModel::cmp10a());
+    let walk = simulate(&WalkKind::Rectangle, 1, &site, &SensorModel::cmp10a());
     let visits = walk
         .left
         .iter()

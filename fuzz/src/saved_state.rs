@@ -7,7 +7,7 @@ use lodestep_engine::geo::Site;
 use lodestep_engine::identify::{Identification, Marker, Markers};
 use lodestep_engine::sample::ImuSample;
 use lodestep_engine::session::{SavedState, Session, SessionConfig, Solution, Visit};
-use lodestep_engine::sim::{SensorModel, Simulator, WalkKind};
+use lodestep_engine::sim::pedestrian::{SensorModel, Simulator, WalkKind};
 use lodestep_engine::systems::pedestrian::{self, Side};
 use sha2::{Digest, Sha256};
 

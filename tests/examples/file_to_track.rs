@@ -10,7 +10,7 @@
 use std::time::Instant;
 
 use lodestep_engine::geo::Site;
-use lodestep_engine::sim::{SensorModel, WalkKind, simulate};
+use lodestep_engine::sim::pedestrian::{SensorModel, WalkKind, simulate};
 use lodestep_tests::hand_in::{ask, gzip, log};
 use lodestep_tests::server::TestServer;
 use serde_json::{Value, json};

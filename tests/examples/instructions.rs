@@ -6,13 +6,13 @@
 use lodestep_engine::event::Event;
 use lodestep_engine::geo::Site;
 use lodestep_engine::session::{Session, SessionConfig};
-use lodestep_engine::sim::{self, SensorModel, Walk, WalkKind};
+use lodestep_engine::sim::pedestrian::{SensorModel, Walk, WalkKind, simulate};
 use lodestep_engine::systems::pedestrian::{self, Side};
 
 #[expect(clippy::print_stdout, reason = "the figure is what it is run for")]
 fn main() {
     let site = Site::fast();
-    let walk = sim::simulate(&WalkKind::Line { metres: 200.0 }, 1, &site, &SensorModel::cmp10a());
+    let walk = simulate(&WalkKind::Line { metres: 200.0 }, 1, &site, &SensorModel::cmp10a());
     let config = SessionConfig {
         initial_position_n_m: walk.start_n_m(),
         declination_rad: site.declination_deg.to_radians(),

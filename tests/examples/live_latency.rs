@@ -15,7 +15,7 @@ use lodestep_engine::event::Event;
 use lodestep_engine::geo::Site;
 use lodestep_engine::parse::live_message::Answer;
 use lodestep_engine::session::{Session, SessionConfig};
-use lodestep_engine::sim::{SensorModel, Walk, WalkKind, simulate};
+use lodestep_engine::sim::pedestrian::{SensorModel, Walk, WalkKind, simulate};
 use lodestep_engine::systems::pedestrian::{self, Side};
 use lodestep_tests::device::TestDevice;
 use lodestep_tests::feed::TestFeed;

@@ -1,6 +1,7 @@
 //! The rules of the house that a compiler does not keep: which way the arrows point, where SQL lives,
 //! what the engine must not reach for.
 
+use std::collections::BTreeSet;
 use std::fs;
 use std::path::{Path, PathBuf};
 
@@ -100,6 +101,27 @@ fn the_arrows_of_the_engine_point_one_way_and_the_simulator_never_sees_the_filte
         &wrong,
         "Arrows point one way: systems → measure, detect, ins → geo, rotation; sim knows no filter.",
     );
+}
+
+/// Rooms of the engine that have a folder for each carrier, beside what all of them share.
+const ROOMS_OF_CARRIERS: [&str; 2] = ["engine/src/sim/", "engine/src/evaluate/"];
+
+#[test]
+fn what_all_carriers_share_knows_none_of_them_and_none_knows_another() {
+    for room in ROOMS_OF_CARRIERS {
+        let files = files(room, ".rs");
+        let carrier = |name: &str| Some(name.strip_prefix(room)?.split_once('/')?.0.to_owned());
+        let carriers: BTreeSet<String> = files.iter().filter_map(|(name, _)| carrier(name)).collect();
+        assert!(carriers.contains("pedestrian"), "{room}: {carriers:?}");
+        let wrong = complaints(&files, |name, line| {
+            let own = carrier(name);
+            let used = carriers
+                .iter()
+                .find(|other| own.as_ref() != Some(*other) && line.contains(&format!("{other}::")))?;
+            Some(format!("it uses {used}"))
+        });
+        none(&wrong, "What lies beside the folders is for every carrier; what is one's stays in its folder.");
+    }
 }
 
 #[test]

@@ -2,22 +2,20 @@
 
 mod against_truth;
 mod chi_square;
-mod feet_apart;
 mod ground_points;
 mod held_back;
 mod loop_closure;
 mod markers;
 mod motion_capture;
 mod overlay;
+pub mod pedestrian;
 mod rigid_fit;
 mod session_report;
-mod stances;
 mod statistics;
 mod visits;
 
 pub use against_truth::{TruthErrors, against_truth};
 pub use chi_square::chi_square_bounds_95;
-pub use feet_apart::{FeetApart, feet_apart};
 pub use ground_points::{GroundPointErrors, ground_points};
 pub use held_back::held_back;
 pub use loop_closure::{LoopClosure, loop_closure};
@@ -25,7 +23,6 @@ pub use markers::{CalibrationBin, MarkerScore};
 pub use motion_capture::{MotionCaptureErrors, motion_capture};
 pub use overlay::Overlay;
 pub use session_report::{AidReport, RejectedVisit, SessionReport};
-pub use stances::{FootInstant, StanceErrors, foot_instants, stances};
 pub use statistics::{Spread, median, percentile};
 pub use visits::{VisitErrors, visits};
 

@@ -7,7 +7,7 @@ use super::{Session, SessionConfig, Solution};
 use crate::event::Event;
 use crate::geo::Site;
 use crate::replay::history::Held;
-use crate::sim::{SensorModel, Simulator, WalkKind};
+use crate::sim::pedestrian::{SensorModel, Simulator, WalkKind};
 use crate::systems::pedestrian::system::{Filters, Pedestrian};
 use crate::systems::pedestrian::{self, Side};
 use crate::visit::Visit;

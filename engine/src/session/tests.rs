@@ -2,7 +2,7 @@
 
 use crate::geo::Site;
 use crate::session::{Session, SessionConfig, Solution};
-use crate::sim::{SensorModel, WalkKind, simulate};
+use crate::sim::pedestrian::{SensorModel, WalkKind, simulate};
 use crate::systems::pedestrian::system::{Filters, Pedestrian};
 use crate::systems::pedestrian::{self, Side};
 use crate::track::Track;

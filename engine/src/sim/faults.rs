@@ -1,4 +1,4 @@
-//! Sensor trouble on purpose: what happens to a log between the foot and the filter.
+//! Sensor trouble on purpose: what happens to a log between the sensor and the filter.
 
 use super::random::{Purpose, Random};
 use crate::sample::ImuSample;
@@ -14,7 +14,7 @@ pub enum Channel {
     Mag,
 }
 
-/// Something that goes wrong with one foot's log. Times are those of the log, ns.
+/// Something that goes wrong with one sensor's log. Times are those of the log, ns.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Fault {
     /// The clock runs fast (positive) or slow by parts per million, and is ahead by an offset.
@@ -92,8 +92,8 @@ pub enum Fault {
         /// By how much too early, ns.
         by_ns: i64,
     },
-    /// The sensor turns on the foot at this time and stays so: half a turn about its z axis.
-    TurnsOnFoot {
+    /// The sensor turns where it is mounted at this time and stays so: half a turn about its z axis.
+    HalfTurn {
         /// At, ns.
         at_ns: i64,
     },
@@ -124,7 +124,7 @@ pub fn inject(log: &mut Vec<ImuSample>, fault: &Fault, seed: u64) {
         }
         Fault::Dropout { from_ns, to_ns } => log.retain(|sample| !within(sample, from_ns, to_ns)),
         Fault::LostSamples { share } => {
-            let mut random = Random::new(seed, 2, Purpose::Fault);
+            let mut random = Random::new(seed, Random::COMMON, Purpose::Fault);
             log.retain(|_| random.uniform(0.0, 1.0) >= share);
         }
         Fault::Saturation { channel, limit } => {
@@ -169,7 +169,7 @@ pub fn inject(log: &mut Vec<ImuSample>, fault: &Fault, seed: u64) {
                 sample.t_ns -= by_ns;
             }
         }
-        Fault::TurnsOnFoot { at_ns } => {
+        Fault::HalfTurn { at_ns } => {
             for sample in log.iter_mut().filter(|sample| sample.t_ns >= at_ns) {
                 for channel in [Channel::Gyro, Channel::Accel, Channel::Mag] {
                     if let Some([x, y, _]) = triad(sample, channel) {
@@ -190,13 +190,24 @@ pub fn inject(log: &mut Vec<ImuSample>, fault: &Fault, seed: u64) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::geo::Site;
-    use crate::sim::{SensorModel, WalkKind, simulate};
 
     const PERIOD_NS: i64 = 10_000_000;
 
+    /// Half a minute in which every axis goes up and down at a pace of its own.
     fn log() -> Vec<ImuSample> {
-        simulate(&WalkKind::Line { metres: 5.0 }, 1, &Site::fast(), &SensorModel::cmp10a()).left
+        (0..3000)
+            .map(|k| {
+                let swings =
+                    |per_sample: f64| [1.0, 1.3, 1.7].map(|pace| libm::sin(f64::from(k) * per_sample * pace));
+                ImuSample {
+                    t_ns: i64::from(k) * PERIOD_NS,
+                    w_ib_b_rad_s: swings(0.05),
+                    f_b_m_s2: swings(0.07).map(|swing| 20.0 * swing),
+                    mag_b_ut: Some(swings(0.01).map(|swing| 50.0 * swing)),
+                    pressure_hpa: Some(900.0),
+                }
+            })
+            .collect()
     }
 
     fn with(fault: Fault) -> Vec<ImuSample> {
@@ -256,7 +267,7 @@ mod tests {
     #[test]
     fn sensors_turn_and_lose_their_extras() {
         let clean = log();
-        let turned = with(Fault::TurnsOnFoot { at_ns: 10 * PERIOD_NS });
+        let turned = with(Fault::HalfTurn { at_ns: 10 * PERIOD_NS });
         assert_eq!(turned[9], clean[9]);
         assert_eq!(turned[10].f_b_m_s2[0], -clean[10].f_b_m_s2[0]);
         assert_eq!(turned[10].f_b_m_s2[2], clean[10].f_b_m_s2[2]);

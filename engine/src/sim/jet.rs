@@ -5,25 +5,34 @@ use std::ops::{Add, Mul, Sub};
 
 /// A value and its first and second derivatives in time.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub(crate) struct Jet {
-    pub(crate) value: f64,
-    pub(crate) rate: f64,
-    pub(crate) acceleration: f64,
+pub struct Jet {
+    /// The value.
+    pub value: f64,
+    /// Its first derivative, 1/s.
+    pub rate: f64,
+    /// Its second derivative, 1/s².
+    pub acceleration: f64,
 }
 
 impl Jet {
-    pub(crate) const fn constant(value: f64) -> Jet {
+    /// The time itself, s.
+    pub const fn time(t_s: f64) -> Jet {
+        Jet { value: t_s, rate: 1.0, acceleration: 0.0 }
+    }
+
+    /// A value that does not change.
+    pub const fn constant(value: f64) -> Jet {
         Jet { value, rate: 0.0, acceleration: 0.0 }
     }
 
     /// How far a time lies between two others: 0 at the first, 1 at the second.
-    pub(crate) fn progress(t_s: f64, from_s: f64, to_s: f64) -> Jet {
+    pub fn progress(t_s: f64, from_s: f64, to_s: f64) -> Jet {
         let rate = 1.0 / (to_s - from_s);
         Jet { value: (t_s - from_s) * rate, rate, acceleration: 0.0 }
     }
 
     /// The same for a jet between two values: the progress within a part of a whole.
-    pub(crate) fn within(self, from: f64, to: f64) -> Jet {
+    pub fn within(self, from: f64, to: f64) -> Jet {
         (self - Jet::constant(from)) * (1.0 / (to - from))
     }
 
@@ -35,13 +44,14 @@ impl Jet {
         }
     }
 
-    pub(crate) fn sin_cos(self) -> (Jet, Jet) {
+    /// Sine and cosine of an angle, rad.
+    pub fn sin_cos(self) -> (Jet, Jet) {
         let (sin, cos) = libm::sincos(self.value);
         (self.chain(sin, cos, -sin), self.chain(cos, -sin, -cos))
     }
 
     /// From 0 to 1 as the jet goes from 0 to 1, with two derivatives zero at both ends.
-    pub(crate) fn ramp(self) -> Jet {
+    pub fn ramp(self) -> Jet {
         let x = self.value;
         if x <= 0.0 {
             return Jet::constant(0.0);
@@ -55,7 +65,7 @@ impl Jet {
 
     /// Like [`Jet::ramp`] with a steadier speed in between: its peak is 1.46 of its mean, not 1.88,
     /// as a swinging foot's is.
-    pub(crate) fn glide(self) -> Jet {
+    pub fn glide(self) -> Jet {
         if self.value <= 0.0 {
             return Jet::constant(0.0);
         }
@@ -75,7 +85,7 @@ impl Jet {
     }
 
     /// From 0 through 1 in the middle back to 0, with two derivatives zero at both ends.
-    pub(crate) fn bump(self) -> Jet {
+    pub fn bump(self) -> Jet {
         let x = self.value;
         if x <= 0.0 || x >= 1.0 {
             return Jet::constant(0.0);
@@ -140,7 +150,7 @@ mod tests {
         ];
         // A curved argument, so that the chain rule's both terms count.
         let argument = |t: f64| {
-            let t = Jet { value: t, rate: 1.0, acceleration: 0.0 };
+            let t = Jet::time(t);
             t * t * 0.3 + t * 0.4
         };
         let h = 1e-5;

@@ -1,16 +1,25 @@
-//! The magnetic field along a walk: the site's, and small disturbances by iron in the ground.
+//! The magnetic field along a way: the site's, and small disturbances by iron in the ground.
 
 use std::collections::HashMap;
 
 use nalgebra::Vector3;
 
-use super::path::Path;
 use super::random::{Purpose, Random};
-use super::sensors::SensorModel;
 use crate::geo::MagneticField;
 
 /// Side of the cells in which disturbances are looked up, m.
 const CELL_M: f64 = 8.0;
+
+/// Iron in the ground: how strongly and how often a way is disturbed.
+#[derive(Clone, Debug, PartialEq)]
+pub struct FieldAnomalies {
+    /// Strength of each, µT; zero for none.
+    pub strength_ut: f64,
+    /// How far apart they are along the way, m.
+    pub every_m: f64,
+    /// Their 1σ half width, m: what is felt is about four times as wide.
+    pub width_m: f64,
+}
 
 #[derive(Clone, Debug)]
 struct Disturbance {
@@ -20,7 +29,7 @@ struct Disturbance {
     falloff: f64,
 }
 
-/// The field of a walk.
+/// The field of a way.
 #[derive(Clone, Debug)]
 pub(crate) struct Magnetism {
     undisturbed_n_ut: Vector3<f64>,
@@ -34,31 +43,43 @@ fn cell(position: &Vector3<f64>) -> (i32, i32) {
 }
 
 impl Magnetism {
-    /// Puts disturbances beside a path, at about even distances; where the path comes back to a
-    /// place, it meets those that are there.
-    pub(crate) fn new(field: MagneticField, path: &Path, model: &SensorModel, seed: u64) -> Magnetism {
+    /// Puts disturbances beside a way of this length, m, at about even distances; where the way comes back to a
+    /// place, it meets those that are there. `place_n_m` is where the way is after so many metres.
+    pub(crate) fn along(
+        length_m: f64,
+        place_n_m: impl Fn(f64) -> Vector3<f64>,
+        field: MagneticField,
+        anomalies: &FieldAnomalies,
+        seed: u64,
+    ) -> Magnetism {
         let mut magnetism = Magnetism {
             undisturbed_n_ut: Vector3::from(field.b_n_ut),
             disturbances: Vec::new(),
             cells: HashMap::new(),
         };
-        if model.anomaly_ut > 0.0 {
-            magnetism.disturb(path, model, seed);
+        if anomalies.strength_ut > 0.0 {
+            magnetism.disturb(length_m, place_n_m, anomalies, seed);
         }
         magnetism
     }
 
-    fn disturb(&mut self, path: &Path, model: &SensorModel, seed: u64) {
-        let mut random = Random::new(seed, 2, Purpose::MagneticAnomalies);
-        let every_m = model.anomaly_every_m;
-        let count = libm::floor(path.length_m() / every_m) as usize;
+    fn disturb(
+        &mut self,
+        length_m: f64,
+        place_n_m: impl Fn(f64) -> Vector3<f64>,
+        anomalies: &FieldAnomalies,
+        seed: u64,
+    ) {
+        let mut random = Random::new(seed, Random::COMMON, Purpose::MagneticAnomalies);
+        let every_m = anomalies.every_m;
+        let count = libm::floor(length_m / every_m) as usize;
         for number in 1..=count {
             let along_m = every_m * (number as f64 + random.uniform(-0.3, 0.3));
             let aside =
                 Vector3::new(random.uniform(-0.5, 0.5), random.uniform(-0.5, 0.5), random.uniform(-0.5, 0.1));
-            let sigma_m = model.anomaly_width_m * random.uniform(0.7, 1.3);
+            let sigma_m = anomalies.width_m * random.uniform(0.7, 1.3);
             let direction = Vector3::from(random.normal_3());
-            let centre_n_m = path.at(along_m).position_n_m + aside;
+            let centre_n_m = place_n_m(along_m) + aside;
             let met_before =
                 self.disturbances.iter().any(|other| (other.centre_n_m - centre_n_m).norm() < 0.35 * every_m);
             if met_before {
@@ -74,7 +95,7 @@ impl Magnetism {
             }
             self.disturbances.push(Disturbance {
                 centre_n_m,
-                field_n_ut: direction * (model.anomaly_ut / direction.norm()),
+                field_n_ut: direction * (anomalies.strength_ut / direction.norm()),
                 falloff: 0.5 / (sigma_m * sigma_m),
             });
         }
@@ -98,10 +119,10 @@ mod tests {
 
     #[test]
     fn every_25_m_about_8_ut_and_the_site_s_field_between() {
-        let mut path = Path::from_points([Vector3::zeros()]);
-        path.line_to(Vector3::new(0.0, 1000.0, 0.0));
+        let northward = |along_m: f64| Vector3::new(0.0, along_m, 0.0);
         let site = MagneticField::from_angles(-2.45, 40.3, 48.1);
-        let field = Magnetism::new(site, &path, &SensorModel::cmp10a(), 3);
+        let anomalies = FieldAnomalies { strength_ut: 8.0, every_m: 25.0, width_m: 1.0 };
+        let field = Magnetism::along(1000.0, northward, site, &anomalies, 3);
         let off_ut: Vec<f64> = (0..10_000)
             .map(|i| {
                 (field.at_n_ut(&Vector3::new(0.0, 0.1 * f64::from(i), 0.0)) - Vector3::from(site.b_n_ut))

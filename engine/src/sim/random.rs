@@ -1,10 +1,10 @@
-//! Random streams: one for each (seed, foot, purpose), so that a change of one draw moves nothing else.
+//! Random streams: one for each (seed, stream, purpose), so that a change of one draw moves nothing else.
 
 use rand::Rng;
 use rand_distr::{Distribution, StandardNormal};
 use rand_pcg::Pcg64Mcg;
 
-/// What a stream is for.
+/// What a stream is for. Its number goes into the stream: new purposes come last.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Purpose {
     Course = 1,
@@ -22,6 +22,8 @@ pub(crate) enum Purpose {
     Fault,
     WhiteNoise,
     Pauses,
+    FixNoise,
+    FixSlowError,
 }
 
 /// A stream of random numbers.
@@ -29,9 +31,12 @@ pub(crate) enum Purpose {
 pub(crate) struct Random(Pcg64Mcg);
 
 impl Random {
-    /// The stream of a seed for a purpose; `foot` is the foot's index, or 2 for what is common to both.
-    pub(crate) fn new(seed: u64, foot: usize, purpose: Purpose) -> Random {
-        let word = mix(seed ^ mix(((foot as u64) << 32) | purpose as u64));
+    /// The stream of what all sensors of a carrier share.
+    pub(crate) const COMMON: usize = 2;
+
+    /// The stream of a seed for a purpose; sensors of one kind have streams of their own: 0, 1, and from 3 to 15.
+    pub(crate) fn new(seed: u64, stream: usize, purpose: Purpose) -> Random {
+        let word = mix(seed ^ mix(((stream as u64) << 32) | purpose as u64));
         Random(Pcg64Mcg::new((u128::from(mix(word)) << 64) | u128::from(word)))
     }
 
@@ -52,9 +57,9 @@ impl Random {
     }
 }
 
-/// Independent standard normals, the same for the same seed: for noise that belongs to no walk.
+/// Independent standard normals, the same for the same seed: for noise that belongs to no sensor.
 pub fn white_noise(seed: u64) -> impl FnMut() -> f64 {
-    let mut random = Random::new(seed, 2, Purpose::WhiteNoise);
+    let mut random = Random::new(seed, Random::COMMON, Purpose::WhiteNoise);
     move || random.normal()
 }
 
@@ -72,8 +77,8 @@ mod tests {
 
     #[test]
     fn streams_repeat_and_do_not_resemble_each_other() {
-        let draws = |seed, foot, purpose| {
-            let mut random = Random::new(seed, foot, purpose);
+        let draws = |seed, stream, purpose| {
+            let mut random = Random::new(seed, stream, purpose);
             (0..2000).map(|_| random.normal()).collect::<Vec<f64>>()
         };
         let a = draws(1, 0, Purpose::GyroNoise);

@@ -2,7 +2,7 @@
 
 use lodestep_engine::session::Solution;
 use lodestep_engine::sim::faults::{Channel, Fault};
-use lodestep_engine::sim::{SensorModel, WalkKind};
+use lodestep_engine::sim::pedestrian::{SensorModel, WalkKind};
 use lodestep_engine::systems::pedestrian::Side;
 
 use crate::Case;
@@ -60,7 +60,7 @@ const FAULTS: [(&str, Fault); 22] = [
     ),
     ("repeated_times", Fault::RepeatedTime { from_ns: FROM_NS, every: 7 }),
     ("backward_time", Fault::BackwardTime { at_ns: FROM_NS, by_ns: 3 * SECOND_NS }),
-    ("turns_on_the_foot", Fault::TurnsOnFoot { at_ns: FROM_NS }),
+    ("turns_on_the_foot", Fault::HalfTurn { at_ns: FROM_NS }),
     ("inertial_only", Fault::InertialOnly),
 ];
 

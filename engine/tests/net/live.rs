@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use lodestep_engine::replay::InputStore;
 use lodestep_engine::session::{SavedState, Session, Solution};
-use lodestep_engine::sim::{SensorModel, WalkKind};
+use lodestep_engine::sim::pedestrian::{SensorModel, WalkKind};
 use lodestep_engine::systems::pedestrian::Side;
 
 use crate::Case;

@@ -2,12 +2,12 @@
 
 use std::rc::Rc;
 
-use lodestep_engine::sim::{SensorModel, WalkKind};
+use lodestep_engine::sim::pedestrian::{SensorModel, WalkKind};
 use lodestep_engine::systems::pedestrian::Side;
 
 use crate::Case;
 use crate::fold::{Bits, side};
-use crate::walk::{SOLUTIONS, Walk};
+use crate::walk::{SOLUTIONS, Walk, with_imu};
 
 /// The kinds, and how many seconds of each are walked.
 const KINDS: [(&str, WalkKind, i64); 10] = [
@@ -57,8 +57,8 @@ pub(crate) fn cases() -> Vec<Case> {
 pub(crate) fn logs() -> Vec<Case> {
     let mut walks: Vec<(&str, Walk)> = walks().collect();
     let line = WalkKind::Line { metres: 10.0 };
-    let averaging = SensorModel { averaging: false, rate_hz: 250.0, ..SensorModel::cmp10a() };
-    let inertial = SensorModel { magnetometer: false, barometer: false, ..SensorModel::cmp10a() };
+    let averaging = with_imu(|imu| (imu.averaging, imu.rate_hz) = (false, 250.0));
+    let inertial = SensorModel { magnetometer: None, barometer: None, ..SensorModel::cmp10a() };
     for (name, model) in
         [("perfect", SensorModel::perfect()), ("sampling", averaging), ("inertial", inertial)]
     {
@@ -81,7 +81,7 @@ pub(crate) fn logs() -> Vec<Case> {
                 for foot in walk.truth.iter().flatten() {
                     truth.numbers(&foot.position_n_m);
                     truth.numbers(&foot.velocity_n_m_s);
-                    truth.numbers(foot.q_b_n.coords.as_slice());
+                    truth.numbers(foot.q_nb.coords.as_slice());
                     truth.numbers(&[foot.heading_rad]);
                     truth.flag(foot.stance);
                 }

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use lodestep_engine::geo::{Site, terrain};
 use lodestep_engine::identify::{Identification, Marker};
 use lodestep_engine::session::Solution;
-use lodestep_engine::sim::{SensorModel, WalkKind};
+use lodestep_engine::sim::pedestrian::{SensorModel, WalkKind};
 use lodestep_engine::systems::pedestrian::Side;
 
 use crate::Case;

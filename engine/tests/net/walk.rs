@@ -9,8 +9,9 @@ use lodestep_engine::geo::Site;
 use lodestep_engine::parse::ImuCsv;
 use lodestep_engine::sample::ImuSample;
 use lodestep_engine::session::{Session, SessionConfig, Solution, Visit};
+use lodestep_engine::sim::ImuModel;
 use lodestep_engine::sim::faults::{Fault, inject};
-use lodestep_engine::sim::{FootTruth, SensorModel, Simulator, WalkKind};
+use lodestep_engine::sim::pedestrian::{FootTruth, SensorModel, Simulator, WalkKind};
 use lodestep_engine::systems::pedestrian;
 use lodestep_engine::systems::pedestrian::Side;
 
@@ -195,6 +196,13 @@ impl Walk {
         let at = self.samples.iter().position(|(_, sample)| sample.t_ns >= t_ns);
         at.unwrap_or(self.samples.len())
     }
+}
+
+/// The CMP10A with other gyros and accelerometers.
+pub(crate) fn with_imu(change: impl FnOnce(&mut ImuModel)) -> SensorModel {
+    let mut model = SensorModel::cmp10a();
+    change(&mut model.imu);
+    model
 }
 
 /// A spoilt log among the samples of the other foot, which keep their order. Samples go by the latest time before them:

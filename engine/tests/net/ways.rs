@@ -2,13 +2,13 @@
 
 use lodestep_engine::event::AidKind;
 use lodestep_engine::session::Solution;
-use lodestep_engine::sim::{SensorModel, WalkKind};
+use lodestep_engine::sim::pedestrian::{SensorModel, WalkKind};
 use lodestep_engine::systems::pedestrian::Side;
 use lodestep_engine::systems::pedestrian::{Aids, Config, aids};
 
 use crate::Case;
 use crate::fold::side;
-use crate::walk::{Make, Walk};
+use crate::walk::{Make, Walk, with_imu};
 
 fn line(model: &SensorModel) -> Walk {
     Walk::simulated(WalkKind::Line { metres: 40.0 }, 16, model, 100).with_visit(35, [0.4, -0.6], true, 8)
@@ -61,8 +61,8 @@ pub(crate) fn cases() -> Vec<Case> {
             })
         }),
         ("perfect_sensors", || line(&SensorModel::perfect())),
-        ("faster_sensors", || line(&SensorModel { rate_hz: 200.0, ..SensorModel::cmp10a() })),
-        ("sampling_sensors", || line(&SensorModel { averaging: false, ..SensorModel::cmp10a() })),
+        ("faster_sensors", || line(&with_imu(|imu| imu.rate_hz = 200.0))),
+        ("sampling_sensors", || line(&with_imu(|imu| imu.averaging = false))),
     ];
     for (name, walk) in settings {
         cases.push(Case::new(format!("ways/{name}/trail"), move || {

@@ -12,7 +12,7 @@ use flate2::write::GzEncoder;
 use lodestep_engine::geo::{Site, terrain};
 use lodestep_engine::parse::visits_csv::VisitRow;
 use lodestep_engine::parse::{imu_csv, markers_csv, visits_csv};
-use lodestep_engine::sim::{Epoch, SensorModel, Simulator, WalkKind};
+use lodestep_engine::sim::pedestrian::{Epoch, SensorModel, Simulator, WalkKind};
 use lodestep_engine::track::csv::push_seconds;
 
 use crate::cli::failure::Failure;

@@ -1,7 +1,7 @@
 //! What a simulated inspector tells on the way: the numbers of visited actuators, and findings.
 
 use lodestep_engine::parse::live_message::{DeviceMessage, FaultMessage, VisitMessage};
-use lodestep_engine::sim::MarkerVisit;
+use lodestep_engine::sim::pedestrian::MarkerVisit;
 
 /// How long after leaving a marker its number is keyed in, ns.
 const KEYED_IN_AFTER_NS: i64 = 4_000_000_000;

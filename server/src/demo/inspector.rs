@@ -4,7 +4,7 @@
 use std::time::Duration;
 
 use anyhow::Result;
-use lodestep_engine::sim::{SensorModel, Simulator, WalkKind};
+use lodestep_engine::sim::pedestrian::{SensorModel, Simulator, WalkKind};
 use lodestep_engine::systems::pedestrian::Side;
 use tokio::time::{Instant, sleep_until};
 use uuid::Uuid;

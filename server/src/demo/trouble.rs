@@ -1,7 +1,7 @@
 //! What goes wrong with the demo's sensors, so that the map has an anomaly to show.
 
 use lodestep_engine::sample::ImuSample;
-use lodestep_engine::sim::MarkerVisit;
+use lodestep_engine::sim::pedestrian::MarkerVisit;
 
 /// The stop during which the link to the right sensor fails, counted from 0.
 const AT_STOP: usize = 1;

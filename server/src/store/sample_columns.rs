@@ -279,7 +279,7 @@ impl Reader<'_> {
 #[cfg(test)]
 mod tests {
     use lodestep_engine::geo::Site;
-    use lodestep_engine::sim::{SensorModel, Simulator, WalkKind};
+    use lodestep_engine::sim::pedestrian::{SensorModel, Simulator, WalkKind};
     use proptest::prelude::*;
 
     use super::*;

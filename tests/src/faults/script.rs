@@ -5,7 +5,7 @@ use lodestep_engine::parse::batch::Batch;
 use lodestep_engine::parse::frame;
 use lodestep_engine::parse::live_message::{DeviceMessage, VisitMessage};
 use lodestep_engine::sample::ImuSample;
-use lodestep_engine::sim::{SensorModel, WalkKind, simulate};
+use lodestep_engine::sim::pedestrian::{SensorModel, WalkKind, simulate};
 use lodestep_engine::systems::pedestrian::Side;
 
 /// Samples in a batch: a fifth of a second.

@@ -12,7 +12,7 @@ use lodestep_engine::ins::observation::Observation;
 use lodestep_engine::measure::magnetic_heading::magnetic_heading;
 use lodestep_engine::measure::zero_velocity::zero_velocity;
 use lodestep_engine::rotation::skew;
-use lodestep_engine::sim::{Epoch, FootTruth, SensorModel, Simulator, WalkKind};
+use lodestep_engine::sim::pedestrian::{Epoch, FootTruth, SensorModel, Simulator, WalkKind};
 use lodestep_engine::systems::pedestrian::foot_separation::{Beside, foot_separation};
 use nalgebra::{DMatrix, DVector, Matrix3, Vector3};
 
@@ -33,7 +33,7 @@ struct Pair {
 /// A foot at the first epoch.
 fn first_state(truth: &FootTruth) -> NavState {
     NavState {
-        c_nb: truth.q_b_n.to_rotation_matrix().into_inner(),
+        c_nb: truth.q_nb.to_rotation_matrix().into_inner(),
         v_n: truth.velocity_n_m_s.into(),
         p_n: truth.position_n_m.into(),
         gyro_bias_b: Vector3::new(0.002, -0.001, 0.001),

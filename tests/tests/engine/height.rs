@@ -11,7 +11,8 @@ use lodestep_engine::ins::mechanization::advance;
 use lodestep_engine::ins::nav_state::NavState;
 use lodestep_engine::measure::height::height;
 use lodestep_engine::measure::zero_velocity::zero_velocity;
-use lodestep_engine::sim::{SensorModel, Walk, WalkKind, simulate, white_noise};
+use lodestep_engine::sim::pedestrian::{SensorModel, Walk, WalkKind, simulate};
+use lodestep_engine::sim::white_noise;
 use lodestep_engine::systems::vertical::{Setup, closed_form};
 use nalgebra::{Matrix3, Vector3};
 
@@ -65,7 +66,7 @@ fn filtered(walk: &Walk, setup: &Setup, mut normal: impl FnMut() -> f64) -> Came
     let start_m = 2.0 * closed_form::sigma_m(setup);
     let truth = &walk.truth[0][0];
     let mut nav = NavState {
-        c_nb: truth.q_b_n.to_rotation_matrix().into_inner(),
+        c_nb: truth.q_nb.to_rotation_matrix().into_inner(),
         v_n: Vector3::zeros(),
         p_n: Vector3::from(truth.position_n_m) + Vector3::z() * (start_m * normal()),
         gyro_bias_b: Vector3::zeros(),

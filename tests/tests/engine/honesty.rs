@@ -7,7 +7,7 @@
 #![allow(clippy::print_stdout, reason = "the figures are what an engineer runs these for")]
 
 use lodestep_engine::rotation::wrap;
-use lodestep_engine::sim::{SensorModel, WalkKind};
+use lodestep_engine::sim::pedestrian::{SensorModel, WalkKind};
 use lodestep_engine::systems::pedestrian::{Aids, Config};
 use nalgebra::{Matrix2, Vector2};
 

@@ -1,7 +1,7 @@
 //! A live session runs all day: what it holds must not grow with the hours.
 
 use lodestep_engine::session::Session;
-use lodestep_engine::sim::{SensorModel, WalkKind};
+use lodestep_engine::sim::pedestrian::{SensorModel, WalkKind};
 use lodestep_engine::systems::pedestrian::Config;
 
 use crate::scenario::{SECOND_NS, Scenario};

@@ -7,7 +7,8 @@ use std::io::Read as _;
 use std::path::PathBuf;
 
 use flate2::read::GzDecoder;
-use lodestep_engine::evaluate::{feet_apart, loop_closure, motion_capture};
+use lodestep_engine::evaluate::pedestrian::feet_apart;
+use lodestep_engine::evaluate::{loop_closure, motion_capture};
 use lodestep_engine::parse::ImuCsv;
 use lodestep_engine::parse::truth_csv;
 use lodestep_engine::sample::ImuSample;

@@ -7,7 +7,7 @@ use lodestep_engine::event::Event;
 use lodestep_engine::identify::Identification;
 use lodestep_engine::sample::ImuSample;
 use lodestep_engine::session::{SavedState, Session, SessionConfig, Solution, Visit};
-use lodestep_engine::sim::{SensorModel, WalkKind};
+use lodestep_engine::sim::pedestrian::{SensorModel, WalkKind};
 use lodestep_engine::systems::pedestrian::{self, Side};
 
 use crate::scenario::{SECOND_NS, Scenario};

@@ -8,7 +8,7 @@ use lodestep_engine::replay::InputStore;
 use lodestep_engine::sample::ImuSample;
 use lodestep_engine::session::{Session, SessionConfig, Visit};
 use lodestep_engine::sim::faults::{Fault, inject};
-use lodestep_engine::sim::{FootTruth, SensorModel, Simulator, WalkKind};
+use lodestep_engine::sim::pedestrian::{FootTruth, SensorModel, Simulator, WalkKind};
 use lodestep_engine::systems::pedestrian::{self, Side};
 
 use crate::told::Told;

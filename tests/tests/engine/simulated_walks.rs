@@ -2,7 +2,7 @@
 
 use lodestep_engine::event::HeadingSource;
 use lodestep_engine::sim::faults::Fault;
-use lodestep_engine::sim::{SensorModel, WalkKind};
+use lodestep_engine::sim::pedestrian::{SensorModel, WalkKind};
 use lodestep_engine::systems::pedestrian::{Side, aids};
 
 use crate::scenario::{Scenario, short_walk};

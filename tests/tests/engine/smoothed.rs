@@ -5,7 +5,7 @@
 
 use lodestep_engine::event::{Event, TrackPoint};
 use lodestep_engine::session::{Solution, Visit};
-use lodestep_engine::sim::{SensorModel, WalkKind};
+use lodestep_engine::sim::pedestrian::{SensorModel, WalkKind};
 use nalgebra::{Matrix2, Vector2, Vector3};
 
 use crate::scenario::{SECOND_NS, Scenario, short_walk};

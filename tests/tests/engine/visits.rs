@@ -6,7 +6,7 @@ use std::collections::BTreeMap;
 use lodestep_engine::event::{Event, VisitOutcome};
 use lodestep_engine::replay::InputStore;
 use lodestep_engine::session::{Session, Solution, Visit};
-use lodestep_engine::sim::{SensorModel, WalkKind};
+use lodestep_engine::sim::pedestrian::{SensorModel, WalkKind};
 
 use crate::scenario::{SECOND_NS, Scenario, short_walk};
 use crate::told::Told;

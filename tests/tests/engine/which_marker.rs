@@ -8,7 +8,7 @@ use lodestep_engine::event::{Event, Stand};
 use lodestep_engine::geo::{Site, terrain};
 use lodestep_engine::identify::{Identification, Marker, automatic_visits};
 use lodestep_engine::session::Session;
-use lodestep_engine::sim::{SensorModel, WalkKind};
+use lodestep_engine::sim::pedestrian::{SensorModel, WalkKind};
 
 use crate::scenario::{SECOND_NS, Scenario};
 

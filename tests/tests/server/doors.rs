@@ -8,7 +8,7 @@ use lodestep_engine::geo::Site;
 use lodestep_engine::parse::imu_csv::ImuCsv;
 use lodestep_engine::parse::live_message::{DeviceMessage, Hello, Start, VisitMessage};
 use lodestep_engine::sample::ImuSample;
-use lodestep_engine::sim::{SensorModel, WalkKind, simulate};
+use lodestep_engine::sim::pedestrian::{SensorModel, WalkKind, simulate};
 use lodestep_engine::systems::pedestrian::Side;
 use lodestep_server::cli;
 use lodestep_tests::device::TestDevice;

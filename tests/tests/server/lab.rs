@@ -5,7 +5,7 @@ use std::sync::OnceLock;
 use std::time::Duration;
 
 use lodestep_engine::geo::Site;
-use lodestep_engine::sim::{SensorModel, Walk, WalkKind, simulate};
+use lodestep_engine::sim::pedestrian::{SensorModel, Walk, WalkKind, simulate};
 use lodestep_engine::systems::pedestrian::DECLARATION;
 use lodestep_server::cli;
 use lodestep_tests::hand_in::{Answer, ask, log, sha256};

@@ -7,7 +7,7 @@ use lodestep_engine::parse::batch::Batch;
 use lodestep_engine::parse::frame;
 use lodestep_engine::parse::live_message::{Answer, DeviceMessage, FaultMessage, NextSequence, VisitMessage};
 use lodestep_engine::sample::ImuSample;
-use lodestep_engine::sim::{self, SensorModel, WalkKind};
+use lodestep_engine::sim::pedestrian::{SensorModel, Walk, WalkKind, simulate};
 use lodestep_engine::stream::Readings;
 use lodestep_engine::systems::pedestrian::Side;
 use lodestep_server::store::track::{self, Run};
@@ -24,12 +24,12 @@ use uuid::Uuid;
 const BATCH: usize = 25;
 
 /// A short walk: 12 s of standing, then some steps north. The same for all tests.
-fn walk() -> sim::Walk {
-    sim::simulate(&WalkKind::Line { metres: 20.0 }, 7, &Site::fast(), &SensorModel::cmp10a())
+fn walk() -> Walk {
+    simulate(&WalkKind::Line { metres: 20.0 }, 7, &Site::fast(), &SensorModel::cmp10a())
 }
 
 /// The batches of both feet in the order in which a device sends them, from these numbers on.
-fn batches(walk: &sim::Walk, from: NextSequence) -> impl Iterator<Item = (Side, u64, &[ImuSample])> {
+fn batches(walk: &Walk, from: NextSequence) -> impl Iterator<Item = (Side, u64, &[ImuSample])> {
     let feet = walk.left.chunks(BATCH).zip(walk.right.chunks(BATCH)).enumerate();
     feet.flat_map(move |(number, (left, right))| {
         let number = number as u64;

@@ -3,7 +3,7 @@
 use std::sync::OnceLock;
 
 use lodestep_engine::geo::Site;
-use lodestep_engine::sim::{SensorModel, Walk, WalkKind, simulate};
+use lodestep_engine::sim::pedestrian::{SensorModel, Walk, WalkKind, simulate};
 use lodestep_tests::hand_in::{Answer, ask, log};
 use lodestep_tests::server::TestServer;
 use serde_json::{Value, json};

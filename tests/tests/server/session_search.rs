@@ -1,7 +1,7 @@
 //! Walks are looked for: by who, when, how they came and how they went, and what was said of them.
 
 use lodestep_engine::geo::Site;
-use lodestep_engine::sim::{SensorModel, WalkKind, simulate};
+use lodestep_engine::sim::pedestrian::{SensorModel, WalkKind, simulate};
 use lodestep_tests::hand_in::{ask, log};
 use lodestep_tests::server::TestServer;
 use lodestep_tests::staff::server_with_staff;

@@ -6,7 +6,7 @@ use std::time::Duration;
 
 use lodestep_engine::geo::{Site, terrain};
 use lodestep_engine::sample::ImuSample;
-use lodestep_engine::sim::{MarkerVisit, SensorModel, Simulator, WalkKind};
+use lodestep_engine::sim::pedestrian::{MarkerVisit, SensorModel, Simulator, WalkKind};
 use lodestep_engine::systems::pedestrian::Side;
 use lodestep_tests::device::TestDevice;
 use lodestep_tests::feed::TestFeed;

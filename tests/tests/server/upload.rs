@@ -6,7 +6,7 @@ use std::time::{Duration, SystemTime};
 
 use bytes::Bytes;
 use lodestep_engine::geo::Site;
-use lodestep_engine::sim::{SensorModel, Walk, WalkKind, simulate};
+use lodestep_engine::sim::pedestrian::{SensorModel, Walk, WalkKind, simulate};
 use lodestep_tests::hand_in::{Answer, UPLOAD_OFFSET, ask, gzip, log, sha256};
 use lodestep_tests::server::TestServer;
 use serde_json::{Value, json};

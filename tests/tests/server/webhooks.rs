@@ -4,7 +4,7 @@ use std::process::{Command, Stdio};
 use std::time::Duration;
 
 use lodestep_engine::geo::Site;
-use lodestep_engine::sim::{SensorModel, WalkKind, simulate};
+use lodestep_engine::sim::pedestrian::{SensorModel, WalkKind, simulate};
 use lodestep_tests::hand_in::{Answer, ask, log};
 use lodestep_tests::receiver::TestReceiver;
 use lodestep_tests::server::TestServer;

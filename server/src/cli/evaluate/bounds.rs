@@ -176,7 +176,7 @@ mod tests {
     #[test]
     fn noise_alone_leaves_less_than_the_defaults_tell_and_not_nothing() {
         use lodestep_engine::geo::Site;
-        use lodestep_engine::sim::{SensorModel, WalkKind, simulate};
+        use lodestep_engine::sim::pedestrian::{SensorModel, WalkKind, simulate};
 
         use crate::cli::evaluate::ladder::InMemory;
 

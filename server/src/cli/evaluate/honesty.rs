@@ -13,7 +13,8 @@ use lodestep_engine::evaluate::chi_square_bounds_95;
 use lodestep_engine::event::TrackPoint;
 use lodestep_engine::geo::Site;
 use lodestep_engine::session::{SessionConfig, Solution};
-use lodestep_engine::sim::{self, SensorModel, Walk, WalkKind};
+use lodestep_engine::sim::pedestrian::{SensorModel, Walk, WalkKind, simulate};
+use lodestep_engine::sim::white_noise;
 use lodestep_engine::systems::pedestrian::Side;
 use lodestep_engine::systems::pedestrian::{self, Aids};
 
@@ -96,7 +97,7 @@ pub(super) fn honesty(args: &HonestyArgs) -> Result<()> {
     for configuration in &configurations {
         let (mut middle, mut end) = (Sums::default(), Sums::default());
         for seed in 1..=args.seeds {
-            let walk = sim::simulate(&configuration.walk, seed, &site, &model);
+            let walk = simulate(&configuration.walk, seed, &site, &model);
             add([&mut middle, &mut end], configuration, &walk, &site, seed)?;
             bar.inc(1);
         }
@@ -123,7 +124,7 @@ fn add(
     };
     let own = pedestrian::Config { aids: configuration.aids, ..Default::default() };
     let tuning = own.tuning.clone();
-    let mut normal = sim::white_noise(seed);
+    let mut normal = white_noise(seed);
     let mut off = |sigma: f64| sigma * normal();
     let start_n_m = middle(0).map(|at_m| at_m + off(tuning.first_position_sigma_m));
     let heading_rad = walk.truth[0][first.index()].heading_rad + off(tuning.given_heading_sigma_rad);

@@ -10,7 +10,7 @@ use lodestep_engine::geo::Site;
 use lodestep_engine::parse::truth_csv::KnownPlace;
 use lodestep_engine::sample::ImuSample;
 use lodestep_engine::session::{SessionConfig, Visit};
-use lodestep_engine::sim::{self, MarkerVisit, SensorModel, Walk, WalkKind};
+use lodestep_engine::sim::pedestrian::{MarkerVisit, SensorModel, Walk, WalkKind, simulate};
 use lodestep_engine::stream::Readings;
 use lodestep_engine::systems::pedestrian::Side;
 use lodestep_engine::systems::pedestrian::{self, Aids};
@@ -89,7 +89,7 @@ pub(super) fn ladder(args: &LadderArgs) -> Result<()> {
     let mut spiral: Vec<Vec<Climbed>> = rungs.iter().map(|_| Vec::new()).collect();
     for seed in 1..=args.seeds {
         for (kind, results) in [(WalkKind::Rectangle, &mut rectangle), (WalkKind::Spiral, &mut spiral)] {
-            let walk = sim::simulate(&kind, seed, &site, &model);
+            let walk = simulate(&kind, seed, &site, &model);
             for (rung, results) in rungs.iter().zip(results) {
                 results.push(climb(&walk, &site, rung)?);
                 bar.inc(1);

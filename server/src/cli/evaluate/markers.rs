@@ -9,7 +9,7 @@ use lodestep_engine::event::{Event, Stand};
 use lodestep_engine::geo::{Site, terrain};
 use lodestep_engine::identify::{Identification, Marker, automatic_visits};
 use lodestep_engine::session::{Session, SessionConfig};
-use lodestep_engine::sim::{self, SensorModel, Walk, WalkKind};
+use lodestep_engine::sim::pedestrian::{SensorModel, Walk, WalkKind, simulate};
 use lodestep_engine::systems::pedestrian::{self, Side};
 
 use super::ladder::as_told;
@@ -58,7 +58,7 @@ pub(super) fn markers(args: &MarkersArgs) -> Result<()> {
     for (name, kind) in kinds {
         let (mut keyed, mut nobody) = (Scores::default(), Scores::default());
         for seed in args.first_seed..args.first_seed + args.walks {
-            let walk = sim::simulate(&kind, seed, &site, &SensorModel::cmp10a());
+            let walk = simulate(&kind, seed, &site, &SensorModel::cmp10a());
             keyed.take_keyed(&walk, &site, &identification);
             nobody.take_automatic(&walk, &site, &identification);
             bar.inc(1);

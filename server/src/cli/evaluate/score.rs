@@ -2,9 +2,9 @@
 
 use anyhow::Result;
 use indicatif::ProgressBar;
+use lodestep_engine::evaluate::pedestrian::{FeetApart, feet_apart};
 use lodestep_engine::evaluate::{
-    self, FeetApart, GroundPointErrors, LoopClosure, MotionCaptureErrors, Overlay, Spread, TruthErrors,
-    VisitErrors,
+    self, GroundPointErrors, LoopClosure, MotionCaptureErrors, Overlay, Spread, TruthErrors, VisitErrors,
 };
 use lodestep_engine::geo::Site;
 use lodestep_engine::parse::truth_csv::{self, KnownPlace};
@@ -111,7 +111,7 @@ pub(super) fn score(
         Judge::MotionCapture(_) => Figures::MotionCapture(evaluate::motion_capture(points, &known)),
         Judge::GroundPoints(_) => Figures::GroundPoints(evaluate::ground_points(points, &known)),
         Judge::ClosedLoop => Figures::ClosedLoop(evaluate::loop_closure(points, walked.summary.distance_m)),
-        Judge::Feet => Figures::Feet(evaluate::feet_apart(points)),
+        Judge::Feet => Figures::Feet(feet_apart(points)),
         Judge::Simulated { .. } => Figures::Simulated {
             truth: evaluate::against_truth(points, &known),
             visits: evaluate::visits(&walked.track.visits),

@@ -7,13 +7,14 @@ use std::path::PathBuf;
 use anyhow::Result;
 use clap::Args;
 use indicatif::ProgressBar;
-use lodestep_engine::evaluate::{FootInstant, StanceErrors, foot_instants, median, percentile, stances};
+use lodestep_engine::evaluate::pedestrian::{FootInstant, StanceErrors, foot_instants, stances};
+use lodestep_engine::evaluate::{median, percentile};
 use lodestep_engine::event::TrackPoint;
 use lodestep_engine::geo::Site;
 use lodestep_engine::parse::truth_csv;
 use lodestep_engine::sample::ImuSample;
 use lodestep_engine::session::{Session, SessionConfig};
-use lodestep_engine::sim::{SensorModel, Simulator, WalkKind, Walker};
+use lodestep_engine::sim::pedestrian::{SensorModel, Simulator, WalkKind, Walker};
 use lodestep_engine::stream::Readings;
 use lodestep_engine::systems::pedestrian::Side;
 use lodestep_engine::systems::pedestrian::{self, Aids};
@@ -169,7 +170,8 @@ impl Row {
 
 fn simulated(row: &mut Row, kind: &WalkKind, sole_m: f64, seed: u64, rate_hz: f64) {
     let site = Site::fast();
-    let model = SensorModel { rate_hz, ..SensorModel::cmp10a() };
+    let mut model = SensorModel::cmp10a();
+    model.imu.rate_hz = rate_hz;
     let walker = Walker { sole_m, ..Walker::default() };
     let walk = Simulator::with_walker(kind, seed, &site, &model, walker).into_walk();
     let truth: Vec<FootInstant> = walk

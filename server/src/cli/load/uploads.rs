@@ -7,7 +7,7 @@ use anyhow::{Context, Result, bail};
 use bytes::Bytes;
 use lodestep_engine::geo::Site;
 use lodestep_engine::parse::imu_csv;
-use lodestep_engine::sim::{SensorModel, Simulator, WalkKind};
+use lodestep_engine::sim::pedestrian::{SensorModel, Simulator, WalkKind};
 use serde_json::json;
 use sha2::{Digest, Sha256};
 use tokio::time::{Instant, sleep, sleep_until};

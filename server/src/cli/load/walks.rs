@@ -6,7 +6,7 @@ use lodestep_engine::geo::Site;
 use lodestep_engine::parse::batch::Batch;
 use lodestep_engine::parse::frame;
 use lodestep_engine::sample::ImuSample;
-use lodestep_engine::sim::{SensorModel, Simulator, WalkKind};
+use lodestep_engine::sim::pedestrian::{SensorModel, Simulator, WalkKind};
 use lodestep_engine::systems::pedestrian::Side;
 
 use crate::cli::failure::Failure;
@@ -37,7 +37,7 @@ pub(super) fn make(seed: u64, seconds: u32, rate_hz: u32, frame_ms: u32) -> Resu
         )));
     }
     let mut model = SensorModel::cmp10a();
-    model.rate_hz *= f64::from(rate_hz) / f64::from(SIMULATED_HZ);
+    model.imu.rate_hz *= f64::from(rate_hz) / f64::from(SIMULATED_HZ);
     let kind = if seconds <= ROAD_S {
         WalkKind::Spiral
     } else {

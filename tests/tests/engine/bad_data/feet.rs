@@ -28,7 +28,7 @@ pub(super) const TROUBLES: &[Trouble] = &[
         })
     }),
     Trouble::of_right("a sensor that turns on the foot", AnomalyKind::WRONG_MOUNTING, |logs| {
-        lodestep_engine::sim::faults::inject(&mut logs[1], &Fault::TurnsOnFoot { at_ns: 15 * SECOND_NS }, 1)
+        lodestep_engine::sim::faults::inject(&mut logs[1], &Fault::HalfTurn { at_ns: 15 * SECOND_NS }, 1)
     }),
     Trouble::of_right("a sensor that falls off", AnomalyKind::WRONG_MOUNTING, |logs| {
         right(logs, 20, NEVER, |k, s| {

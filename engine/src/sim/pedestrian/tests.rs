@@ -6,6 +6,7 @@ use super::gait::Gait;
 use super::{FootTruth, SensorModel, Simulator, Walk, WalkKind, Walker, simulate};
 use crate::geo::Site;
 use crate::sample::ImuSample;
+use crate::sim::{BarometerModel, ImuModel};
 
 fn norm(v: &[f64; 3]) -> f64 {
     Vector3::from(*v).norm()
@@ -38,14 +39,17 @@ fn log_bits(log: &[ImuSample]) -> Vec<u64> {
 
 #[test]
 fn integrating_the_readings_of_a_perfect_sensor_returns_the_truth() {
-    let model = SensorModel { rate_hz: 2000.0, ..SensorModel::perfect() };
+    let model = SensorModel {
+        imu: ImuModel { rate_hz: 2000.0, ..SensorModel::perfect().imu },
+        ..SensorModel::perfect()
+    };
     let site = Site::fast();
     let walk = simulate(&WalkKind::Line { metres: 15.0 }, 3, &site, &model);
-    let dt = 1.0 / model.rate_hz;
+    let dt = 1.0 / model.imu.rate_hz;
     let gravity = Vector3::new(0.0, 0.0, -site.gravity_m_s2);
     for (foot, log) in [&walk.left, &walk.right].into_iter().enumerate() {
         let start = walk.truth[0][foot];
-        let mut attitude = start.q_b_n;
+        let mut attitude = start.q_nb;
         let mut velocity = Vector3::from(start.velocity_n_m_s);
         let mut position = Vector3::from(start.position_n_m);
         for (sample, truth) in log.iter().zip(&walk.truth).skip(1) {
@@ -56,7 +60,7 @@ fn integrating_the_readings_of_a_perfect_sensor_returns_the_truth() {
             velocity += acceleration * dt;
             attitude *= turned;
             let truth = truth[foot];
-            assert!(attitude.angle_to(&truth.q_b_n) < 1e-5, "{} rad", attitude.angle_to(&truth.q_b_n));
+            assert!(attitude.angle_to(&truth.q_nb) < 1e-5, "{} rad", attitude.angle_to(&truth.q_nb));
             assert!((velocity - Vector3::from(truth.velocity_n_m_s)).norm() < 2e-3, "at {} ns", sample.t_ns);
             assert!((position - Vector3::from(truth.position_n_m)).norm() < 1e-2, "at {} ns", sample.t_ns);
         }
@@ -73,9 +77,9 @@ fn at_rest_a_perfect_sensor_reads_gravity_no_rate_and_the_site_s_field() {
     for (sample, truth) in walk.left.iter().zip(&walk.truth) {
         assert!((norm(&sample.f_b_m_s2) - site.gravity_m_s2).abs() < 1e-12);
         assert_eq!(sample.w_ib_b_rad_s, [0.0; 3]);
-        let up = truth[0].q_b_n * Vector3::from(sample.f_b_m_s2);
+        let up = truth[0].q_nb * Vector3::from(sample.f_b_m_s2);
         assert!((up - Vector3::z() * site.gravity_m_s2).norm() < 1e-9);
-        let field = truth[0].q_b_n * Vector3::from(sample.mag_b_ut.unwrap());
+        let field = truth[0].q_nb * Vector3::from(sample.mag_b_ut.unwrap());
         assert!((field - Vector3::from(site.magnetic_field().b_n_ut)).norm() < 1e-9);
         let height_m = 44_330.0 * (1.0 - (sample.pressure_hpa.unwrap() / 1013.25f64).powf(1.0 / 5.255));
         assert!((height_m - site.height_m - truth[0].position_n_m[2]).abs() < 1e-6);
@@ -124,7 +128,7 @@ fn a_crawling_foot_points_down_and_goes_half_a_metre_a_second() {
     let middle = walk.truth.len() / 2;
     let pitched = walk.truth[middle - 300..middle + 300].iter().filter(|feet| {
         // The mounting's 24° and the foot's 46°.
-        let x_n = feet[0].q_b_n * Vector3::x();
+        let x_n = feet[0].q_nb * Vector3::x();
         x_n.z < -0.8
     });
     assert!(pitched.count() > 500);
@@ -138,7 +142,7 @@ fn the_earth_turns_under_a_standing_foot() {
     let walker = Walker { micro_motion: 0.0, ..Walker::default() };
     let kind = WalkKind::Standing { seconds: 1.0 };
     let walk = Simulator::with_walker(&kind, 1, &Site::fast(), &model, walker).into_walk();
-    let rate = walk.truth[50][1].q_b_n * Vector3::from(walk.right[50].w_ib_b_rad_s);
+    let rate = walk.truth[50][1].q_nb * Vector3::from(walk.right[50].w_ib_b_rad_s);
     let latitude = Site::fast().latitude_deg.to_radians();
     let expected = 7.292_115e-5 * Vector3::new(0.0, latitude.cos(), latitude.sin());
     assert!((rate - expected).norm() < 1e-12);
@@ -156,8 +160,8 @@ fn the_same_seed_gives_the_same_bytes_and_another_seed_another_walk() {
 
 #[test]
 fn one_stream_does_not_disturb_another() {
-    // Without noise on the magnetometer the gyros say the same.
-    let quiet = SensorModel { mag_noise_ut: 0.0, magnetometer: false, ..SensorModel::cmp10a() };
+    // Without a magnetometer the gyros say the same.
+    let quiet = SensorModel { magnetometer: None, ..SensorModel::cmp10a() };
     let kind = WalkKind::Line { metres: 5.0 };
     let a = simulate(&kind, 2, &Site::fast(), &SensorModel::cmp10a());
     let b = simulate(&kind, 2, &Site::fast(), &quiet);
@@ -320,7 +324,10 @@ fn biases_and_noise_have_their_sigmas_over_the_seeds() {
 #[test]
 fn the_gyro_bias_walks_as_its_figure_says() {
     // Everything but the walk is off; it is 0.0015 °/s/√s: 0.0116 °/s after a minute.
-    let model = SensorModel { gyro_bias_walk_deg_s_rts: 0.0015, ..SensorModel::perfect() };
+    let model = SensorModel {
+        imu: ImuModel { gyro_bias_walk_deg_s_rts: 0.0015, ..SensorModel::perfect().imu },
+        ..SensorModel::perfect()
+    };
     let walker = Walker { micro_motion: 0.0, ..Walker::default() };
     let mut ends = Vec::new();
     for seed in 0..40 {
@@ -336,7 +343,10 @@ fn the_gyro_bias_walks_as_its_figure_says() {
 
 #[test]
 fn readings_are_whole_steps_within_the_range() {
-    let model = SensorModel { gyro_range_deg_s: 250.0, accel_range_g: 2.0, ..SensorModel::cmp10a() };
+    let model = SensorModel {
+        imu: ImuModel { gyro_range_deg_s: 250.0, accel_range_g: 2.0, ..SensorModel::cmp10a().imu },
+        ..SensorModel::cmp10a()
+    };
     let walk = simulate(&WalkKind::Line { metres: 20.0 }, 4, &Site::fast(), &model);
     let (gyro_step, accel_step) = (250f64.to_radians() / 32768.0, 2.0 * 9.80665 / 32768.0);
     let mut saturated = 0;
@@ -355,7 +365,8 @@ fn readings_are_whole_steps_within_the_range() {
 
 #[test]
 fn both_barometers_feel_the_same_weather() {
-    let model = SensorModel { baro_drift_m_rts: 0.05, baro_offset_m: 30.0, ..SensorModel::perfect() };
+    let weather = BarometerModel { drift_m_rts: 0.05, offset_m: 30.0, ..BarometerModel::perfect() };
+    let model = SensorModel { barometer: Some(weather), ..SensorModel::perfect() };
     let mut drifts_hpa = Vec::new();
     for seed in 0..30 {
         let walk = simulate(&WalkKind::Standing { seconds: 100.0 }, seed, &Site::fast(), &model);

@@ -1,15 +1,15 @@
 //! Epoch by epoch: the truth of both feet, and what their sensors say.
 
-use nalgebra::{Matrix3, Rotation3, UnitQuaternion, Vector3};
+use nalgebra::UnitQuaternion;
 
-use super::gait::Kinematics;
-use super::magnetism::Magnetism;
-use super::plan::{Phase, Plan, plan};
-use super::sensors::{Sensor, SensorModel, Stimulus};
+use super::plan::{Plan, plan};
+use super::sensors::{SensorModel, ShoeSensor};
 use super::walk::{WalkKind, Walker};
 use crate::geo::Site;
-use crate::geo::ellipsoid::EARTH_RATE_RAD_S;
 use crate::sample::ImuSample;
+use crate::sim::earth::Earth;
+use crate::sim::magnetism::Magnetism;
+use crate::sim::motion::Motion;
 
 /// How one sensor truly was at one epoch.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -18,8 +18,8 @@ pub struct FootTruth {
     pub position_n_m: [f64; 3],
     /// Its velocity, m/s.
     pub velocity_n_m_s: [f64; 3],
-    /// Its attitude, from b to n.
-    pub q_b_n: UnitQuaternion<f64>,
+    /// Its attitude: turns b into n.
+    pub q_nb: UnitQuaternion<f64>,
     /// Whether the foot stands flat on the ground.
     pub stance: bool,
     /// Heading of the sensor's x axis, clockwise from true north, rad in (−π, π].
@@ -77,33 +77,16 @@ fn middle_n_m(truth: &[FootTruth; 2]) -> [f64; 3] {
     std::array::from_fn(|axis| 0.5 * (truth[0].position_n_m[axis] + truth[1].position_n_m[axis]))
 }
 
-/// Nodes and weights of Gauss and Legendre's quadrature on [0, 1]: exact for polynomials of degree 5.
-const QUADRATURE: [(f64, f64); 3] =
-    [(0.112_701_665_379_258_3, 5.0 / 18.0), (0.5, 8.0 / 18.0), (0.887_298_334_620_741_7, 5.0 / 18.0)];
-
-/// One foot and its sensor.
-#[derive(Clone, Debug)]
-struct FootSimulator {
-    /// The phase in which the last instant lay.
-    phase: usize,
-    sensor: Sensor,
-    /// Rate and specific force at the last epoch, in b.
-    last: Option<(Vector3<f64>, Vector3<f64>)>,
-}
-
 /// A walk that is made as it is asked for.
 #[derive(Clone, Debug)]
 pub struct Simulator {
     plan: Plan,
     visits: Vec<MarkerVisit>,
     magnetism: Magnetism,
-    feet: [FootSimulator; 2],
+    sensors: [ShoeSensor; 2],
     epoch: i64,
     epochs: i64,
     period_ns: i64,
-    averaging: bool,
-    gravity_n_m_s2: Vector3<f64>,
-    earth_rate_n_rad_s: Vector3<f64>,
     site_height_m: f64,
 }
 
@@ -128,7 +111,7 @@ impl Simulator {
     ) -> Simulator {
         let course = kind.course(seed, site, &mut walker);
         let plan = plan(course, &walker, seed);
-        let period_ns = model.period_ns();
+        let period_ns = model.imu.period_ns();
         let ns = |t_s: f64| libm::round(t_s * 1e9) as i64;
         let visits = plan
             .visits
@@ -140,23 +123,21 @@ impl Simulator {
                 t_end_ns: ns(visit.t_to_s),
             })
             .collect();
-        let (sin_lat, cos_lat) = libm::sincos(site.latitude_deg.to_radians());
-        let earth_rate = if model.earth_rotation { EARTH_RATE_RAD_S } else { 0.0 };
+        let earth = Earth::new(site, model.earth_rotation);
         Simulator {
             epochs: ns(plan.end_s) / period_ns,
             epoch: 0,
-            magnetism: Magnetism::new(site.magnetic_field(), &plan.path, model, seed),
-            feet: [0, 1].map(|foot| FootSimulator {
-                phase: 0,
-                sensor: Sensor::new(model, seed, foot),
-                last: None,
-            }),
+            magnetism: Magnetism::along(
+                plan.path.length_m(),
+                |along_m| plan.path.at(along_m).position_n_m,
+                site.magnetic_field(),
+                &model.field_anomalies,
+                seed,
+            ),
+            sensors: [0, 1].map(|foot| ShoeSensor::new(model, earth, seed, foot)),
             plan,
             visits,
             period_ns,
-            averaging: model.averaging,
-            gravity_n_m_s2: Vector3::new(0.0, 0.0, -site.gravity_m_s2),
-            earth_rate_n_rad_s: earth_rate * Vector3::new(0.0, cos_lat, sin_lat),
             site_height_m: site.height_m,
         }
     }
@@ -183,7 +164,7 @@ impl Simulator {
 
     /// The middle of the two sensors at the start, east-north-up, m.
     pub fn start_n_m(&self) -> [f64; 3] {
-        let at = |foot: usize| self.plan.phases[foot][0].at(0.0).position_n_m;
+        let at = |foot: usize| self.plan.feet[foot].at(0.0).position_n_m;
         (0.5 * (at(0) + at(1))).into()
     }
 
@@ -218,88 +199,25 @@ impl Simulator {
     }
 
     fn foot(&mut self, foot: usize, t_ns: i64) -> (FootTruth, ImuSample) {
-        let t_s = t_ns as f64 * 1e-9;
-        let interval_s = self.period_ns as f64 * 1e-9;
-        let phases = &self.plan.phases[foot];
-        let simulator = &mut self.feet[foot];
-        let c_b_f = simulator.sensor.c_b_f;
-        let inertial = |kinematics: &Kinematics| {
-            inertial_b(kinematics, &c_b_f, &self.gravity_n_m_s2, &self.earth_rate_n_rad_s)
-        };
-
-        let was_in = simulator.phase;
-        let node_s = |node: f64| t_s - (1.0 - node) * interval_s;
-        let mut mean = (Vector3::zeros(), Vector3::zeros());
-        let moved = {
-            let phase = phase_at(phases, was_in, t_s);
-            phase != was_in || !phases[phase].is_stance()
-        };
-        if moved && self.averaging && simulator.last.is_some() {
-            for (node, weight) in QUADRATURE {
-                simulator.phase = phase_at(phases, simulator.phase, node_s(node));
-                let (w, f) = inertial(&phases[simulator.phase].at(node_s(node)));
-                mean.0 += w * weight;
-                mean.1 += f * weight;
-            }
-        }
-        simulator.phase = phase_at(phases, simulator.phase, t_s);
-        let phase = &phases[simulator.phase];
-        let kinematics = phase.at(t_s);
-        let now = inertial(&kinematics);
-        match simulator.last {
-            // The slow motion of a standing foot needs no nodes between.
-            Some(last) if self.averaging && !moved => {
-                mean = ((last.0 + now.0) * 0.5, (last.1 + now.1) * 0.5);
-            }
-            Some(_) if self.averaging => {}
-            _ => mean = now,
-        }
-        simulator.last = Some(now);
-
-        let c_b_n: Matrix3<f64> = kinematics.c_f_n * c_b_f;
-        let field_n_ut = self.magnetism.at_n_ut(&kinematics.position_n_m);
-        let reading = simulator.sensor.read(&Stimulus {
-            w_ib_b_rad_s: mean.0,
-            f_b_m_s2: mean.1,
-            field_b_ut: c_b_n.tr_mul(&field_n_ut),
-            height_m: self.site_height_m + kinematics.position_n_m.z,
-        });
+        let motion = &self.plan.feet[foot];
+        let ShoeSensor { imu, magnetometer, barometer } = &mut self.sensors[foot];
+        let (sensor, reading) = imu.sample(motion, t_ns);
+        let field_b_ut = sensor.c_nb.tr_mul(&self.magnetism.at_n_ut(&sensor.position_n_m));
+        let height_m = self.site_height_m + sensor.position_n_m.z;
         let truth = FootTruth {
-            position_n_m: kinematics.position_n_m.into(),
-            velocity_n_m_s: kinematics.velocity_n_m_s.into(),
-            q_b_n: UnitQuaternion::from_rotation_matrix(&Rotation3::from_matrix_unchecked(c_b_n)),
-            stance: phase.is_stance(),
-            heading_rad: libm::atan2(c_b_n[(0, 0)], c_b_n[(1, 0)]),
+            position_n_m: sensor.position_n_m.into(),
+            velocity_n_m_s: sensor.velocity_n_m_s.into(),
+            q_nb: sensor.q_nb(),
+            stance: motion.is_stance(t_ns as f64 * 1e-9),
+            heading_rad: sensor.heading_rad(),
         };
         let sample = ImuSample {
             t_ns,
-            w_ib_b_rad_s: reading.w_ib_b_rad_s,
-            f_b_m_s2: reading.f_b_m_s2,
-            mag_b_ut: reading.mag_b_ut,
-            pressure_hpa: reading.pressure_hpa,
+            w_ib_b_rad_s: reading.w_is_s_rad_s,
+            f_b_m_s2: reading.f_s_m_s2,
+            mag_b_ut: magnetometer.as_mut().map(|magnetometer| magnetometer.read(&field_b_ut)),
+            pressure_hpa: barometer.as_mut().map(|barometer| barometer.read(height_m)),
         };
         (truth, sample)
     }
-}
-
-/// The phase in which a time lies, looked for from an earlier one on.
-fn phase_at(phases: &[Phase], from: usize, t_s: f64) -> usize {
-    let mut at = from;
-    while at + 1 < phases.len() && phases[at].t_to_s() <= t_s {
-        at += 1;
-    }
-    at
-}
-
-/// Rate against inertial space and specific force, in b.
-fn inertial_b(
-    kinematics: &Kinematics,
-    c_b_f: &Matrix3<f64>,
-    gravity_n: &Vector3<f64>,
-    earth_rate_n: &Vector3<f64>,
-) -> (Vector3<f64>, Vector3<f64>) {
-    let w_f = kinematics.w_nf_f_rad_s + kinematics.c_f_n.tr_mul(earth_rate_n);
-    let f_n =
-        kinematics.acceleration_n_m_s2 + 2.0 * earth_rate_n.cross(&kinematics.velocity_n_m_s) - gravity_n;
-    (c_b_f.tr_mul(&w_f), c_b_f.tr_mul(&kinematics.c_f_n.tr_mul(&f_n)))
 }

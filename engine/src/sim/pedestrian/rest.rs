@@ -1,9 +1,10 @@
 //! A standing foot. It is not perfectly still: skin, shoe and balance let it roll by fractions of a
 //! degree, the sole gives, and it does not stand up as it stood down.
 
-use super::gait::{Foothold, Kinematics, rigid_foot};
-use super::jet::Jet;
-use super::random::Random;
+use super::gait::{Foothold, rigid_foot};
+use crate::sim::jet::Jet;
+use crate::sim::motion::Kinematics;
+use crate::sim::random::Random;
 
 /// A smooth to and fro.
 #[derive(Clone, Copy, Debug, Default)]

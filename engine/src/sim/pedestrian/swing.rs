@@ -3,8 +3,9 @@
 
 use nalgebra::Vector3;
 
-use super::gait::{Foothold, Kinematics, Shape, rigid_foot};
-use super::jet::Jet;
+use super::gait::{Foothold, Shape, rigid_foot};
+use crate::sim::jet::Jet;
+use crate::sim::motion::Kinematics;
 
 /// Frequency of the shoe's ringing after it lands, Hz.
 const SHOCK_HZ: f64 = 26.0;

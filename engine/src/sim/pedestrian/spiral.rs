@@ -3,13 +3,13 @@
 use nalgebra::Vector3;
 
 use super::gait::{Gait, SENSOR_HEIGHT_M};
-use super::jet::Jet;
 use super::path::Path;
 use super::plan::{Course, Leg, Stop};
-use super::random::{Purpose, Random};
 use super::walk::{STANDING_START_S, Walker};
 use crate::geo::Site;
 use crate::geo::terrain::{Anchor, anchors, road};
+use crate::sim::jet::Jet;
+use crate::sim::random::{Purpose, Random};
 
 /// How far apart the visited actuators are along the road, m, how many they are, and how long an
 /// inspector stops at each, s.
@@ -30,7 +30,7 @@ const SPIRAL_S: f64 = 2700.0;
 pub(super) fn spiral(seed: u64, site: &Site, walker: &mut Walker, pauses: bool) -> Course {
     const SPACING_M: f64 = 0.5;
     let anchors = anchors(site);
-    let mut random = Random::new(seed, 2, Purpose::Course);
+    let mut random = Random::new(seed, Random::COMMON, Purpose::Course);
     let mut points: Vec<Vector3<f64>> = road(site, SPACING_M).into_iter().map(Vector3::from).collect();
     let centre_line = Path::from_points(points.iter().copied());
     let mut stops: Vec<(usize, Anchor)> = Vec::new();
@@ -106,7 +106,7 @@ pub(super) fn spiral(seed: u64, site: &Site, walker: &mut Walker, pauses: bool) 
 /// Puts pauses into some of the stretches between the visits.
 fn with_pauses(visits: Vec<Leg>, seed: u64, path: &Path, anchors: &[Anchor]) -> Vec<Leg> {
     const TRIES: usize = 20;
-    let mut random = Random::new(seed, 2, Purpose::Pauses);
+    let mut random = Random::new(seed, Random::COMMON, Purpose::Pauses);
     let mut legs = Vec::with_capacity(2 * visits.len());
     let mut from_m = 0.0;
     for visit in visits {

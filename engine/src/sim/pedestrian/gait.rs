@@ -7,7 +7,8 @@
 
 use nalgebra::{Matrix3, Vector3};
 
-use super::jet::Jet;
+use crate::sim::jet::Jet;
+use crate::sim::motion::Kinematics;
 
 /// Height of the sensor above the sole, m: it sits in the laces on the instep.
 pub(crate) const SENSOR_HEIGHT_M: f64 = 0.075;
@@ -150,21 +151,8 @@ pub(crate) struct Foothold {
     pub(crate) along_m: f64,
 }
 
-/// How the sensor moves at one instant, for a sensor whose axes are those of f.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Kinematics {
-    /// Position, velocity, acceleration in n; m, m/s, m/s².
-    pub(crate) position_n_m: Vector3<f64>,
-    pub(crate) velocity_n_m_s: Vector3<f64>,
-    pub(crate) acceleration_n_m_s2: Vector3<f64>,
-    /// Attitude from f to n.
-    pub(crate) c_f_n: Matrix3<f64>,
-    /// Rate of f against n, in f, rad/s.
-    pub(crate) w_nf_f_rad_s: Vector3<f64>,
-}
-
-/// The motion of a foot of which one point, `pivot_m` ahead of the sensor on the sole, is at
-/// `pivot_n_m`, under these angles.
+/// The motion of a foot, with the sensor's place for its origin, of which one point, `pivot_m` ahead of the sensor on the sole,
+/// is at `pivot_n_m`, under these angles.
 pub(crate) fn rigid_foot(pivot_n_m: [Jet; 3], pivot_m: Jet, [yaw, pitch, roll]: [Jet; 3]) -> Kinematics {
     let ((sy, cy), (sp, cp), (sr, cr)) = (yaw.sin_cos(), pitch.sin_cos(), roll.sin_cos());
     let (sp_cr, sp_sr) = (sp * cr, sp * sr);
@@ -181,15 +169,25 @@ pub(crate) fn rigid_foot(pivot_n_m: [Jet; 3], pivot_m: Jet, [yaw, pitch, roll]: 
         position_n_m: Vector3::from(sensor.map(|jet| jet.value)),
         velocity_n_m_s: Vector3::from(sensor.map(|jet| jet.rate)),
         acceleration_n_m_s2: Vector3::from(sensor.map(|jet| jet.acceleration)),
-        c_f_n: Matrix3::from_columns(&[
+        c_nb: Matrix3::from_columns(&[
             Vector3::from(x_axis.map(|jet| jet.value)),
             Vector3::from(y_axis),
             Vector3::from(z_axis.map(|jet| jet.value)),
         ]),
-        w_nf_f_rad_s: Vector3::new(
+        w_nb_b_rad_s: Vector3::new(
             roll.rate - yaw.rate * sp.value,
             pitch.rate * cr.value + yaw.rate * cp.value * sr.value,
             yaw.rate * cp.value * cr.value - pitch.rate * sr.value,
+        ),
+        w_dot_nb_b_rad_s2: Vector3::new(
+            roll.acceleration - yaw.acceleration * sp.value - yaw.rate * sp.rate,
+            pitch.acceleration * cr.value
+                + pitch.rate * cr.rate
+                + yaw.acceleration * cp.value * sr.value
+                + yaw.rate * (cp.rate * sr.value + cp.value * sr.rate),
+            yaw.acceleration * cp.value * cr.value + yaw.rate * (cp.rate * cr.value + cp.value * cr.rate)
+                - pitch.acceleration * sr.value
+                - pitch.rate * sr.rate,
         ),
     }
 }
