@@ -4,6 +4,8 @@
 use nalgebra::{DMatrix, DVector, Matrix3, RowVector3, SMatrix, SVector, Vector3};
 
 use super::*;
+use crate::ins::earth_map::{EarthMap, rows};
+use crate::ins::earth_transition::EarthPropagation;
 use crate::ins::error_model::Transition;
 use crate::ins::eskf::Eskf;
 use crate::ins::mechanization::Step;
@@ -151,6 +153,50 @@ impl Problem {
         }
     }
 
+    /// The same on a turning Earth, by any map.
+    fn propagate_on_earth(&mut self) {
+        let mut some = |size: f64| rows(&Matrix3::from_fn(|_, _| size * self.odd.next()));
+        let (a, b, c, d, e, f) = (some(0.2), some(0.2), some(0.1), some(0.2), some(0.1), some(0.2));
+        let (turn, dt_s) = (self.odd.vector() * 0.2, 0.1 + 0.05 * self.odd.next());
+        let propagation = EarthPropagation {
+            map: EarthMap {
+                dt_s,
+                velocity_by_attitude: (self.odd.vector() * 0.2).into(),
+                position_by_attitude: (self.odd.vector() * 0.1).into(),
+                attitude_by_gyro: a,
+                velocity_by_gyro: b,
+                position_by_gyro: c,
+                velocity_by_accelerometer: d,
+                position_by_accelerometer: e,
+                half_turn: rows(&cayley(&turn)),
+                whole_turn: rows(&cayley(&(turn * 2.0))),
+                half_gradient_dt: f,
+                gyro_bias_kept: 0.95,
+                accelerometer_bias_kept: 0.9,
+            },
+            half_attitude: Vector3::new(0.01, 0.02, 0.03),
+            half_velocity: Vector3::new(0.03, 0.01, 0.02),
+            gyro_bias: Vector3::new(0.001, 0.002, 0.003),
+            accelerometer_bias: Vector3::new(0.02, 0.01, 0.03),
+        };
+        self.filter.propagate_on_earth(&propagation, 0);
+        let mut t = DMatrix::zeros(N, N);
+        for k in 0..N {
+            let mut unit = [[0.0; 3]; 5];
+            unit[k / 3][k % 3] = 1.0;
+            t.set_column(k, &DVector::from_column_slice(propagation.map.forward(unit).as_flattened()));
+        }
+        let white = |problem: &mut Self| {
+            problem.random_by_axis(&[0], &propagation.half_attitude);
+            problem.random_by_axis(&[3], &propagation.half_velocity);
+        };
+        white(self);
+        self.goes_through(&t);
+        white(self);
+        self.random_by_axis(&[1], &propagation.gyro_bias);
+        self.random_by_axis(&[4], &propagation.accelerometer_bias);
+    }
+
     fn measure<const M: usize>(&mut self, blocks: &[usize]) {
         let mut h = DMatrix::zeros(M, N);
         let z = DVector::from_fn(M, |_, _| 2.0 * self.odd.next());
@@ -279,7 +325,11 @@ fn walk() -> Problem {
     let mut problem = Problem::new();
     problem.mark();
     for k in 0..40 {
-        problem.propagate();
+        if k % 3 == 1 {
+            problem.propagate_on_earth();
+        } else {
+            problem.propagate();
+        }
         match k % 4 {
             0 => problem.measure::<3>(&[3]),
             1 => problem.measure::<1>(&[0, 2]),

@@ -51,6 +51,12 @@ impl Earth {
         Earth { w_ie_n: frame.earth_rate_n(), gravity }
     }
 
+    /// One that turns at any rate, without gravity: for tests in which Earth's own rate would not show.
+    #[cfg(test)]
+    pub(crate) fn spinning(w_ie_n: Vector3<f64>) -> Earth {
+        Earth { w_ie_n, gravity: Gravity::Uniform(Vector3::zeros()) }
+    }
+
     /// The same with gravity at the origin as strong as it was measured there; elsewhere it differs from the
     /// normal one by as much.
     #[must_use]

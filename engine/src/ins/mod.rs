@@ -4,6 +4,8 @@ pub(crate) mod adjoint;
 pub mod alignment;
 pub(crate) mod aside;
 pub mod block_covariance;
+#[cfg(test)]
+pub(crate) mod differences;
 pub mod earth;
 mod earth_map;
 mod earth_transition;

@@ -195,3 +195,7 @@ fn propagate_scale<const B: usize>(
         eskf.add_noise(&[block], &Vector3::repeat(growth));
     }
 }
+
+#[cfg(test)]
+#[path = "strapdown_tests.rs"]
+mod tests;

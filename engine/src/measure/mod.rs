@@ -3,8 +3,6 @@
 
 pub mod antenna_position;
 pub mod antenna_velocity;
-#[cfg(test)]
-pub(crate) mod differences;
 pub mod height;
 pub mod magnetic_heading;
 pub mod magnetic_rate;

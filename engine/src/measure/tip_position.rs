@@ -22,3 +22,30 @@ pub fn tip_position(
         .observed(strapdown, arm, place_n_m, noise)
         .with_variable(place, -Matrix3::identity())
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::ins::differences::{Rig, assert_linearised};
+
+    #[test]
+    fn the_jacobian_is_the_derivative_of_how_far_the_tip_is_from_a_place_that_is_known_or_estimated() {
+        for seed in 0..20 {
+            let mut truth = Rig::random(seed, &[false, true]);
+            for (sensor, arm) in [(0, 0), (0, 1), (1, 0), (1, 1)] {
+                // The tip stands on the place.
+                let strapdown = &mut truth.strapdowns[sensor];
+                let place_n = truth.places[0].0;
+                strapdown.nav.p_n = place_n - strapdown.nav.c_nb * truth.arms[arm].arm_b_m;
+                let noise = Matrix3::identity() * 1e-4;
+                assert_linearised(&truth, 1e-8, |rig| {
+                    tip_position(&rig.strapdowns[sensor], &rig.arms[arm], &place_n, None, &noise)
+                });
+                assert_linearised(&truth, 1e-8, |rig| {
+                    let (place_n, state) = rig.places[0];
+                    tip_position(&rig.strapdowns[sensor], &rig.arms[arm], &place_n, Some(state), &noise)
+                });
+            }
+        }
+    }
+}
