@@ -80,15 +80,16 @@ impl Strapdown {
 
     /// Goes on by one interval of readings.
     ///
-    /// Rate and specific force are taken to change linearly from interval to interval, which gives coning and
-    /// sculling to the third order (P. G. Savage, *Strapdown inertial navigation integration algorithm design*,
-    /// Journal of Guidance, Control, and Dynamics 21, 1998); after a gap they are taken to be constant.
+    /// Rate and specific force are taken to change linearly from interval to interval, which gives coning,
+    /// sculling and the rotation of the velocity increment (P. G. Savage, *Strapdown inertial navigation
+    /// integration algorithm design*, Journal of Guidance, Control, and Dynamics 21, 1998); after a gap they are
+    /// taken to be constant.
     pub fn advance(&mut self, earth: &Earth, interval: &ImuInterval) {
         let dt_s = interval.dt_s;
         let (w_ib_b, f_b) = (self.corrected_rate(&interval.w_ib_b), self.corrected_force(&interval.f_b));
         let (turned_b, pushed_b) = (w_ib_b * dt_s, f_b * dt_s);
         let mut rotation_b = turned_b;
-        let mut velocity_b = pushed_b + turned_b.cross(&pushed_b) * 0.5;
+        let mut velocity_b = pushed_b + swept(&turned_b, &pushed_b);
         if let Some(before) = self.before.filter(|before| (0.5..2.0).contains(&(dt_s / before.dt_s))) {
             let share = dt_s * dt_s / (6.0 * before.dt_s * (before.dt_s + dt_s));
             rotation_b += before.turned_b.cross(&turned_b) * share;
@@ -164,6 +165,14 @@ impl Strapdown {
     pub fn is_finite(&self) -> bool {
         self.nav.is_finite() && self.gyro_scale.iter().chain(&self.accelerometer_scale).all(|x| x.is_finite())
     }
+}
+
+/// What a velocity increment gains by the turn of the body under it: (1 − cos θ)/θ² θ×Δv + (θ − sin θ)/θ³ θ×(θ×Δv),
+/// by the first terms of both series.
+fn swept(turned_b: &Vector3<f64>, pushed_b: &Vector3<f64>) -> Vector3<f64> {
+    let squared = turned_b.norm_squared();
+    let once = turned_b.cross(pushed_b);
+    once * (0.5 - squared / 24.0) + turned_b.cross(&once) * (1.0 / 6.0 - squared / 120.0)
 }
 
 /// 1/(1 + s) by axis.
