@@ -3,6 +3,7 @@
 pub mod dome;
 pub mod ellipsoid;
 pub mod gravity;
+pub mod gravity_field;
 pub mod local_frame;
 mod magnetic_coefficients;
 pub mod magnetic_field;

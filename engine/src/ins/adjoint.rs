@@ -19,9 +19,9 @@ use nalgebra::{Matrix3, SMatrix, SVector, Vector3};
 
 use super::aside::transform_row;
 use super::block_covariance::BlockCovariance;
-use super::error_model::Transition;
+use super::earth_transition::EarthPropagation;
+use super::error_model::Propagation;
 use super::eskf::Eskf;
-use super::imu_noise::ImuNoise;
 use super::layout::{BLOCKS_A_SENSOR, ErrorState};
 use super::rows::Rows;
 use super::sensor_map::Five;
@@ -95,13 +95,18 @@ impl<const B: usize> Adjoint<B> {
 
     /// Goes back over `tape`, to the last moment marked in it, or to its start. Says whether it is at a
     /// moment.
-    pub(crate) fn go_back(&mut self, tape: &mut Tape, noise: &ImuNoise) -> bool {
+    pub(crate) fn go_back(&mut self, tape: &mut Tape) -> bool {
         while let Some(entry) = tape.entries.pop() {
             match entry {
                 Entry::Moment => return true,
-                Entry::Transition { sensor } => {
-                    if let Some(transition) = tape.transitions.pop() {
-                        self.undo_transition(&transition, usize::from(sensor), noise);
+                Entry::Propagation { sensor } => {
+                    if let Some(propagation) = tape.propagations.pop() {
+                        self.undo_propagation(&propagation, usize::from(sensor));
+                    }
+                }
+                Entry::EarthPropagation { sensor } => {
+                    if let Some(propagation) = tape.earth_propagations.pop() {
+                        self.undo_earth_propagation(&propagation, usize::from(sensor));
                     }
                 }
                 Entry::Update { rows, used, blocks, aside } => {
@@ -151,24 +156,61 @@ impl<const B: usize> Adjoint<B> {
         false
     }
 
-    fn undo_transition(&mut self, transition: &Transition, sensor: usize, noise: &ImuNoise) {
-        let growth = transition.noise(noise);
-        for (state, variance) in growth.by_itself {
-            self.errors[state.of(sensor)] -= variance.component_mul(&self.lambda[state.of(sensor)]);
-        }
+    fn undo_propagation(&mut self, propagation: &Propagation, sensor: usize) {
+        let (map, growth) = (&propagation.map, &propagation.growth);
+        self.take_noise_off(
+            sensor,
+            [
+                (ErrorState::Attitude, &growth.attitude),
+                (ErrorState::GyroBias, &growth.gyro_bias),
+                (ErrorState::AccelerometerBias, &growth.accelerometer_bias),
+                (ErrorState::Position, &growth.position),
+            ],
+        );
         let (position, velocity) = (ErrorState::Position.of(sensor), ErrorState::Velocity.of(sensor));
         let share_s = growth.position_share_s;
         let pushed =
             growth.velocity.component_mul(&(self.lambda[velocity] + self.lambda[position] * share_s));
         self.errors[velocity] -= pushed;
         self.errors[position] -= pushed * share_s;
-        let map = transition.map(noise);
+        self.undo_map(sensor, |errors| map.inverse(errors), |lambda| map.transposed(lambda));
+    }
+
+    fn undo_earth_propagation(&mut self, propagation: &EarthPropagation, sensor: usize) {
+        let map = &propagation.map;
+        let white = [
+            (ErrorState::Attitude, &propagation.half_attitude),
+            (ErrorState::Velocity, &propagation.half_velocity),
+        ];
+        self.take_noise_off(sensor, white);
+        self.take_noise_off(
+            sensor,
+            [
+                (ErrorState::GyroBias, &propagation.gyro_bias),
+                (ErrorState::AccelerometerBias, &propagation.accelerometer_bias),
+            ],
+        );
+        self.undo_map(sensor, |errors| map.inverse(errors), |lambda| map.transposed(lambda));
+        self.take_noise_off(sensor, white);
+    }
+
+    /// Takes Q λ off the errors.
+    #[inline]
+    fn take_noise_off<const N: usize>(&mut self, sensor: usize, grown: [(ErrorState, &Vector3<f64>); N]) {
+        for (state, variance) in grown {
+            self.errors[state.of(sensor)] -= variance.component_mul(&self.lambda[state.of(sensor)]);
+        }
+    }
+
+    /// Goes back over Φ, of which the inverse and the transposed are given.
+    #[inline]
+    fn undo_map(&mut self, sensor: usize, inverse: impl Fn(Five) -> Five, transposed: impl Fn(Five) -> Five) {
         let first = sensor * BLOCKS_A_SENSOR;
-        change_five(&mut self.errors, first, |errors| map.inverse(errors));
-        change_five(&mut self.lambda, first, |lambda| map.transposed(lambda));
-        self.information.transform(first, |column| map.transposed(column));
+        change_five(&mut self.errors, first, inverse);
+        change_five(&mut self.lambda, first, &transposed);
+        self.information.transform(first, &transposed);
         if let Some(aside) = &mut self.aside {
-            transform_row(&mut aside.row, first, |row| map.transposed(row));
+            transform_row(&mut aside.row, first, &transposed);
         }
     }
 

@@ -4,10 +4,13 @@
 use nalgebra::{DMatrix, DVector, Matrix3, RowVector3, SMatrix, SVector, Vector3};
 
 use super::*;
+use crate::ins::earth_map::{EarthMap, rows};
+use crate::ins::earth_transition::EarthPropagation;
 use crate::ins::error_model::Transition;
 use crate::ins::eskf::Eskf;
 use crate::ins::mechanization::Step;
 use crate::ins::observation::Observation;
+use crate::ins::process_noise::{BiasesKept, Growth, ProcessNoise};
 use crate::rotation::{cayley, skew};
 
 const B: usize = 5;
@@ -27,11 +30,32 @@ impl Odd {
     }
 }
 
+/// A noise that grows with the time and with the motion, differently for each error.
+struct TestNoise;
+
+impl ProcessNoise for TestNoise {
+    fn biases_kept(&self, dt_s: f64) -> BiasesKept {
+        BiasesKept { gyro: 1.0 - dt_s / 5.0, accelerometer: 1.0 - dt_s / 7.0 }
+    }
+
+    fn growth(&self, transition: &Transition) -> Growth {
+        let dt_s = transition.dt_s();
+        let white = Vector3::repeat(dt_s);
+        Growth {
+            attitude: white * 0.04 + transition.rate_squared_dt() * 0.02,
+            gyro_bias: white * 0.01,
+            accelerometer_bias: white * 0.02,
+            position: Vector3::new(0.0, 0.0, 0.16 * dt_s),
+            velocity: white * 0.09 + transition.acceleration_squared_dt() * 0.01,
+            position_share_s: 0.5 * dt_s,
+        }
+    }
+}
+
 /// The filter beside the batch problem that it stands for.
 struct Problem {
     filter: Eskf<B>,
     estimate: DVector<f64>,
-    noise: ImuNoise,
     /// The state of now as a linear map of all that is random.
     map: DMatrix<f64>,
     /// Variances of what is random, beyond the first N.
@@ -63,17 +87,6 @@ impl Problem {
         Problem {
             filter,
             estimate: DVector::zeros(N),
-            noise: ImuNoise {
-                angle_random_walk_rad_sqrt_s: 0.2,
-                angle_random_walk_share_sqrt_s: 0.15,
-                velocity_random_walk_m_s_sqrt_s: 0.3,
-                velocity_random_walk_share_sqrt_s: 0.1,
-                gyro_bias_random_walk_rad_s_sqrt_s: 0.1,
-                accelerometer_bias_random_walk_m_s2_sqrt_s: 0.15,
-                height_random_walk_m_sqrt_s: 0.4,
-                gyro_bias_correlation_time_s: 5.0,
-                accelerometer_bias_correlation_time_s: 7.0,
-            },
             map: DMatrix::identity(N, N),
             variances: Vec::new(),
             aside: None,
@@ -114,7 +127,8 @@ impl Problem {
         let (f_n, c_nb) = (self.odd.vector() * 2.0, cayley(&self.odd.vector()));
         let (w_nb_n, acceleration_n) = (self.odd.vector(), self.odd.vector());
         transition.extend(&Step { dt_s, f_n, w_nb_n, acceleration_n }, &c_nb);
-        self.filter.propagate(&mut transition, 0, &self.noise);
+        let (kept, growth) = (TestNoise.biases_kept(dt_s), TestNoise.growth(&transition));
+        self.filter.propagate(&mut transition, 0, &TestNoise);
         let mut t = DMatrix::identity(N, N);
         let mut set = |r: usize, c: usize, block: Matrix3<f64>| {
             t.view_mut((3 * r, 3 * c), (3, 3)).copy_from(&block);
@@ -125,32 +139,62 @@ impl Problem {
         set(2, 4, c_nb * (0.5 * dt_s * dt_s));
         set(3, 0, skew(&(f_n * dt_s)));
         set(3, 4, c_nb * dt_s);
-        set(1, 1, Matrix3::identity() * (1.0 - dt_s / self.noise.gyro_bias_correlation_time_s));
-        set(4, 4, Matrix3::identity() * (1.0 - dt_s / self.noise.accelerometer_bias_correlation_time_s));
+        set(1, 1, Matrix3::identity() * kept.gyro);
+        set(4, 4, Matrix3::identity() * kept.accelerometer);
         self.goes_through(&t);
-        let noise = self.noise;
-        for (block, density) in [
-            (0, noise.angle_random_walk_rad_sqrt_s),
-            (1, noise.gyro_bias_random_walk_rad_s_sqrt_s),
-            (3, noise.velocity_random_walk_m_s_sqrt_s),
-            (4, noise.accelerometer_bias_random_walk_m_s2_sqrt_s),
-        ] {
-            // Noise on one axis is one number: what it grows by with the motion is added to it.
-            let motion = match block {
-                0 => w_nb_n * noise.angle_random_walk_share_sqrt_s,
-                3 => acceleration_n * noise.velocity_random_walk_share_sqrt_s,
-                _ => Vector3::zeros(),
-            };
-            let white = Vector3::repeat(density * density);
-            let variance = (white + motion.component_mul(&motion)) * dt_s;
-            for axis in 0..3 {
-                // A noise of the velocity moves the position, too.
-                let position = if block == 3 { 0.5 * dt_s } else { 0.0 };
-                let column = self.unit(&[block], axis) + self.unit(&[2], axis) * position;
-                self.random(column, variance[axis]);
-            }
+        self.random_by_axis(&[0], &growth.attitude);
+        self.random_by_axis(&[1], &growth.gyro_bias);
+        self.random_by_axis(&[2], &growth.position);
+        self.random_by_axis(&[4], &growth.accelerometer_bias);
+        for axis in 0..3 {
+            // Noise on one axis is one number: one of the velocity moves the position, too.
+            let column = self.unit(&[3], axis) + self.unit(&[2], axis) * growth.position_share_s;
+            self.random(column, growth.velocity[axis]);
         }
-        self.random_by_axis(&[2], &Vector3::new(0.0, 0.0, noise.height_random_walk_m_sqrt_s.powi(2) * dt_s));
+    }
+
+    /// The same on a turning Earth, by any map.
+    fn propagate_on_earth(&mut self) {
+        let mut some = |size: f64| rows(&Matrix3::from_fn(|_, _| size * self.odd.next()));
+        let (a, b, c, d, e, f) = (some(0.2), some(0.2), some(0.1), some(0.2), some(0.1), some(0.2));
+        let (turn, dt_s) = (self.odd.vector() * 0.2, 0.1 + 0.05 * self.odd.next());
+        let propagation = EarthPropagation {
+            map: EarthMap {
+                dt_s,
+                velocity_by_attitude: (self.odd.vector() * 0.2).into(),
+                position_by_attitude: (self.odd.vector() * 0.1).into(),
+                attitude_by_gyro: a,
+                velocity_by_gyro: b,
+                position_by_gyro: c,
+                velocity_by_accelerometer: d,
+                position_by_accelerometer: e,
+                half_turn: rows(&cayley(&turn)),
+                whole_turn: rows(&cayley(&(turn * 2.0))),
+                half_gradient_dt: f,
+                gyro_bias_kept: 0.95,
+                accelerometer_bias_kept: 0.9,
+            },
+            half_attitude: Vector3::new(0.01, 0.02, 0.03),
+            half_velocity: Vector3::new(0.03, 0.01, 0.02),
+            gyro_bias: Vector3::new(0.001, 0.002, 0.003),
+            accelerometer_bias: Vector3::new(0.02, 0.01, 0.03),
+        };
+        self.filter.propagate_on_earth(&propagation, 0);
+        let mut t = DMatrix::zeros(N, N);
+        for k in 0..N {
+            let mut unit = [[0.0; 3]; 5];
+            unit[k / 3][k % 3] = 1.0;
+            t.set_column(k, &DVector::from_column_slice(propagation.map.forward(unit).as_flattened()));
+        }
+        let white = |problem: &mut Self| {
+            problem.random_by_axis(&[0], &propagation.half_attitude);
+            problem.random_by_axis(&[3], &propagation.half_velocity);
+        };
+        white(self);
+        self.goes_through(&t);
+        white(self);
+        self.random_by_axis(&[1], &propagation.gyro_bias);
+        self.random_by_axis(&[4], &propagation.accelerometer_bias);
     }
 
     fn measure<const M: usize>(&mut self, blocks: &[usize]) {
@@ -281,7 +325,11 @@ fn walk() -> Problem {
     let mut problem = Problem::new();
     problem.mark();
     for k in 0..40 {
-        problem.propagate();
+        if k % 3 == 1 {
+            problem.propagate_on_earth();
+        } else {
+            problem.propagate();
+        }
         match k % 4 {
             0 => problem.measure::<3>(&[3]),
             1 => problem.measure::<1>(&[0, 2]),
@@ -315,7 +363,7 @@ fn smoothed_errors_and_covariances_are_those_of_batch_least_squares() {
     let mut tape = std::mem::take(&mut problem.filter.tape);
     let mut adjoint = Adjoint::at_the_end();
     let mut last = true;
-    while adjoint.go_back(&mut tape, &problem.noise) {
+    while adjoint.go_back(&mut tape) {
         let (estimate, filtered, map) = problem.moments.pop().unwrap();
         let mut all = DMatrix::zeros(N, random.len());
         all.view_mut((0, 0), map.shape()).copy_from(&map);
@@ -355,7 +403,7 @@ fn a_tape_that_was_cut_back_goes_on_as_if_nothing_had_been() {
     problem.filter.tape.cut_back(length);
     let [a, b]: [Adjoint<B>; 2] = [&mut straight, &mut problem].map(|problem| {
         let mut adjoint = Adjoint::at_the_end();
-        while adjoint.go_back(&mut problem.filter.tape, &problem.noise) {}
+        while adjoint.go_back(&mut problem.filter.tape) {}
         adjoint
     });
     assert_eq!(a.errors(), b.errors());

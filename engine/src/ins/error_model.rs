@@ -4,10 +4,10 @@ use nalgebra::{Matrix3, Vector3};
 use serde::{Deserialize, Serialize};
 
 use super::block_covariance::BlockCovariance;
-use super::imu_noise::ImuNoise;
+use super::layout::BLOCKS_A_SENSOR;
 use super::layout::ErrorState::{AccelerometerBias, Attitude, GyroBias, Position, Velocity};
-use super::layout::{BLOCKS_A_SENSOR, ErrorState};
 use super::mechanization::Step;
+use super::process_noise::{Growth, ProcessNoise};
 use super::sensor_map::SensorMap;
 
 /// The transition over one or several steps of the strapdown, gathered sample by sample so that the
@@ -56,6 +56,16 @@ impl Transition {
         self.acceleration_squared_dt += step.acceleration_n.component_mul(&step.acceleration_n) * step.dt_s;
     }
 
+    /// Integral of the squared rate on each axis of n, rad²/s.
+    pub fn rate_squared_dt(&self) -> Vector3<f64> {
+        self.rate_squared_dt
+    }
+
+    /// Integral of the squared acceleration on each axis of n, m²/s³.
+    pub fn acceleration_squared_dt(&self) -> Vector3<f64> {
+        self.acceleration_squared_dt
+    }
+
     /// P ← Φ P Φ' + Q for the errors of sensor number `sensor`, its cross-covariance with
     /// everything else included; the others' own blocks stay as they are.
     #[inline]
@@ -63,68 +73,60 @@ impl Transition {
         &self,
         covariance: &mut BlockCovariance<B>,
         sensor: usize,
-        noise: &ImuNoise,
+        noise: &impl ProcessNoise,
     ) {
-        let map = self.map(noise);
-        covariance.transform(sensor * BLOCKS_A_SENSOR, |errors| map.forward(errors));
-        let growth = self.noise(noise);
-        for (state, variance) in growth.by_itself {
-            covariance.add_noise(state.of(sensor), &variance);
-        }
-        let (position, velocity) = (Position.of(sensor), Velocity.of(sensor));
-        covariance.add_shared_noise(position, velocity, growth.position_share_s, &growth.velocity);
+        self.propagation(noise).apply(covariance, sensor);
     }
 
-    /// Φ.
+    /// The transition with its noise: all that a filter and a smoother need of it.
     #[inline]
-    pub(super) fn map(&self, noise: &ImuNoise) -> SensorMap {
+    pub(super) fn propagation(&self, noise: &impl ProcessNoise) -> Propagation {
         let c = &self.c_nb_dt;
-        SensorMap {
-            c: std::array::from_fn(|row| std::array::from_fn(|column| c[(row, column)])),
-            f: self.f_n_dt.into(),
-            half_s: 0.5 * self.dt_s,
-            gyro_bias_kept: 1.0 - self.dt_s / noise.gyro_bias_correlation_time_s,
-            accelerometer_bias_kept: 1.0 - self.dt_s / noise.accelerometer_bias_correlation_time_s,
-        }
-    }
-
-    /// Q.
-    #[inline]
-    pub(super) fn noise(&self, noise: &ImuNoise) -> Growth {
-        let white = |density: f64| Vector3::repeat(density * density * self.dt_s);
-        // A scale error of the gyro turns about the axis of the motion itself, and one of the
-        // accelerometer lies along the acceleration: each axis of n by its own motion.
-        let turning = self.rate_squared_dt * noise.angle_random_walk_share_sqrt_s.powi(2);
-        let pushing = self.acceleration_squared_dt * noise.velocity_random_walk_share_sqrt_s.powi(2);
-        let height = noise.height_random_walk_m_sqrt_s;
-        Growth {
-            by_itself: [
-                (Attitude, white(noise.angle_random_walk_rad_sqrt_s) + turning),
-                (GyroBias, white(noise.gyro_bias_random_walk_rad_s_sqrt_s)),
-                (AccelerometerBias, white(noise.accelerometer_bias_random_walk_m_s2_sqrt_s)),
-                (Position, Vector3::new(0.0, 0.0, height * height * self.dt_s)),
-            ],
-            velocity: white(noise.velocity_random_walk_m_s_sqrt_s) + pushing,
-            position_share_s: 0.5 * self.dt_s,
+        let kept = noise.biases_kept(self.dt_s);
+        Propagation {
+            map: SensorMap {
+                c: std::array::from_fn(|row| std::array::from_fn(|column| c[(row, column)])),
+                f: self.f_n_dt.into(),
+                half_s: 0.5 * self.dt_s,
+                gyro_bias_kept: kept.gyro,
+                accelerometer_bias_kept: kept.accelerometer,
+            },
+            growth: noise.growth(self),
         }
     }
 }
 
-/// The noise of a transition, by vector and axis.
+/// Φ and Q of one transition.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Growth {
-    /// What grows by itself.
-    pub(super) by_itself: [(ErrorState, Vector3<f64>); 4],
-    /// What the velocity grows by, m²/s²: on the mean in the middle of the time, so that
-    pub(super) velocity: Vector3<f64>,
-    /// times this it has moved the position, too, s.
-    pub(super) position_share_s: f64,
+pub(super) struct Propagation {
+    /// Φ.
+    pub(super) map: SensorMap,
+    /// Q.
+    pub(super) growth: Growth,
+}
+
+impl Propagation {
+    #[inline]
+    pub(super) fn apply<const B: usize>(&self, covariance: &mut BlockCovariance<B>, sensor: usize) {
+        let (map, growth) = (&self.map, &self.growth);
+        covariance.transform(sensor * BLOCKS_A_SENSOR, |errors| map.forward(errors));
+        for (state, variance) in [
+            (Attitude, &growth.attitude),
+            (GyroBias, &growth.gyro_bias),
+            (AccelerometerBias, &growth.accelerometer_bias),
+            (Position, &growth.position),
+        ] {
+            covariance.add_noise(state.of(sensor), variance);
+        }
+        let (position, velocity) = (Position.of(sensor), Velocity.of(sensor));
+        covariance.add_shared_noise(position, velocity, growth.position_share_s, &growth.velocity);
+    }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::ins::layout::ErrorState;
+    use crate::ins::imu_noise::{GaussMarkov, ImuNoise};
     use crate::ins::mechanization::advance;
     use crate::ins::nav_state::NavState;
     use crate::rotation::{cayley, skew};
@@ -222,46 +224,6 @@ mod tests {
     }
 
     #[test]
-    fn the_noise_of_a_motion_is_on_its_own_axis_and_that_of_rest_does_not_grow() {
-        let noise = ImuNoise {
-            gyro_bias_correlation_time_s: 1e12,
-            height_random_walk_m_sqrt_s: 0.0,
-            ..ImuNoise::default()
-        };
-        let variances = |w_ib_b: Vector3<f64>, f_b: Vector3<f64>| {
-            let mut state = NavState {
-                c_nb: Matrix3::new(0.0, -1.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0),
-                v_n: Vector3::zeros(),
-                p_n: Vector3::zeros(),
-                gyro_bias_b: Vector3::zeros(),
-                accelerometer_bias_b: Vector3::zeros(),
-            };
-            let mut transition = Transition::none();
-            let step = advance(&mut state, &w_ib_b, &w_ib_b, &f_b, 0.001, GRAVITY);
-            transition.extend(&step, &state.c_nb);
-            let mut covariance = BlockCovariance::<5>::zeros();
-            transition.apply(&mut covariance, 0, &noise);
-            [ErrorState::Attitude, ErrorState::Velocity]
-                .map(|state| covariance.block(state.of(0), state.of(0)).diagonal() / 0.001)
-        };
-        let gravity_b = Vector3::new(0.0, 0.0, GRAVITY);
-        let white =
-            [noise.angle_random_walk_rad_sqrt_s, noise.velocity_random_walk_m_s_sqrt_s].map(|w| w * w);
-        let [attitude, velocity] = variances(Vector3::zeros(), gravity_b);
-        assert!((attitude - Vector3::repeat(white[0])).norm() < 1e-12);
-        assert!((velocity - Vector3::repeat(white[1])).norm() < 1e-12);
-        // The body's x axis points along n's y: so do a rate and an acceleration along it.
-        let [attitude, velocity] =
-            variances(Vector3::new(8.0, 0.0, 0.0), gravity_b + Vector3::new(20.0, 0.0, 0.0));
-        let turning = (noise.angle_random_walk_share_sqrt_s * 8.0).powi(2);
-        let pushing = (noise.velocity_random_walk_share_sqrt_s * 20.0).powi(2);
-        assert!((attitude - Vector3::new(0.0, turning, 0.0) - Vector3::repeat(white[0])).norm() < 1e-9);
-        assert!(velocity.x < white[1] * 1.01 && (velocity.y - pushing - white[1]).abs() < pushing * 1e-6);
-        // Along z the specific force keeps a part of the acceleration while the body turns about x.
-        assert!(velocity.z < white[1] + pushing * 1e-3);
-    }
-
-    #[test]
     fn propagation_by_blocks_is_the_dense_product_with_the_other_foot_s_cross_covariance() {
         let factor = DMatrix::from_fn(30, 30, |r, c| ((r * 5 + c * 11) as f64).cos());
         let p = &factor * factor.transpose();
@@ -277,36 +239,32 @@ mod tests {
             let mut dense_phi = DMatrix::identity(30, 30);
             dense_phi.view_mut((15 * sensor, 15 * sensor), (15, 15)).copy_from(&phi(&transition));
             let noise = ImuNoise {
-                gyro_bias_correlation_time_s: 1e12,
-                accelerometer_bias_correlation_time_s: 1e12,
-                ..ImuNoise::default()
+                angle_random_walk_rad_sqrt_s: 2e-4,
+                velocity_random_walk_m_s_sqrt_s: 0.02,
+                gyro_bias_rad_s: GaussMarkov { sigma: 1e-3, correlation_time_s: 30.0 },
+                accelerometer_bias_m_s2: GaussMarkov { sigma: 0.05, correlation_time_s: 20.0 },
+                gyro_scale_factor: GaussMarkov::CONSTANT,
+                accelerometer_scale_factor: GaussMarkov::CONSTANT,
             };
-            let mut q = DMatrix::zeros(30, 30);
-            for (block, density) in [
-                (0, noise.angle_random_walk_rad_sqrt_s),
-                (1, noise.gyro_bias_random_walk_rad_s_sqrt_s),
-                (3, noise.velocity_random_walk_m_s_sqrt_s),
-                (4, noise.accelerometer_bias_random_walk_m_s2_sqrt_s),
-            ] {
-                for axis in 0..3 {
-                    let k = 15 * sensor + 3 * block + axis;
-                    q[(k, k)] = density * density * transition.dt_s();
-                    if block == 0 {
-                        let share = noise.angle_random_walk_share_sqrt_s;
-                        q[(k, k)] += share * share * transition.rate_squared_dt[axis];
-                    }
-                    if block == 3 {
-                        let share = noise.velocity_random_walk_share_sqrt_s;
-                        q[(k, k)] += share * share * transition.acceleration_squared_dt[axis];
-                        let (position, half_s) = (15 * sensor + 6 + axis, 0.5 * transition.dt_s());
-                        q[(position, k)] = half_s * q[(k, k)];
-                        q[(k, position)] = half_s * q[(k, k)];
-                        q[(position, position)] = half_s * half_s * q[(k, k)];
-                    }
+            let dt_s = transition.dt_s();
+            for (block, process) in [(1, noise.gyro_bias_rad_s), (4, noise.accelerometer_bias_m_s2)] {
+                for k in (15 * sensor + 3 * block..).take(3) {
+                    dense_phi[(k, k)] = process.kept(dt_s);
                 }
             }
-            let height = 15 * sensor + 8;
-            q[(height, height)] += noise.height_random_walk_m_sqrt_s.powi(2) * transition.dt_s();
+            let mut q = DMatrix::zeros(30, 30);
+            for axis in 0..3 {
+                let at = |block: usize| 15 * sensor + 3 * block + axis;
+                q[(at(0), at(0))] = noise.angle_random_walk_rad_sqrt_s.powi(2) * dt_s;
+                q[(at(1), at(1))] = noise.gyro_bias_rad_s.growth(dt_s);
+                q[(at(4), at(4))] = noise.accelerometer_bias_m_s2.growth(dt_s);
+                let (position, velocity, half_s) = (at(2), at(3), 0.5 * dt_s);
+                let pushed = noise.velocity_random_walk_m_s_sqrt_s.powi(2) * dt_s;
+                q[(velocity, velocity)] = pushed;
+                q[(position, velocity)] = half_s * pushed;
+                q[(velocity, position)] = half_s * pushed;
+                q[(position, position)] = half_s * half_s * pushed;
+            }
             let expected = &dense_phi * &p * dense_phi.transpose() + q;
             transition.apply(&mut covariance, sensor, &noise);
             let difference = (covariance.dense() - expected).abs().max();

@@ -6,19 +6,20 @@ use serde::{Deserialize, Serialize};
 
 use super::aside::Aside;
 use super::block_covariance::BlockCovariance;
+use super::earth_transition::EarthPropagation;
 use super::error_model::Transition;
-use super::imu_noise::ImuNoise;
 use super::layout::BLOCKS_A_SENSOR;
 use super::observation::Observation;
+use super::process_noise::ProcessNoise;
 use super::tape::{AsideInUpdate, Tape};
 
 /// The error filter of `B` three-vectors (10 for two feet, 5 for one).
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Eskf<const B: usize> {
     /// Covariance of the error state. Read it; what changes it after the start goes through the filter,
-    /// which takes it down for a smoother.
+    /// which records it for a smoother.
     pub covariance: BlockCovariance<B>,
-    /// What has happened since somebody last took it, if anybody wants to know.
+    /// What has happened since the tape was last taken, where it is recording.
     #[serde(skip)]
     pub(crate) tape: Tape,
     /// An error of the past that is yet to be measured.
@@ -42,21 +43,30 @@ const SHARPEST: f64 = 1e7;
 const MOST_PARTS: u8 = 8;
 
 impl<const B: usize> Eskf<B> {
-    /// A filter that is sure of everything.
+    /// A filter with zero covariance.
     pub fn new() -> Self {
         Eskf { covariance: BlockCovariance::zeros(), tape: Tape::default(), aside: None }
     }
 
-    /// The errors of sensor number `sensor` go through `transition`, which is none afterwards.
+    /// The errors of sensor number `sensor` go through `transition`, which covers no time afterwards.
     #[inline]
-    pub fn propagate(&mut self, transition: &mut Transition, sensor: usize, noise: &ImuNoise) {
-        transition.apply(&mut self.covariance, sensor, noise);
+    pub fn propagate(&mut self, transition: &mut Transition, sensor: usize, noise: &impl ProcessNoise) {
+        let propagation = transition.propagation(noise);
+        propagation.apply(&mut self.covariance, sensor);
         if let Some(aside) = &mut self.aside {
-            let map = transition.map(noise);
-            aside.transform(sensor * BLOCKS_A_SENSOR, |errors| map.forward(errors));
+            aside.transform(sensor * BLOCKS_A_SENSOR, |errors| propagation.map.forward(errors));
         }
-        self.tape.transition(transition, sensor);
+        self.tape.propagation(&propagation, sensor);
         *transition = Transition::none();
+    }
+
+    /// The same for a transition on a turning Earth.
+    pub(super) fn propagate_on_earth(&mut self, propagation: &EarthPropagation, sensor: usize) {
+        propagation.apply(&mut self.covariance, sensor);
+        if let Some(aside) = &mut self.aside {
+            aside.transform(sensor * BLOCKS_A_SENSOR, |errors| propagation.map.forward(errors));
+        }
+        self.tape.earth_propagation(propagation, sensor);
     }
 
     /// Adds `factor` times the error of vector `b` to that of vector `a`.
@@ -159,8 +169,8 @@ impl<const B: usize> Eskf<B> {
         self.update_in_parts(observation, gate, MOST_PARTS)
     }
 
-    /// The same for a measurement that may be divided so often yet: one without noise, or a covariance that is none, would ask
-    /// for it for ever.
+    /// The same for a measurement that may be divided `parts` times more: one without noise, or a covariance that is
+    /// not positive definite, would otherwise be divided without end.
     #[inline]
     fn update_in_parts<const M: usize>(
         &mut self,
@@ -329,7 +339,7 @@ mod tests {
     }
 
     #[test]
-    fn after_a_measurement_that_is_sharp_beyond_measure_the_covariance_is_still_one() {
+    fn after_a_measurement_that_is_sharp_beyond_measure_the_covariance_is_positive_definite() {
         let mut filter = correlated();
         let scale = 1e9;
         for i in 0..10 {
@@ -353,7 +363,7 @@ mod tests {
     }
 
     #[test]
-    fn a_measurement_without_noise_is_not_divided_for_ever() {
+    fn a_measurement_without_noise_is_not_divided_without_end() {
         let mut filter = correlated();
         let innovation = Vector3::new(0.3, -0.2, 0.5);
         let observation = Observation::<3>::new(innovation, Matrix3::zeros()).with(3, Matrix3::identity());
@@ -362,7 +372,7 @@ mod tests {
     }
 
     #[test]
-    fn where_rounding_is_all_that_is_left_a_measurement_is_not_divided_for_ever() {
+    fn where_rounding_is_all_that_is_left_a_measurement_is_not_divided_without_end() {
         // Two errors that are huge and nearly opposite: of their sum nothing is known but rounding, however often it is measured.
         for power in 10..30 {
             let mut filter = correlated();

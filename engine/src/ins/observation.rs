@@ -2,8 +2,10 @@
 
 use nalgebra::{SMatrix, SVector};
 
+use super::layout::StateVariable;
+
 /// At most this many three-vectors of the state take part in one measurement.
-pub const MOST_BLOCKS: usize = 4;
+pub const MOST_BLOCKS: usize = 8;
 
 /// A measurement of M numbers, linearised: innovation = Σ jacobian · error of that block + noise.
 ///
@@ -34,6 +36,15 @@ impl<const M: usize> Observation<M> {
         self.blocks[self.used] = (block, jacobian);
         self.used += 1;
         self
+    }
+
+    /// The same for a variable of up to three numbers, where it is a state; otherwise nothing is added.
+    #[must_use]
+    pub fn with_variable(self, variable: Option<StateVariable>, jacobian: SMatrix<f64, M, 3>) -> Self {
+        match variable {
+            Some(variable) => self.with(variable.block(), jacobian),
+            None => self,
+        }
     }
 
     /// The blocks that take part, with their Jacobians.

@@ -66,27 +66,27 @@ impl SensorMap {
 // Spelt out: closures over arrays are not always taken apart, and this is most of a propagation.
 
 #[inline(always)]
-fn sum([a, b, c]: [f64; 3], [x, y, z]: [f64; 3]) -> [f64; 3] {
+pub(super) fn sum([a, b, c]: [f64; 3], [x, y, z]: [f64; 3]) -> [f64; 3] {
     [a + x, b + y, c + z]
 }
 
 #[inline(always)]
-fn difference([a, b, c]: [f64; 3], [x, y, z]: [f64; 3]) -> [f64; 3] {
+pub(super) fn difference([a, b, c]: [f64; 3], [x, y, z]: [f64; 3]) -> [f64; 3] {
     [a - x, b - y, c - z]
 }
 
 #[inline(always)]
-fn scaled([x, y, z]: [f64; 3], by: f64) -> [f64; 3] {
+pub(super) fn scaled([x, y, z]: [f64; 3], by: f64) -> [f64; 3] {
     [x * by, y * by, z * by]
 }
 
 #[inline(always)]
-fn times(m: &[[f64; 3]; 3], v: [f64; 3]) -> [f64; 3] {
+pub(super) fn times(m: &[[f64; 3]; 3], v: [f64; 3]) -> [f64; 3] {
     [dot(m[0], v), dot(m[1], v), dot(m[2], v)]
 }
 
 #[inline(always)]
-fn times_transposed(m: &[[f64; 3]; 3], v: [f64; 3]) -> [f64; 3] {
+pub(super) fn times_transposed(m: &[[f64; 3]; 3], v: [f64; 3]) -> [f64; 3] {
     [
         dot([m[0][0], m[1][0], m[2][0]], v),
         dot([m[0][1], m[1][1], m[2][1]], v),
@@ -100,7 +100,7 @@ fn dot([a, b, c]: [f64; 3], [x, y, z]: [f64; 3]) -> f64 {
 }
 
 #[inline(always)]
-fn cross([a, b, c]: [f64; 3], [x, y, z]: [f64; 3]) -> [f64; 3] {
+pub(super) fn cross([a, b, c]: [f64; 3], [x, y, z]: [f64; 3]) -> [f64; 3] {
     [b * z - c * y, c * x - a * z, a * y - b * x]
 }
 

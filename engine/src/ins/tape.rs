@@ -5,7 +5,8 @@
 use nalgebra::{Matrix3, RowVector3, SMatrix, SVector, Vector3};
 
 use super::block_covariance::BlockCovariance;
-use super::error_model::Transition;
+use super::earth_transition::EarthPropagation;
+use super::error_model::Propagation;
 use super::observation::{MOST_BLOCKS, Observation};
 use super::rows::Rows;
 
@@ -15,8 +16,10 @@ pub(super) const MOST_ROWS: usize = 3;
 /// One thing that happened.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Entry {
-    /// The errors of a sensor went through a transition.
-    Transition { sensor: u8 },
+    /// The errors of a sensor went through a transition, with its noise.
+    Propagation { sensor: u8 },
+    /// The same on a turning Earth.
+    EarthPropagation { sensor: u8 },
     /// A measurement of `rows` numbers that depends on the first `used` of `blocks` was used. Its
     /// numbers: Jacobians, gain, S⁻¹, S⁻¹m, m; and where an error was set aside, that one's gain.
     Update { rows: u8, used: u8, blocks: [u8; MOST_BLOCKS], aside: AsideTaken },
@@ -32,7 +35,7 @@ pub(super) enum Entry {
     /// The error of `to` became that of `from` and some noise. Its numbers: the row of `to` before.
     Copy { from: u8, to: u8 },
     /// The blocks whose bits are set were given one noise in common. Its numbers: variance by axis.
-    CommonNoise { blocks: u32 },
+    CommonNoise { blocks: u64 },
     /// A moment that whoever records wants to look at on the way back.
     Moment,
 }
@@ -61,7 +64,8 @@ pub(super) enum AsideInUpdate<'a, const M: usize> {
 pub(crate) struct Tape {
     recording: bool,
     pub(super) entries: Vec<Entry>,
-    pub(super) transitions: Vec<Transition>,
+    pub(super) propagations: Vec<Propagation>,
+    pub(super) earth_propagations: Vec<EarthPropagation>,
     pub(super) numbers: Vec<f64>,
 }
 
@@ -69,7 +73,8 @@ pub(crate) struct Tape {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(crate) struct TapeLength {
     entries: usize,
-    transitions: usize,
+    propagations: usize,
+    earth_propagations: usize,
     numbers: usize,
 }
 
@@ -89,14 +94,16 @@ impl Tape {
     /// Moves all that `newer` holds to the end of this tape.
     pub(crate) fn append(&mut self, newer: &mut Tape) {
         self.entries.append(&mut newer.entries);
-        self.transitions.append(&mut newer.transitions);
+        self.propagations.append(&mut newer.propagations);
+        self.earth_propagations.append(&mut newer.earth_propagations);
         self.numbers.append(&mut newer.numbers);
     }
 
     pub(crate) fn length(&self) -> TapeLength {
         TapeLength {
             entries: self.entries.len(),
-            transitions: self.transitions.len(),
+            propagations: self.propagations.len(),
+            earth_propagations: self.earth_propagations.len(),
             numbers: self.numbers.len(),
         }
     }
@@ -104,29 +111,39 @@ impl Tape {
     /// Forgets what came after the tape was of this length.
     pub(crate) fn cut_back(&mut self, length: TapeLength) {
         self.entries.truncate(length.entries);
-        self.transitions.truncate(length.transitions);
+        self.propagations.truncate(length.propagations);
+        self.earth_propagations.truncate(length.earth_propagations);
         self.numbers.truncate(length.numbers);
     }
 
     /// Gives back the memory that was taken beforehand.
     pub(crate) fn shrink(&mut self) {
         self.entries.shrink_to_fit();
-        self.transitions.shrink_to_fit();
+        self.propagations.shrink_to_fit();
+        self.earth_propagations.shrink_to_fit();
         self.numbers.shrink_to_fit();
     }
 
     /// How much memory it holds.
     pub(crate) fn bytes(&self) -> usize {
         self.entries.capacity() * size_of::<Entry>()
-            + self.transitions.capacity() * size_of::<Transition>()
+            + self.propagations.capacity() * size_of::<Propagation>()
+            + self.earth_propagations.capacity() * size_of::<EarthPropagation>()
             + self.numbers.capacity() * size_of::<f64>()
     }
 
     #[inline]
-    pub(super) fn transition(&mut self, transition: &Transition, sensor: usize) {
+    pub(super) fn propagation(&mut self, propagation: &Propagation, sensor: usize) {
         if self.recording {
-            self.entries.push(Entry::Transition { sensor: sensor as u8 });
-            self.transitions.push(transition.clone());
+            self.entries.push(Entry::Propagation { sensor: sensor as u8 });
+            self.propagations.push(*propagation);
+        }
+    }
+
+    pub(super) fn earth_propagation(&mut self, propagation: &EarthPropagation, sensor: usize) {
+        if self.recording {
+            self.entries.push(Entry::EarthPropagation { sensor: sensor as u8 });
+            self.earth_propagations.push(*propagation);
         }
     }
 
@@ -208,7 +225,7 @@ impl Tape {
     pub(super) fn common_noise(&mut self, blocks: &[usize], variance: &Vector3<f64>) {
         if self.recording {
             self.numbers.extend_from_slice(variance.as_slice());
-            let blocks = blocks.iter().fold(0, |set, block| set | (1 << block));
+            let blocks = blocks.iter().fold(0, |set, block| set | (1u64 << block));
             self.entries.push(Entry::CommonNoise { blocks });
         }
     }

@@ -31,8 +31,8 @@ pub fn magnetic_heading(
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::ins::differences::{assert_linearised, generic_truth, zero_truth};
     use crate::ins::eskf::Eskf;
-    use crate::measure::differences::{assert_linearised, generic_truth, zero_truth};
     use crate::rotation::{cayley, heading};
 
     const DECLINATION_RAD: f64 = -0.04;

@@ -32,8 +32,8 @@ pub fn magnetic_rate(
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::ins::differences::{assert_linearised, generic_truth, zero_truth};
     use crate::ins::nav_state::NavState;
-    use crate::measure::differences::{assert_linearised, generic_truth, zero_truth};
     use crate::rotation::cayley;
 
     const INTERVAL_S: f64 = 0.01;

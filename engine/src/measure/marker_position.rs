@@ -27,9 +27,9 @@ pub fn marker_position(
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::ins::differences::{assert_linearised, generic_truth, zero_truth};
     use crate::ins::eskf::Eskf;
     use crate::ins::nav_state::NavState;
-    use crate::measure::differences::{assert_linearised, generic_truth, zero_truth};
 
     const SIGMA_M: Vector3<f64> = Vector3::new(1.0, 1.0, 2.0);
 

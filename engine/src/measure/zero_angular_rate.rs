@@ -25,7 +25,7 @@ pub fn zero_angular_rate(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::measure::differences::{assert_linearised, generic_truth, zero_truth};
+    use crate::ins::differences::{assert_linearised, generic_truth, zero_truth};
 
     #[test]
     fn the_jacobian_is_the_derivative_of_what_a_still_gyro_reads() {

@@ -15,7 +15,7 @@ pub fn zero_velocity(sensor: usize, v_n: &Vector3<f64>, sigma_m_s: f64) -> Obser
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::measure::differences::{assert_linearised, generic_truth, zero_truth};
+    use crate::ins::differences::{assert_linearised, generic_truth, zero_truth};
 
     #[test]
     fn the_jacobian_is_the_derivative_of_the_velocity_of_that_foot_alone() {

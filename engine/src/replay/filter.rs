@@ -6,7 +6,6 @@ use nalgebra::{Vector3, Vector4};
 
 use crate::event::{Event, TrackPoint, VisitOutcome};
 use crate::ins::eskf::Eskf;
-use crate::ins::imu_noise::ImuNoise;
 use crate::ins::rows::Rows;
 use crate::visit::Visit;
 
@@ -41,8 +40,6 @@ pub(crate) trait Replayed<const B: usize>: Clone + Debug {
     fn history_s(setting: &Self::Setting) -> f64;
     /// Whether visits correct the track, or are only compared with it.
     fn uses_visits(setting: &Self::Setting) -> bool;
-    /// The sensors' noise, as the filter propagates with.
-    fn imu_noise(setting: &Self::Setting) -> &ImuNoise;
 
     /// Its time, ns.
     fn t_ns(&self) -> i64;

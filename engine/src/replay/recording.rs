@@ -117,11 +117,10 @@ impl<F: Replayed<B>, const B: usize> Recording<F, B> {
         start: &F,
         setting: &F::Setting,
     ) -> Vec<TrackPoint> {
-        let noise = F::imu_noise(setting);
         let mut smoothed = Vec::with_capacity(self.points.len());
         let mut without_sigmas = 0;
         let mut last_epoch = u64::MAX;
-        while way.adjoint.go_back(&mut self.tape, noise) {
+        while way.adjoint.go_back(&mut self.tape) {
             let Some(recorded) = self.points.pop() else { break };
             let with_errors = if recorded.has_errors { self.with_errors.pop() } else { None };
             if recorded.epoch >= last_epoch {

@@ -4,7 +4,6 @@
 use lodestep_engine::geo::Site;
 use lodestep_engine::ins::error_model::Transition;
 use lodestep_engine::ins::eskf::Eskf;
-use lodestep_engine::ins::imu_noise::ImuNoise;
 use lodestep_engine::ins::layout::ErrorState;
 use lodestep_engine::ins::mechanization::advance;
 use lodestep_engine::ins::nav_state::NavState;
@@ -13,6 +12,7 @@ use lodestep_engine::measure::magnetic_heading::magnetic_heading;
 use lodestep_engine::measure::zero_velocity::zero_velocity;
 use lodestep_engine::rotation::skew;
 use lodestep_engine::sim::pedestrian::{Epoch, FootTruth, SensorModel, Simulator, WalkKind};
+use lodestep_engine::systems::pedestrian::foot_noise::FootNoise;
 use lodestep_engine::systems::pedestrian::foot_separation::{Beside, foot_separation};
 use nalgebra::{DMatrix, DVector, Matrix3, Vector3};
 
@@ -27,7 +27,7 @@ struct Pair {
     block_feet: [NavState; 2],
     dense: DMatrix<f64>,
     dense_feet: [NavState; 2],
-    noise: ImuNoise,
+    noise: FootNoise,
 }
 
 /// A foot at the first epoch.
@@ -64,7 +64,7 @@ impl Pair {
         }
         let feet = [0, 1].map(|sensor| first_state(&start.truth[sensor]));
         let dense = blocks.covariance.dense();
-        Pair { blocks, block_feet: feet.clone(), dense, dense_feet: feet, noise: ImuNoise::default() }
+        Pair { blocks, block_feet: feet.clone(), dense, dense_feet: feet, noise: FootNoise::default() }
     }
 
     /// A foot goes on by a propagation interval.

@@ -5,7 +5,6 @@
 use lodestep_engine::geo::Site;
 use lodestep_engine::ins::error_model::Transition;
 use lodestep_engine::ins::eskf::Eskf;
-use lodestep_engine::ins::imu_noise::ImuNoise;
 use lodestep_engine::ins::layout::{BLOCKS_A_SENSOR, ErrorState};
 use lodestep_engine::ins::mechanization::advance;
 use lodestep_engine::ins::nav_state::NavState;
@@ -13,6 +12,7 @@ use lodestep_engine::measure::height::height;
 use lodestep_engine::measure::zero_velocity::zero_velocity;
 use lodestep_engine::sim::pedestrian::{SensorModel, Walk, WalkKind, simulate};
 use lodestep_engine::sim::white_noise;
+use lodestep_engine::systems::pedestrian::foot_noise::FootNoise;
 use lodestep_engine::systems::vertical::{Setup, closed_form};
 use nalgebra::{Matrix3, Vector3};
 
@@ -47,7 +47,7 @@ struct Came {
 fn filtered(walk: &Walk, setup: &Setup, mut normal: impl FnMut() -> f64) -> Came {
     use ErrorState::{Attitude, Position, Velocity};
     let gravity_m_s2 = Site::fast().gravity_m_s2;
-    let noise = ImuNoise {
+    let noise = FootNoise {
         angle_random_walk_rad_sqrt_s: ANGLE_RANDOM_WALK_RAD_SQRT_S,
         angle_random_walk_share_sqrt_s: 0.0,
         velocity_random_walk_share_sqrt_s: 0.0,
@@ -55,7 +55,7 @@ fn filtered(walk: &Walk, setup: &Setup, mut normal: impl FnMut() -> f64) -> Came
         gyro_bias_random_walk_rad_s_sqrt_s: 0.0,
         accelerometer_bias_random_walk_m_s2_sqrt_s: 0.0,
         height_random_walk_m_sqrt_s: 0.0,
-        ..ImuNoise::default()
+        ..FootNoise::default()
     };
     let dt_s = 1.0 / setup.imu_rate_hz;
     let (turn, push) = (

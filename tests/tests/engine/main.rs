@@ -5,6 +5,7 @@ mod bad_data;
 mod dense_reference;
 mod height;
 mod honesty;
+mod instruments;
 mod memory;
 mod order_of_arrival;
 mod recorded_walks;

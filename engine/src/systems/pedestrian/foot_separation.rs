@@ -70,8 +70,8 @@ pub fn stride_symmetry(
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::ins::differences::{assert_linearised, generic_truth, zero_truth};
     use crate::ins::eskf::Eskf;
-    use crate::measure::differences::{assert_linearised, generic_truth, zero_truth};
     use nalgebra::Matrix3;
 
     /// The separation at this very moment.

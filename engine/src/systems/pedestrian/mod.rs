@@ -6,11 +6,12 @@
 //! they know of each other) and `visits` (markers), with `lost` for a foot of which nothing was
 //! heard, `position` for its points and `inside` for what is only looked at. `replayed` is what late visits and smoothing ask of it
 //! (`crate::replay`), on steps as `kept_step` keeps them. `foot` is what is kept of one foot, `walked` how far it
-//! went, `tuning` every parameter. `system` joins them to what a session asks of a system; `declaration` says what that is to the
+//! went, `tuning` every parameter, `foot_noise` what its sensor adds to the truth. `system` joins them to what a session asks of a system; `declaration` says what that is to the
 //! rest of the house, with `side` (the streams), `aids`, `parameters` and `causes` (what can be wrong).
 
 pub mod aids;
 pub mod causes;
+pub mod foot_noise;
 pub mod side;
 pub mod tuning;
 

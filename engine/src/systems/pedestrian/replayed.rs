@@ -7,7 +7,6 @@ use super::kept_step::KeptStep;
 use super::slow_errors::{stride, stride_matrix};
 use crate::event::{Event, TrackPoint, VisitOutcome};
 use crate::ins::eskf::Eskf;
-use crate::ins::imu_noise::ImuNoise;
 use crate::ins::layout::ErrorState;
 use crate::ins::rows::Rows;
 use crate::replay::filter::Replayed;
@@ -36,10 +35,6 @@ impl<const B: usize, const F: usize> Replayed<B> for Filter<B, F> {
 
     fn uses_visits(setting: &Setting) -> bool {
         setting.aids.markers
-    }
-
-    fn imu_noise(setting: &Setting) -> &ImuNoise {
-        &setting.tuning.imu_noise
     }
 
     fn t_ns(&self) -> i64 {

@@ -2,15 +2,15 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::foot_noise::FootNoise;
 use crate::detect::stance::StanceTuning;
-use crate::ins::imu_noise::ImuNoise;
 
 /// The parameters, each with its unit in its name.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Tuning {
     /// Noise of the inertial sensors.
-    pub imu_noise: ImuNoise,
+    pub imu_noise: FootNoise,
     /// When a foot stands.
     pub stance: StanceTuning,
     /// How long the standing start is waited for, at most, s.
@@ -132,7 +132,7 @@ impl Default for SlowErrorsTuning {
 impl Default for Tuning {
     fn default() -> Self {
         Tuning {
-            imu_noise: ImuNoise::default(),
+            imu_noise: FootNoise::default(),
             stance: StanceTuning::default(),
             longest_alignment_s: 10.0,
             swing_interval_s: 0.1,

@@ -9,11 +9,11 @@ use clap::Args;
 use indicatif::ProgressBar;
 use lodestep_engine::evaluate::{loop_closure, motion_capture};
 use lodestep_engine::event::TrackPoint;
-use lodestep_engine::ins::imu_noise::ImuNoise;
 use lodestep_engine::parse::truth_csv;
 use lodestep_engine::session::SessionConfig;
 use lodestep_engine::systems::pedestrian;
 use lodestep_engine::systems::pedestrian::Side;
+use lodestep_engine::systems::pedestrian::foot_noise::FootNoise;
 
 use super::recordings::{self, Judge, Recording};
 use crate::cli::failure::Failure;
@@ -137,7 +137,7 @@ impl Sums {
 fn by_noise_alone(args: &BoundsArgs) -> SessionConfig {
     let mut config = pedestrian::two_feet();
     let tuning = &mut pedestrian::Config::of_mut(&mut config).tuning;
-    tuning.imu_noise = ImuNoise {
+    tuning.imu_noise = FootNoise {
         angle_random_walk_rad_sqrt_s: args.angle_random_walk_rad_sqrt_s,
         angle_random_walk_share_sqrt_s: 0.0,
         velocity_random_walk_m_s_sqrt_s: args.velocity_random_walk_m_s_sqrt_s,
