@@ -16,9 +16,15 @@ self.addEventListener("activate", (event) => event.waitUntil(self.clients.claim(
 self.addEventListener("message", (event) => {
   if (event.data?.type !== "keep") return;
   event.waitUntil(
-    caches.open(CACHE).then((cache) =>
-      Promise.all(event.data.paths.filter(kept).map((path) => cache.match(path).then((known) => known ?? cache.add(path).catch(() => undefined)))),
-    ),
+    caches
+      .open(CACHE)
+      .then((cache) =>
+        Promise.all(
+          event.data.paths
+            .filter(kept)
+            .map((path) => cache.match(path).then((known) => known ?? cache.add(path).catch(() => undefined))),
+        ),
+      ),
   );
 });
 

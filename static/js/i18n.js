@@ -67,7 +67,8 @@ export function tOr(key, otherwise) {
  * @param {ParentNode} root
  */
 export function translate(root) {
-  for (const el of root.querySelectorAll("[data-t]")) el.textContent = t(/** @type {HTMLElement} */ (el).dataset.t ?? "");
+  for (const el of root.querySelectorAll("[data-t]"))
+    el.textContent = t(/** @type {HTMLElement} */ (el).dataset.t ?? "");
   for (const el of root.querySelectorAll("[data-t-label]")) {
     const words = t(/** @type {HTMLElement} */ (el).dataset.tLabel ?? "");
     el.setAttribute("aria-label", words);

@@ -4,7 +4,17 @@ import { setLanguage } from "../js/i18n.js";
 import { guess, readMapping } from "../js/upload/mapping_form.js";
 import { columnsOf, feetInTime, fittingPreset, look, PART_BYTES, TimeLeft, warnings } from "../js/upload/preview.js";
 
-const survey = { samples: 100, still_s: 11, gaps: 0, gaps_s: 0, clipped_rates: 0, clipped_forces: 0, repeated_times: 0, backward_times: 0, field_mean_ut: 48 };
+const survey = {
+  samples: 100,
+  still_s: 11,
+  gaps: 0,
+  gaps_s: 0,
+  clipped_rates: 0,
+  clipped_forces: 0,
+  repeated_times: 0,
+  backward_times: 0,
+  field_mean_ut: 48,
+};
 /** @returns {any} */
 const preview = (more = {}) => ({ format: "x_io", clock_ns: [0, 60e9], field_in_counts: false, survey, ...more });
 
@@ -14,7 +24,10 @@ test("only the beginning of a long log is sent to be looked at", async () => {
   const api = { previewLog: async (blob, part, reading) => asked.push([blob.size, part, reading]) };
   await look(api, new File([new Uint8Array(10)], "a"), { rate_hz: 100 });
   await look(api, new File([new Uint8Array(PART_BYTES + 1)], "b"), {});
-  assert.deepEqual(asked, [[10, false, { rate_hz: 100 }], [PART_BYTES, true, {}]]);
+  assert.deepEqual(asked, [
+    [10, false, { rate_hz: 100 }],
+    [PART_BYTES, true, {}],
+  ]);
 });
 
 test("two logs of one clock begin together at the earlier one", () => {
@@ -31,7 +44,13 @@ test("two logs of one clock begin together at the earlier one", () => {
 test("what should be looked at is said, worst first, and nothing of a good log", () => {
   const keys = (more, of = {}) => warnings(preview({ survey: { ...survey, ...more }, ...of })).map((w) => w.key);
   assert.deepEqual(keys({}), []);
-  assert.deepEqual(keys({ still_s: 2, gaps: 3, clipped_forces: 9, repeated_times: 1, field_mean_ut: 480 }), ["still", "gaps", "clipped", "times", "field"]);
+  assert.deepEqual(keys({ still_s: 2, gaps: 3, clipped_forces: 9, repeated_times: 1, field_mean_ut: 480 }), [
+    "still",
+    "gaps",
+    "clipped",
+    "times",
+    "field",
+  ]);
   assert.deepEqual(keys({ field_mean_ut: 5443 }, { field_in_counts: true }), ["counts"]);
   assert.deepEqual(keys({ field_mean_ut: null }), []);
   assert.deepEqual(keys({ samples: 0, still_s: 0 }), []);
@@ -39,8 +58,10 @@ test("what should be looked at is said, worst first, and nothing of a good log",
 
 /** @type {any} */
 const mapping = {
-  delimiter: "comma", time: { column: "t", unit: "s" },
-  gyr: { columns: ["gx", "gy", "gz"], unit: "deg_s" }, acc: { columns: ["ax", "ay", "az"], unit: "g" },
+  delimiter: "comma",
+  time: { column: "t", unit: "s" },
+  gyr: { columns: ["gx", "gy", "gz"], unit: "deg_s" },
+  acc: { columns: ["ax", "ay", "az"], unit: "g" },
 };
 
 test("a preset is used by itself where it is the only one that fits", () => {
@@ -53,17 +74,48 @@ test("a preset is used by itself where it is the only one that fits", () => {
 });
 
 test("columns are guessed by their names", () => {
-  const found = guess(["time [ms]", "gyro_x", "gyro_y", "gyro_z", "acc_x", "acc_y", "acc_z", "mag_x", "mag_y", "mag_z", "pressure"]);
-  assert.deepEqual([found.time, found.gyr_y, found.acc_z, found.mag_x, found.pressure], ["time [ms]", "gyro_y", "acc_z", "mag_x", "pressure"]);
+  const found = guess([
+    "time [ms]",
+    "gyro_x",
+    "gyro_y",
+    "gyro_z",
+    "acc_x",
+    "acc_y",
+    "acc_z",
+    "mag_x",
+    "mag_y",
+    "mag_z",
+    "pressure",
+  ]);
+  assert.deepEqual(
+    [found.time, found.gyr_y, found.acc_z, found.mag_x, found.pressure],
+    ["time [ms]", "gyro_y", "acc_z", "mag_x", "pressure"],
+  );
   assert.deepEqual(guess(["secs", "wx", "wy", "wz", "fx", "fy", "fz"]).acc_x, "fx");
   assert.deepEqual(guess(["a", "b"]).gyr_x, undefined);
 });
 
 test("a mapping is read from its form, and what it lacks is said", async () => {
-  setLanguage("en", JSON.parse(await (await import("node:fs/promises")).readFile(new URL("../messages/en.json", import.meta.url), "utf8")));
+  setLanguage(
+    "en",
+    JSON.parse(
+      await (await import("node:fs/promises")).readFile(new URL("../messages/en.json", import.meta.url), "utf8"),
+    ),
+  );
   const data = new FormData();
-  for (const [channel, letter] of [["gyr", "g"], ["acc", "a"]]) for (const axis of "xyz") data.set(`${channel}_${axis}`, letter + axis);
-  for (const [name, value] of Object.entries({ time: "t", time_unit: "s", gyr_unit: "deg_s", acc_unit: "g", rate_hz: "" })) data.set(name, value);
+  for (const [channel, letter] of [
+    ["gyr", "g"],
+    ["acc", "a"],
+  ])
+    for (const axis of "xyz") data.set(`${channel}_${axis}`, letter + axis);
+  for (const [name, value] of Object.entries({
+    time: "t",
+    time_unit: "s",
+    gyr_unit: "deg_s",
+    acc_unit: "g",
+    rate_hz: "",
+  }))
+    data.set(name, value);
   assert.deepEqual(readMapping(data, "comma"), mapping);
   data.set("time", "");
   assert.throws(() => readMapping(data, "comma"), /samples a second/);

@@ -32,7 +32,10 @@ test("time runs as fast as was asked for, stops at the end and begins anew from 
 
 test("a gap takes no time when it is skipped, and its own time when it is not", () => {
   const c = clock();
-  c.gaps = [[10, 40], [50, 60]];
+  c.gaps = [
+    [10, 40],
+    [50, 60],
+  ];
   c.seek(9);
   c.toggle();
   c.advance(3);
@@ -77,11 +80,30 @@ test("live, paused and playing do not fight: a look back leaves the newest momen
 
 test("gaps are where a track has no points; together they are where nobody has any", () => {
   assert.deepEqual(gapsOf([0, 1, 2, 9, 10], 2.5), [[2, 9]]);
-  assert.deepEqual(inAll([[[2, 9], [20, 30]], [[5, 25]]]), [[5, 9], [20, 25]]);
+  assert.deepEqual(
+    inAll([
+      [
+        [2, 9],
+        [20, 30],
+      ],
+      [[5, 25]],
+    ]),
+    [
+      [5, 9],
+      [20, 25],
+    ],
+  );
 });
 
 test("a value at the cursor is that of its step, or the last one before that is not long gone", () => {
-  const line = { chart: "a", series: "b", start_s: 10, step_s: 2, low: [1, null, null, null, 5], high: [3, null, null, null, 7] };
+  const line = {
+    chart: "a",
+    series: "b",
+    start_s: 10,
+    step_s: 2,
+    low: [1, null, null, null, 5],
+    high: [3, null, null, null, 7],
+  };
   assert.equal(valueAt(line, 11), 2);
   assert.equal(valueAt(line, 13), 2);
   assert.equal(valueAt(line, 17), null);
@@ -121,13 +143,22 @@ test("a path is as long as its metres; standing adds nothing", () => {
 
 test("every chart that is drawn is asked for, with what its bands need", () => {
   const wanted = chartsOf(PLOTS.map((plot) => plot.group));
-  for (const plot of PLOTS) for (const line of plot.lines) assert.ok(wanted.includes(line.chart) && (!line.sigma || wanted.includes(line.sigma)), line.chart);
+  for (const plot of PLOTS)
+    for (const line of plot.lines)
+      assert.ok(wanted.includes(line.chart) && (!line.sigma || wanted.includes(line.sigma)), line.chart);
   assert.ok(!chartsOf(["height"]).includes("gyro_norm"));
 });
 
 test("a heading is drawn by the whole circle, or close to where it changes little", () => {
   const plot = PLOTS.find((p) => p.id === "heading");
-  const picture = (low) => ({ plot, line: (chart, series) => (series === "main" ? { chart, series, start_s: 0, step_s: 1, low } : undefined), limits: [], dots: [], from_s: 0, to_s: low.length });
+  const picture = (low) => ({
+    plot,
+    line: (chart, series) => (series === "main" ? { chart, series, start_s: 0, step_s: 1, low } : undefined),
+    limits: [],
+    dots: [],
+    from_s: 0,
+    to_s: low.length,
+  });
   assert.deepEqual(range(picture([0, 1, 2, 3, 4])), [-180, 180]);
   // Two full turns and 10°, and a degree more.
   const [least, most] = range(picture([4 * Math.PI + 10 * (Math.PI / 180), 4 * Math.PI + 11 * (Math.PI / 180)]));
@@ -135,7 +166,15 @@ test("a heading is drawn by the whole circle, or close to where it changes littl
 });
 
 test("a single large innovation does not flatten the others; a field is shown with its gate", () => {
-  const of = (id, low, limits) => range({ plot: PLOTS.find((p) => p.id === id), line: (chart, series) => ({ chart, series, start_s: 0, step_s: 1, low }), limits: limits.map((value) => ({ chart: id, name: "x", value })), dots: [], from_s: 0, to_s: low.length });
+  const of = (id, low, limits) =>
+    range({
+      plot: PLOTS.find((p) => p.id === id),
+      line: (chart, series) => ({ chart, series, start_s: 0, step_s: 1, low }),
+      limits: limits.map((value) => ({ chart: id, name: "x", value })),
+      dots: [],
+      from_s: 0,
+      to_s: low.length,
+    });
   assert.ok(of("nis_heading", [0.5, 900], [3.84, 10.83])[1] < 16);
   const [least, most] = of("field", [47, 49], [40, 60]);
   assert.ok(least < 40 && most > 60);

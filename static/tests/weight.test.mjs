@@ -37,7 +37,8 @@ test("the page weighs at most 150 kB packed before data, libraries and one langu
     return parts.reduce((sum, part) => sum + gzipSync(part).length, 0);
   };
   const vendor = ["vendor/leaflet/leaflet.js", "vendor/leaflet/leaflet.css"];
-  if ((await Promise.all(vendor.map((name) => read(name).catch(() => null)))).includes(null)) return context.skip("run `npm run vendor` first");
+  if ((await Promise.all(vendor.map((name) => read(name).catch(() => null)))).includes(null))
+    return context.skip("run `npm run vendor` first");
   const first = await graph("js/main.js");
   const styles = (await own()).filter((name) => !name.endsWith(".js"));
   const base = await packed([...first.files, ...styles, "messages/zh-CN.json", ...vendor]);
@@ -56,7 +57,9 @@ test("the page weighs at most 150 kB packed before data, libraries and one langu
 
 test("the page asks at once for every module that it begins with, and for no other", async () => {
   const { files } = await graph("js/main.js");
-  const asked = [...String(await read("index.html")).matchAll(/<link rel="modulepreload" href="\/([^"]+)">/g)].map((m) => m[1]);
+  const asked = [...String(await read("index.html")).matchAll(/<link rel="modulepreload" href="\/([^"]+)">/g)].map(
+    (m) => m[1],
+  );
   assert.deepEqual(asked.sort(), [...files].filter((name) => name !== "js/main.js").sort());
 });
 
@@ -65,7 +68,9 @@ test("nothing inline and nothing from elsewhere: the page keeps to a policy of d
   assert.doesNotMatch(index, /<style|\sstyle=|\son\w+=|<script(?![^>]*\ssrc=)/);
   for (const name of await own()) {
     const text = String(await read(name));
-    const hosts = [...text.matchAll(/https?:\/\/[^\s"'`)]+/g)].map((m) => m[0]).filter((u) => u !== "http://www.w3.org/2000/svg");
+    const hosts = [...text.matchAll(/https?:\/\/[^\s"'`)]+/g)]
+      .map((m) => m[0])
+      .filter((u) => u !== "http://www.w3.org/2000/svg");
     assert.deepEqual(hosts, [], name);
     if (name.endsWith(".js")) assert.doesNotMatch(text, /\sstyle="|\beval\(|new Function/, name);
   }

@@ -16,8 +16,16 @@ async function sources() {
 }
 
 test("both languages have the same keys", () => {
-  assert.deepEqual(Object.keys(en).filter((k) => !(k in zh)), [], "missing in zh-CN");
-  assert.deepEqual(Object.keys(zh).filter((k) => !(k in en)), [], "missing in en");
+  assert.deepEqual(
+    Object.keys(en).filter((k) => !(k in zh)),
+    [],
+    "missing in zh-CN",
+  );
+  assert.deepEqual(
+    Object.keys(zh).filter((k) => !(k in en)),
+    [],
+    "missing in en",
+  );
 });
 
 test("a message has the same places to fill in in both languages, and says something", () => {
@@ -37,14 +45,23 @@ test("every key that the page names is there, and every key that is there is use
   const quoted = new Set([...text.matchAll(/"([a-z_]+(?:\.[a-z_0-9]+)*)"/g)].map((m) => m[1]));
   // The singular of a key that counts.
   const plural = (key) => key.replace(/\.one$/, "");
-  const spare = Object.keys(en).map(plural).filter((k) => !named.has(k) && !quoted.has(k) && !built.some((b) => k.startsWith(b)));
+  const spare = Object.keys(en)
+    .map(plural)
+    .filter((k) => !named.has(k) && !quoted.has(k) && !built.some((b) => k.startsWith(b)));
   assert.deepEqual(spare, []);
-  for (const start of built) assert.ok(Object.keys(en).some((k) => k.startsWith(start)), `nothing begins with ${start}`);
+  for (const start of built)
+    assert.ok(
+      Object.keys(en).some((k) => k.startsWith(start)),
+      `nothing begins with ${start}`,
+    );
 });
 
 test("one thing is told in the singular where the language has one", () => {
   setLanguage("en", { walks: "{n} walks", "walks.one": "{n} walk", chosen: "{n} chosen" });
-  assert.deepEqual([0, 1, 2].map((n) => t("walks", { n })), ["0 walks", "1 walk", "2 walks"]);
+  assert.deepEqual(
+    [0, 1, 2].map((n) => t("walks", { n })),
+    ["0 walks", "1 walk", "2 walks"],
+  );
   assert.equal(t("chosen", { n: 1 }), "1 chosen");
 });
 
@@ -61,7 +78,12 @@ test("what is filled into a template is text, whatever it contains", () => {
   assert.equal(html`<b title="${name}">${name}</b>`.text, `<b title="${escape5(name)}">${escape5(name)}</b>`);
   assert.equal(html`${[html`<i>${"<"}</i>`, null, false, 0]}`.text, "<i>&lt;</i>0");
   function escape5(s) {
-    return s.replaceAll("&", "&amp;").replaceAll("<", "&lt;").replaceAll(">", "&gt;").replaceAll('"', "&quot;").replaceAll("'", "&#39;");
+    return s
+      .replaceAll("&", "&amp;")
+      .replaceAll("<", "&lt;")
+      .replaceAll(">", "&gt;")
+      .replaceAll('"', "&quot;")
+      .replaceAll("'", "&#39;");
   }
 });
 

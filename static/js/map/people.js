@@ -38,7 +38,7 @@ export class PeopleLayer {
   setShown(shown) {
     if (shown && !this.map.hasLayer(this.group)) this.group.addTo(this.map);
     else if (!shown) this.group.remove();
-    if (shown) this.signs.clear(), this.group.clearLayers();
+    if (shown) (this.signs.clear(), this.group.clearLayers());
   }
 
   /**
@@ -62,7 +62,8 @@ export class PeopleLayer {
       setAttribute(sign.el, "aria-label", words);
       const known = position.heading_rad !== null && (position.sigma_heading_rad ?? 0) <= ARROW_SIGMA_RAD;
       setAttribute(sign.arrow, "class", known ? "arrow" : "arrow unknown");
-      if (known) setAttribute(sign.arrow, "transform", `rotate(${headingDegrees(position.heading_rad ?? 0).toFixed(0)})`);
+      if (known)
+        setAttribute(sign.arrow, "transform", `rotate(${headingDegrees(position.heading_rad ?? 0).toFixed(0)})`);
     }
     for (const [id, sign] of this.signs) {
       if (seen.has(id)) continue;
@@ -79,7 +80,12 @@ export class PeopleLayer {
    * @returns {Sign}
    */
   make(id, position, colour) {
-    const icon = L.divIcon({ className: `person person-${colour + 1}`, html: SIGN, iconSize: [40, 40], iconAnchor: [20, 20] });
+    const icon = L.divIcon({
+      className: `person person-${colour + 1}`,
+      html: SIGN,
+      iconSize: [40, 40],
+      iconAnchor: [20, 20],
+    });
     const marker = L.marker(at(position), { icon, pane: "people", keyboard: true, riseOnHover: true });
     marker.on("click", () => this.onSelect(id));
     marker.on("keypress", (event) => {

@@ -43,4 +43,9 @@ console.log(await (await ask("/sessions/" + walk + "/track.csv")).text());`;
  * @param {string} server
  * @returns {[string, string][]}
  */
-export const clients = (server) => [["curl", CURL], ["Python", PYTHON], ["JavaScript", JAVASCRIPT]].map(([name, lines]) => [name, lines.replaceAll("SERVER", server)]);
+export const clients = (server) =>
+  [
+    ["curl", CURL],
+    ["Python", PYTHON],
+    ["JavaScript", JAVASCRIPT],
+  ].map(([name, lines]) => [name, lines.replaceAll("SERVER", server)]);

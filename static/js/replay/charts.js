@@ -32,18 +32,31 @@ const LEAST_SPAN_S = 0.5;
  * @param {Ways} ways
  */
 export function makeCharts(el, ways) {
-  render(el, html`
-    <div class="plot-groups" role="group" data-t-label="plots.label">${GROUPS.map((group) => html`<button type="button" data-group="${group}" aria-pressed="false">${groupName(group)}</button>`)}
-      <span class="spacer"></span>
-      <button type="button" data-zoom="in" data-t-label="plots.zoom_in">+</button><button type="button" data-zoom="out" data-t-label="plots.zoom_out">−</button>
-      <button type="button" data-zoom="loop" data-t="plots.zoom_loop"></button><button type="button" data-zoom="all" data-t="plots.zoom_all"></button></div>
-    <div class="plots" tabindex="0" role="region" data-t-label="plots.label"><div class="plots-inner"><div class="plot-list"></div><div class="plots-cursor" hidden></div></div></div>`);
+  render(
+    el,
+    html` <div class="plot-groups" role="group" data-t-label="plots.label">
+        ${GROUPS.map((group) => html`<button type="button" data-group="${group}" aria-pressed="false">${groupName(group)}</button>`)}
+        <span class="spacer"></span>
+        <button type="button" data-zoom="in" data-t-label="plots.zoom_in">+</button
+        ><button type="button" data-zoom="out" data-t-label="plots.zoom_out">−</button>
+        <button type="button" data-zoom="loop" data-t="plots.zoom_loop"></button
+        ><button type="button" data-zoom="all" data-t="plots.zoom_all"></button>
+      </div>
+      <div class="plots" tabindex="0" role="region" data-t-label="plots.label">
+        <div class="plots-inner">
+          <div class="plot-list"></div>
+          <div class="plots-cursor" hidden></div>
+        </div>
+      </div>`,
+  );
   const list = one(".plot-list", el);
   const cursor = one(".plots-cursor", el);
   const room = one(".plots", el);
   /** Plots that show what they should. @type {Set<string>} */
   const drawn = new Set();
-  const groups = new Set((recall("plots") ?? FIRST_GROUPS.join(",")).split(",").filter((group) => GROUPS.includes(group)));
+  const groups = new Set(
+    (recall("plots") ?? FIRST_GROUPS.join(",")).split(",").filter((group) => GROUPS.includes(group)),
+  );
   /** @type {Map<string, import("./lines.js").Line>} */
   let lines = new Map();
   /** @type {import("./lines.js").Limit[]} */
@@ -57,10 +70,26 @@ export function makeCharts(el, ways) {
   const shown = () => PLOTS.filter((plot) => groups.has(plot.group));
 
   function layOut() {
-    for (const button of el.querySelectorAll("[data-group]")) button.setAttribute("aria-pressed", String(groups.has(button.getAttribute("data-group") ?? "")));
-    render(list, html`${shown().map((plot) => html`<div class="plot" data-plot="${plot.id}">
-      <p class="plot-head"><b>${t(plot.title)}${plot.unit && ` · ${plot.unit}`}</b>${plot.lines.map((l, i) => html`<span class="key" data-line="${String(i)}" hidden><svg viewBox="0 0 14 8" aria-hidden="true"><line x1="0" y1="4" x2="14" y2="4"/></svg>${t(l.label)} <b class="mono"></b></span>`)}</p>
-      <canvas aria-hidden="true"></canvas></div>`)}`);
+    for (const button of el.querySelectorAll("[data-group]"))
+      button.setAttribute("aria-pressed", String(groups.has(button.getAttribute("data-group") ?? "")));
+    render(
+      list,
+      html`${shown().map(
+        (plot) =>
+          html`<div class="plot" data-plot="${plot.id}">
+            <p class="plot-head">
+              <b>${t(plot.title)}${plot.unit && ` · ${plot.unit}`}</b>${plot.lines.map(
+                (l, i) =>
+                  html`<span class="key" data-line="${String(i)}" hidden
+                    ><svg viewBox="0 0 14 8" aria-hidden="true"><line x1="0" y1="4" x2="14" y2="4" /></svg>${t(l.label)}
+                    <b class="mono"></b
+                  ></span>`,
+              )}
+            </p>
+            <canvas aria-hidden="true"></canvas>
+          </div>`,
+      )}`,
+    );
     draw();
   }
 
@@ -97,10 +126,21 @@ export function makeCharts(el, ways) {
       const box = /** @type {HTMLElement | null} */ (list.querySelector(`[data-plot="${plot.id}"]`));
       const canvas = box?.querySelector("canvas");
       if (!box || !canvas || box.hidden || drawn.has(plot.id)) continue;
-      if (box.offsetTop > scrollTop + clientHeight + SIGHT_PX || box.offsetTop + box.offsetHeight < scrollTop - SIGHT_PX) continue;
+      if (
+        box.offsetTop > scrollTop + clientHeight + SIGHT_PX ||
+        box.offsetTop + box.offsetHeight < scrollTop - SIGHT_PX
+      )
+        continue;
       drawn.add(plot.id);
       const charts = new Set(plot.lines.map((l) => l.chart));
-      drawPlot(canvas, { plot, line, limits: limits.filter((limit) => charts.has(limit.chart)), dots: ways.dots(plot), from_s, to_s });
+      drawPlot(canvas, {
+        plot,
+        line,
+        limits: limits.filter((limit) => charts.has(limit.chart)),
+        dots: ways.dots(plot),
+        from_s,
+        to_s,
+      });
     }
   }
 
@@ -161,15 +201,20 @@ export function makeCharts(el, ways) {
    * @param {number} about_s stays where it is
    */
   const zoom = (by, about_s) => setView(about_s - (about_s - from_s) * by, about_s + (to_s - about_s) * by);
-  const timeAt = (/** @type {number} */ px) => from_s + ((px - LEFT) / Math.max(1, list.clientWidth - LEFT)) * (to_s - from_s);
+  const timeAt = (/** @type {number} */ px) =>
+    from_s + ((px - LEFT) / Math.max(1, list.clientWidth - LEFT)) * (to_s - from_s);
 
   watchPointer(list, { timeAt, seek: ways.seek, select: ways.select });
-  el.addEventListener("wheel", (event) => {
-    // The plain wheel scrolls the list of charts.
-    if (!event.ctrlKey && !event.metaKey) return;
-    event.preventDefault();
-    zoom(event.deltaY > 0 ? 1.4 : 1 / 1.4, timeAt(event.clientX - list.getBoundingClientRect().left));
-  }, { passive: false });
+  el.addEventListener(
+    "wheel",
+    (event) => {
+      // The plain wheel scrolls the list of charts.
+      if (!event.ctrlKey && !event.metaKey) return;
+      event.preventDefault();
+      zoom(event.deltaY > 0 ? 1.4 : 1 / 1.4, timeAt(event.clientX - list.getBoundingClientRect().left));
+    },
+    { passive: false },
+  );
   /** @type {(() => import("./clock.js").Stretch | null)} */
   let loop = () => null;
   el.addEventListener("click", (event) => {

@@ -40,7 +40,8 @@ export function range(picture) {
     const both = found && extremes(found, from_s, to_s);
     if (both) take(both[0] * plot.factor, both[1] * plot.factor);
   }
-  for (const dot of dots) if (dot.t_s >= from_s && dot.t_s <= to_s) take(dot.value * plot.factor, dot.value * plot.factor);
+  for (const dot of dots)
+    if (dot.t_s >= from_s && dot.t_s <= to_s) take(dot.value * plot.factor, dot.value * plot.factor);
   const largest = Math.max(...limits.map((limit) => limit.value * plot.factor));
   if (limits.length > 0 && least <= most) {
     if (plot.cap) most = Math.min(Math.max(most, largest), largest * 1.25);
@@ -107,7 +108,10 @@ export function drawPlot(canvas, picture) {
   g.beginPath();
   g.rect(LEFT, 0, width - LEFT, height);
   g.clip();
-  if (plot.stance) ["left", "right"].forEach((foot, i) => drawStance(g, picture.line("stance", foot), x, height - STANCE_PX * (2 - i), inkNamed(foot)));
+  if (plot.stance)
+    ["left", "right"].forEach((foot, i) =>
+      drawStance(g, picture.line("stance", foot), x, height - STANCE_PX * (2 - i), inkNamed(foot)),
+    );
   for (const limit of limits) {
     g.strokeStyle = limit.name === "gate" ? ink.bad : ink.warn;
     g.setLineDash([5, 4]);

@@ -16,7 +16,15 @@ const LEAVE_S = 1;
 const FIGURES = ["time", "clock", "e", "n", "u", "sigma", "speed", "heading", "stance", "marker", "near"];
 
 export function readoutRow() {
-  return html`<dl class="replay-readout" data-testid="readout">${FIGURES.map((name) => html`<div><dt>${t(`readout.${name}`)}</dt><dd class="mono" data-figure="${name}">–</dd></div>`)}</dl>`;
+  return html`<dl class="replay-readout" data-testid="readout">
+    ${FIGURES.map(
+      (name) =>
+        html`<div>
+          <dt>${t(`readout.${name}`)}</dt>
+          <dd class="mono" data-figure="${name}">–</dd>
+        </div>`,
+    )}
+  </dl>`;
 }
 
 /**
@@ -31,7 +39,8 @@ export function showReadout(dock, app, { walk, detail, t_s, line, visits }) {
   const close = detail !== null && t_s >= detail.t_s[0] && t_s <= detail.t_s[detail.t_s.length - 1];
   const track = close ? detail : walk.track;
   if (track.t_s.length === 0) return;
-  const show = (/** @type {string} */ name, /** @type {string} */ words) => setText(one(`[data-figure=${name}]`, dock), words);
+  const show = (/** @type {string} */ name, /** @type {string} */ words) =>
+    setText(one(`[data-figure=${name}]`, dock), words);
   if (t_s < walk.track.t_s[0] - LEAVE_S || t_s > walk.track.t_s[walk.track.t_s.length - 1] + LEAVE_S) {
     // Another walk goes on, or has begun, without this one.
     FIGURES.slice(2).forEach((name) => show(name, "–"));
@@ -49,7 +58,13 @@ export function showReadout(dock, app, { walk, detail, t_s, line, visits }) {
   show("speed", speed_m_s === null ? "–" : `${number(speed_m_s, 1)} m/s`);
   show("heading", heading(track.heading_rad[i]));
   show("stance", ["left", "right"].map((foot) => stance(track, foot, i, close, line, t_s)).join(" · "));
-  const last = visits.filter((visit) => visit.accepted && visitTime(visit) <= t_s).reduce((/** @type {typeof visits[0] | null} */ best, visit) => (!best || visitTime(visit) > visitTime(best) ? visit : best), null);
+  const last = visits
+    .filter((visit) => visit.accepted && visitTime(visit) <= t_s)
+    .reduce(
+      (/** @type {typeof visits[0] | null} */ best, visit) =>
+        !best || visitTime(visit) > visitTime(best) ? visit : best,
+      null,
+    );
   show("marker", last ? `${last.marker} · ${duration(t_s - visitTime(last))}` : "–");
   const near = app.grid.nearest(e_m, n_m, 1, NEAR_M)[0];
   show("near", near ? `${near.place.name} · ${length(near.distance_m)}` : "–");
@@ -72,6 +87,8 @@ export function showReadout(dock, app, { walk, detail, t_s, line, visits }) {
  */
 function stance(track, foot, i, close, line, t_s) {
   const letter = t(`readout.${foot}`);
-  const known = close ? (foot === "left" ? track.left_stance : track.right_stance)[i] : (valueAt(line("stance", foot), t_s, 0) ?? NaN);
+  const known = close
+    ? (foot === "left" ? track.left_stance : track.right_stance)[i]
+    : (valueAt(line("stance", foot), t_s, 0) ?? NaN);
   return `${letter} ${known === 1 ? t("readout.stands") : known === 0 ? t("readout.swings") : "–"}`;
 }

@@ -7,7 +7,12 @@
 export const AIDS = ["zupt", "heading", "maru", "separation", "altimeter", "markers"];
 
 /** Runs that show what each aid brings. */
-export const LADDER = [["zupt"], ["zupt", "heading"], ["zupt", "heading", "maru"], ["zupt", "heading", "maru", "separation"]];
+export const LADDER = [
+  ["zupt"],
+  ["zupt", "heading"],
+  ["zupt", "heading", "maru"],
+  ["zupt", "heading", "maru", "separation"],
+];
 
 /** @type {StoredRun[]} */
 export const STORED = ["main", "filtered", "without_markers"];
@@ -24,7 +29,10 @@ export const runByAids = (aids) => `aids:${AIDS.filter((aid) => aids.includes(ai
  */
 export function aidsOf(run) {
   if (!run.startsWith("aids:")) return null;
-  const aids = run.slice(5).split("+").filter((aid) => AIDS.includes(aid));
+  const aids = run
+    .slice(5)
+    .split("+")
+    .filter((aid) => AIDS.includes(aid));
   return aids.length > 0 ? aids : null;
 }
 
@@ -41,9 +49,16 @@ export const isOwn = (run) => /** @type {string[]} */ (STORED).includes(run);
  */
 export function runNamed(runs, name) {
   const aids = aidsOf(name);
-  return runs.findLast((run) => run.state === "finished" && (aids
-    ? run.solution === "filtered" && Object.keys(run.parameters).length === 0 && run.aids !== null && runByAids(run.aids) === runByAids(aids)
-    : labName(run.id) === name));
+  return runs.findLast(
+    (run) =>
+      run.state === "finished" &&
+      (aids
+        ? run.solution === "filtered" &&
+          Object.keys(run.parameters).length === 0 &&
+          run.aids !== null &&
+          runByAids(run.aids) === runByAids(aids)
+        : labName(run.id) === name),
+  );
 }
 
 /**

@@ -56,22 +56,36 @@ export function walkOf(id, name, started_at, offset_s, ink, track, visits) {
  */
 export function makeReplay(app, dock, id, ways) {
   const clock = new Clock();
-  render(dock, html`
-    <div class="transport">
-      <button type="button" data-do="back" data-t-label="replay.marker_before"><svg viewBox="0 0 20 20" aria-hidden="true"><path d="M5 4V16M15 4 7 10 15 16Z"/></svg></button>
-      <button type="button" data-do="play" class="main-action" data-testid="play" data-t-label="replay.play"><svg viewBox="0 0 20 20" aria-hidden="true"><path class="to-play" d="M6 3 16 10 6 17Z"/><path class="to-pause" d="M6 4H8V16H6ZM12 4H14V16H12Z"/></svg></button>
-      <button type="button" data-do="on" data-t-label="replay.marker_next"><svg viewBox="0 0 20 20" aria-hidden="true"><path d="M15 4V16M5 4 13 10 5 16Z"/></svg></button>
-      <select data-t-label="replay.speed" data-testid="speed">${SPEEDS.map((speed) => html`<option value="${String(speed)}">${String(speed)}×</option>`)}</select>
-      <button type="button" data-do="loop_from" data-t-label="replay.loop_from">A</button><button type="button" data-do="loop_to" data-t-label="replay.loop_to">B</button>
-      <button type="button" data-do="loop_off" data-t="replay.loop_off" hidden></button>
-      <label><input type="checkbox" name="skip" checked><span data-t="replay.skip_gaps"></span></label>
-      <label><input type="checkbox" name="follow"><span data-t="map.follow"></span></label>
-      <button type="button" data-do="live" data-t="replay.live" hidden></button>
-    </div>
-    <canvas class="replay-bar" role="slider" tabindex="0" data-t-label="session.time" data-testid="time-bar"></canvas>
-    ${readoutRow()}
-    <div class="chart-problem" hidden></div>
-    <div class="chart-room"></div>`);
+  render(
+    dock,
+    html` <div class="transport">
+        <button type="button" data-do="back" data-t-label="replay.marker_before">
+          <svg viewBox="0 0 20 20" aria-hidden="true"><path d="M5 4V16M15 4 7 10 15 16Z" /></svg>
+        </button>
+        <button type="button" data-do="play" class="main-action" data-testid="play" data-t-label="replay.play">
+          <svg viewBox="0 0 20 20" aria-hidden="true">
+            <path class="to-play" d="M6 3 16 10 6 17Z" />
+            <path class="to-pause" d="M6 4H8V16H6ZM12 4H14V16H12Z" />
+          </svg>
+        </button>
+        <button type="button" data-do="on" data-t-label="replay.marker_next">
+          <svg viewBox="0 0 20 20" aria-hidden="true"><path d="M15 4V16M5 4 13 10 5 16Z" /></svg>
+        </button>
+        <select data-t-label="replay.speed" data-testid="speed">
+          ${SPEEDS.map((speed) => html`<option value="${String(speed)}">${String(speed)}×</option>`)}
+        </select>
+        <button type="button" data-do="loop_from" data-t-label="replay.loop_from">A</button
+        ><button type="button" data-do="loop_to" data-t-label="replay.loop_to">B</button>
+        <button type="button" data-do="loop_off" data-t="replay.loop_off" hidden></button>
+        <label><input type="checkbox" name="skip" checked /><span data-t="replay.skip_gaps"></span></label>
+        <label><input type="checkbox" name="follow" /><span data-t="map.follow"></span></label>
+        <button type="button" data-do="live" data-t="replay.live" hidden></button>
+      </div>
+      <canvas class="replay-bar" role="slider" tabindex="0" data-t-label="session.time" data-testid="time-bar"></canvas>
+      ${readoutRow()}
+      <div class="chart-problem" hidden></div>
+      <div class="chart-room"></div>`,
+  );
   const speed = /** @type {HTMLSelectElement} */ (one("select", dock));
   const play = one("[data-do=play]", dock);
   const follow = /** @type {HTMLInputElement} */ (one("[name=follow]", dock));
@@ -92,7 +106,11 @@ export function makeReplay(app, dock, id, ways) {
       render(box, problemBox(error));
     },
     dots: (plot) => {
-      if (plot.visits) return ways.visits().filter((v) => v.nis !== undefined && v.nis !== null).map((v) => ({ t_s: visitTime(v), value: Number(v.nis), bad: !v.accepted }));
+      if (plot.visits)
+        return ways
+          .visits()
+          .filter((v) => v.nis !== undefined && v.nis !== null)
+          .map((v) => ({ t_s: visitTime(v), value: Number(v.nis), bad: !v.accepted }));
       if (!plot.heights) return [];
       return ways.visits().flatMap((v) => {
         const u_m = app.grid.named(v.marker)?.u_m;
@@ -101,15 +119,18 @@ export function makeReplay(app, dock, id, ways) {
     },
   });
   const bar = makeTimeBar(/** @type {HTMLCanvasElement} */ (one(".replay-bar", dock)), clock, {
-    lanes: () => ways.walks().map((walk) => {
-      const at = (/** @type {number} */ s) => s + walk.offset_s;
-      const { t_s } = walk.track;
-      return {
-        from_s: at(t_s[0] ?? 0), to_s: at(t_s[t_s.length - 1] ?? 0), colour: inkNamed(walk.ink),
-        gaps: walk.gaps.map(([a, b]) => /** @type {import("./clock.js").Stretch} */ ([at(a), at(b)])),
-        marks: walk.visits.map((v) => ({ t_s: at(visitTime(v)), bad: v.accepted === false })),
-      };
-    }),
+    lanes: () =>
+      ways.walks().map((walk) => {
+        const at = (/** @type {number} */ s) => s + walk.offset_s;
+        const { t_s } = walk.track;
+        return {
+          from_s: at(t_s[0] ?? 0),
+          to_s: at(t_s[t_s.length - 1] ?? 0),
+          colour: inkNamed(walk.ink),
+          gaps: walk.gaps.map(([a, b]) => /** @type {import("./clock.js").Stretch} */ ([at(a), at(b)])),
+          marks: walk.visits.map((v) => ({ t_s: at(visitTime(v)), bad: v.accepted === false })),
+        };
+      }),
     view: charts.view,
     seek,
     select: (a_s, b_s) => setLoop(a_s, b_s),
@@ -143,8 +164,13 @@ export function makeReplay(app, dock, id, ways) {
       const t_s = clock.t_s - walk.offset_s;
       const last_s = walk.track.t_s[walk.track.t_s.length - 1];
       if (walk !== walks[0] && (t_s < walk.track.t_s[0] || t_s > last_s)) return [];
-      const close = walk === walks[0] && detail && t_s >= detail.t_s[0] && t_s <= detail.t_s[detail.t_s.length - 1] ? detail : walk.track;
-      return [{ place: placeAt(close, t_s), ink: walk === walks[0] ? "accent" : walk.ink, label: alone ? "" : walk.name }];
+      const close =
+        walk === walks[0] && detail && t_s >= detail.t_s[0] && t_s <= detail.t_s[detail.t_s.length - 1]
+          ? detail
+          : walk.track;
+      return [
+        { place: placeAt(close, t_s), ink: walk === walks[0] ? "accent" : walk.ink, label: alone ? "" : walk.name },
+      ];
     });
     app.layers.runs.invalidate();
     if (follow.checked && ways.runs.cursors.length > 0) app.stage.keepInView(ways.runs.cursors[0].place);
@@ -217,7 +243,10 @@ export function makeReplay(app, dock, id, ways) {
     step: (/** @type {number} */ by_s) => seek(clock.t_s + by_s),
     /** To the next visit, or the one before. @param {number} by */
     marker(by) {
-      const times = ways.visits().map(visitTime).sort((a, b) => a - b);
+      const times = ways
+        .visits()
+        .map(visitTime)
+        .sort((a, b) => a - b);
       const found = by > 0 ? times.find((s) => s > clock.t_s + 0.05) : times.findLast((s) => s < clock.t_s - 0.05);
       if (found !== undefined) seek(found);
     },
@@ -277,12 +306,21 @@ export function makeReplay(app, dock, id, ways) {
     walksChanged() {
       const walks = ways.walks().filter((walk) => walk.track.t_s.length > 0);
       if (walks.length === 0) return;
-      const ends = walks.map((walk) => [walk.track.t_s[0] + walk.offset_s, walk.track.t_s[walk.track.t_s.length - 1] + walk.offset_s]);
+      const ends = walks.map((walk) => [
+        walk.track.t_s[0] + walk.offset_s,
+        walk.track.t_s[walk.track.t_s.length - 1] + walk.offset_s,
+      ]);
       const first = clock.to_s === 0;
       detail = null;
-      clock.gaps = inAll(walks.map((walk, i) => [
-        [-Infinity, ends[i][0]], ...walk.gaps.map(([a, b]) => [a + walk.offset_s, b + walk.offset_s]), [ends[i][1], Infinity],
-      ].map(([a, b]) => /** @type {import("./clock.js").Stretch} */ ([a, b])))).filter(([a, b]) => Number.isFinite(a) && Number.isFinite(b));
+      clock.gaps = inAll(
+        walks.map((walk, i) =>
+          [
+            [-Infinity, ends[i][0]],
+            ...walk.gaps.map(([a, b]) => [a + walk.offset_s, b + walk.offset_s]),
+            [ends[i][1], Infinity],
+          ].map(([a, b]) => /** @type {import("./clock.js").Stretch} */ ([a, b])),
+        ),
+      ).filter(([a, b]) => Number.isFinite(a) && Number.isFinite(b));
       clock.setSpan(Math.min(...ends.map(([a]) => a)), Math.max(...ends.map(([, b]) => b)));
       if (first && ways.isLive()) clock.goLive();
       charts.setSpan(ends[0][0], ends[0][1]);

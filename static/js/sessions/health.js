@@ -20,11 +20,17 @@ export function healthOf(rates, anomalies) {
   const of = (/** @type {string} */ kind) => anomalies.filter((a) => a.anomaly === kind);
   const gaps = of("gap");
   return {
-    rate_hz: Object.fromEntries(["left", "right"].map((foot) => {
-      // The middle one of all seconds: a gap does not change the sensor's rate.
-      const found = rates.find((line) => line.series === foot)?.low.filter((n) => n !== null).sort((a, b) => a - b) ?? [];
-      return [foot, found.length > 0 ? found[found.length >> 1] : null];
-    })),
+    rate_hz: Object.fromEntries(
+      ["left", "right"].map((foot) => {
+        // The middle one of all seconds: a gap does not change the sensor's rate.
+        const found =
+          rates
+            .find((line) => line.series === foot)
+            ?.low.filter((n) => n !== null)
+            .sort((a, b) => a - b) ?? [];
+        return [foot, found.length > 0 ? found[found.length >> 1] : null];
+      }),
+    ),
     gaps: gaps.length,
     lost_s: gaps.reduce((sum, gap) => sum + (gap.t_end_ns - gap.t_start_ns) / 1e9, 0),
     saturated: of("saturation").reduce((sum, a) => sum + a.samples, 0),

@@ -28,7 +28,8 @@ const TONES = { honest: "good", too_sure: "bad", too_unsure: "", unknown: "" };
 /** @param {Report} report */
 export function reportCard(report) {
   const { closure } = report;
-  const figure = (/** @type {string} */ value, /** @type {string} */ key) => html`<div><b>${value}</b><small>${t(key)}</small></div>`;
+  const figure = (/** @type {string} */ value, /** @type {string} */ key) =>
+    html`<div><b>${value}</b><small>${t(key)}</small></div>`;
   const share = (/** @type {number | null} */ part) => (part === null ? "–" : percent(part));
   return html`<h2>${t("report.title")}</h2>
     <div class="figures" data-testid="report">
@@ -39,8 +40,39 @@ export function reportCard(report) {
       ${figure(length(report.end_sigma_up_m), "report.sigma_up")}
       ${figure(`${share(report.stance_share[0])} / ${share(report.stance_share[1])}`, "report.stance")}
     </div>
-    ${report.aids.length > 0 && html`<div class="scroll" tabindex="0" role="region" aria-label="${t("report.aid")}"><table data-testid="aids"><thead><tr><th>${t("report.aid")}</th><th>${t("report.judged")}</th><th class="num">${t("report.accepted")}</th><th class="num">${t("report.rejected")}</th><th class="num">${t("report.unusable")}</th><th class="num">${t("report.innovation")}</th><th class="num">${t("report.bounds")}</th></tr></thead>
-      <tbody>${report.aids.map((aid) => html`<tr><td>${t(`report.aid.${aid.aid}`)}</td><td><span class="tag ${TONES[verdict(aid)]}">${t(`report.verdict.${verdict(aid)}`)}</span></td><td class="num">${String(aid.accepted)}</td><td class="num">${String(aid.rejected - aid.unusable)}</td><td class="num">${String(aid.unusable)}</td>
-        <td class="num">${number(aid.mean_nis_per_degree, 2)}</td><td class="num">${aid.bounds_95 ? `${number(aid.bounds_95[0], 2)} – ${number(aid.bounds_95[1], 2)}` : "–"}</td></tr>`)}</tbody></table></div>
-      <p class="muted">${t("report.hint")}</p>`}`;
+    ${
+      report.aids.length > 0 &&
+      html`<div class="scroll" tabindex="0" role="region" aria-label="${t("report.aid")}">
+          <table data-testid="aids">
+            <thead>
+              <tr>
+                <th>${t("report.aid")}</th>
+                <th>${t("report.judged")}</th>
+                <th class="num">${t("report.accepted")}</th>
+                <th class="num">${t("report.rejected")}</th>
+                <th class="num">${t("report.unusable")}</th>
+                <th class="num">${t("report.innovation")}</th>
+                <th class="num">${t("report.bounds")}</th>
+              </tr>
+            </thead>
+            <tbody>
+              ${report.aids.map(
+                (aid) =>
+                  html`<tr>
+                    <td>${t(`report.aid.${aid.aid}`)}</td>
+                    <td><span class="tag ${TONES[verdict(aid)]}">${t(`report.verdict.${verdict(aid)}`)}</span></td>
+                    <td class="num">${String(aid.accepted)}</td>
+                    <td class="num">${String(aid.rejected - aid.unusable)}</td>
+                    <td class="num">${String(aid.unusable)}</td>
+                    <td class="num">${number(aid.mean_nis_per_degree, 2)}</td>
+                    <td class="num">
+                      ${aid.bounds_95 ? `${number(aid.bounds_95[0], 2)} – ${number(aid.bounds_95[1], 2)}` : "–"}
+                    </td>
+                  </tr>`,
+              )}
+            </tbody>
+          </table>
+        </div>
+        <p class="muted">${t("report.hint")}</p>`
+    }`;
 }

@@ -64,7 +64,8 @@ export function placeAt(track, t_s) {
   const i = indexAt(track, t_s);
   const span_s = track.t_s[i + 1] - track.t_s[i];
   const share = span_s > 0 ? Math.min(1, Math.max(0, (t_s - track.t_s[i]) / span_s)) : 0;
-  const between = (/** @type {Float64Array} */ values) => (share > 0 ? values[i] + share * (values[i + 1] - values[i]) : values[i]);
+  const between = (/** @type {Float64Array} */ values) =>
+    share > 0 ? values[i] + share * (values[i + 1] - values[i]) : values[i];
   return [between(track.e_m), between(track.n_m)];
 }
 

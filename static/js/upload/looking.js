@@ -72,14 +72,28 @@ export function makeLooking(app, side, fileOf) {
     const reading = readings[name] ?? {};
     const ask_rate = preview.problem?.code === "mapping_needed" || reading.rate_hz !== undefined;
     const ask_field = preview.notes.includes("field_without_unit");
-    const suggested = preview.field_in_counts && preview.survey.field_mean_ut ? (app.site.field_ut ?? 50) / preview.survey.field_mean_ut : null;
+    const suggested =
+      preview.field_in_counts && preview.survey.field_mean_ut
+        ? (app.site.field_ut ?? 50) / preview.survey.field_mean_ut
+        : null;
     if (!ask_rate && !ask_field && !(reading.mapping || preview.columns.length > 0)) return null;
     return html`<div class="asked">
-      ${ask_rate && html`<label class="field"><span>${t("preview.ask_rate")}</span><input data-ask="rate_hz" inputmode="decimal" autocomplete="off" value="${reading.rate_hz ?? ""}"></label>`}
-      ${ask_field && html`<label class="field"><span>${t("preview.ask_field")}</span><input data-ask="field_ut_per_count" inputmode="decimal" autocomplete="off" value="${reading.field_ut_per_count ?? ""}"></label>
-        ${suggested && html`<p class="muted">${t("preview.suggested_field", { ut: String(Number(suggested.toPrecision(3))) })}</p>`}`}
+      ${ask_rate && html`<label class="field"><span>${t("preview.ask_rate")}</span><input data-ask="rate_hz" inputmode="decimal" autocomplete="off" value="${reading.rate_hz ?? ""}" /></label>`}
+      ${
+        ask_field &&
+        html`<label class="field"
+            ><span>${t("preview.ask_field")}</span
+            ><input
+              data-ask="field_ut_per_count"
+              inputmode="decimal"
+              autocomplete="off"
+              value="${reading.field_ut_per_count ?? ""}"
+          /></label>
+          ${suggested && html`<p class="muted">${t("preview.suggested_field", { ut: String(Number(suggested.toPrecision(3))) })}</p>`}`
+      }
       ${(ask_rate || ask_field) && html`<button type="button" data-look="${name}">${t("preview.again")}</button>`}
-      ${preview.columns.length > 0 && preview.format !== "canonical" && html`<button type="button" class="quiet" data-map="${name}">${t("preview.map_columns")}</button>`}</div>`;
+      ${preview.columns.length > 0 && preview.format !== "canonical" && html`<button type="button" class="quiet" data-map="${name}">${t("preview.map_columns")}</button>`}
+    </div>`;
   }
 
   /** The foot whose columns are being mapped. @type {Foot | null} */
@@ -120,7 +134,13 @@ export function makeLooking(app, side, fileOf) {
       else if (readings[name]) delete readings[name]?.clock_zero_ns;
     }
     const part = l?.part || r?.part;
-    setText(box, t(time.one_clock ? "preview.one_clock" : "preview.two_clocks", { s: number(time.right_after_left_s, 2), overlap: duration(time.overlap_s) }) + (part ? ` ${t("preview.of_part")}` : ""));
+    setText(
+      box,
+      t(time.one_clock ? "preview.one_clock" : "preview.two_clocks", {
+        s: number(time.right_after_left_s, 2),
+        overlap: duration(time.overlap_s),
+      }) + (part ? ` ${t("preview.of_part")}` : ""),
+    );
   }
 
   one(".feet", side).addEventListener("click", (event) => {

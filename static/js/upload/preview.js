@@ -48,16 +48,22 @@ export function look(api, file, reading) {
  */
 export function fittingPreset(presets, table) {
   const fits = presets.filter(
-    ({ mapping }) => (mapping.delimiter ?? "comma") === table.delimiter && columnsOf(mapping).every((column) => table.columns.includes(column)),
+    ({ mapping }) =>
+      (mapping.delimiter ?? "comma") === table.delimiter &&
+      columnsOf(mapping).every((column) => table.columns.includes(column)),
   );
   return fits.length === 1 ? fits[0] : null;
 }
 
 /** @param {Mapping} mapping */
 export function columnsOf(mapping) {
-  return [mapping.time.column, ...mapping.gyr.columns, ...mapping.acc.columns, ...(mapping.mag?.columns ?? []), mapping.pressure?.column].filter(
-    (column) => column !== undefined,
-  );
+  return [
+    mapping.time.column,
+    ...mapping.gyr.columns,
+    ...mapping.acc.columns,
+    ...(mapping.mag?.columns ?? []),
+    mapping.pressure?.column,
+  ].filter((column) => column !== undefined);
 }
 
 /**
@@ -103,7 +109,10 @@ export function warnings(preview) {
     found.push({ key: "times", values: { samples: survey.repeated_times + survey.backward_times } });
   }
   if (preview.field_in_counts) found.push({ key: "counts" });
-  else if (survey.field_mean_ut !== null && !(survey.field_mean_ut >= FIELD_UT[0] && survey.field_mean_ut <= FIELD_UT[1])) {
+  else if (
+    survey.field_mean_ut !== null &&
+    !(survey.field_mean_ut >= FIELD_UT[0] && survey.field_mean_ut <= FIELD_UT[1])
+  ) {
     found.push({ key: "field", values: { ut: survey.field_mean_ut.toFixed(1) } });
   }
   return found;

@@ -63,7 +63,12 @@ export async function runUpload(api, task) {
         delete record.logs[foot];
         const empty = task.unfinished === null && outcomes.length === 0;
         // A walk that was begun for it and holds nothing goes, too; one that waited for its logs stays.
-        const gone = empty && (await api.deleteSession(record.session_id).then(() => true, () => false));
+        const gone =
+          empty &&
+          (await api.deleteSession(record.session_id).then(
+            () => true,
+            () => false,
+          ));
         task.remember(gone ? null : record);
       }
       throw error;

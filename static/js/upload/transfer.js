@@ -91,7 +91,13 @@ async function begin(api, task, sha256) {
     }
   }
   const log = await persist(task, file.size, () =>
-    api.beginLog(sessionId, { foot, file_name: file.name, size_bytes: file.size, sha256, ...(task.reading ? { reading: task.reading } : {}) }),
+    api.beginLog(sessionId, {
+      foot,
+      file_name: file.name,
+      size_bytes: file.size,
+      sha256,
+      ...(task.reading ? { reading: task.reading } : {}),
+    }),
   );
   const offset = log.state === "unchanged" ? 0 : await persist(task, file.size, () => api.logOffset(log.id));
   return { log, offset };
@@ -146,7 +152,9 @@ export async function sameFile(one, other) {
 export function footOf(name) {
   const words = name.toLowerCase().split(/[^a-z\u4e00-\u9fff]+/u);
   const says = (/** @type {string[]} */ options) =>
-    words.some((w) => options.includes(w)) || options.some((o) => o.length > 2 && name.toLowerCase().includes(o)) || options.some((o) => o >= "\u4e00" && name.includes(o));
+    words.some((w) => options.includes(w)) ||
+    options.some((o) => o.length > 2 && name.toLowerCase().includes(o)) ||
+    options.some((o) => o >= "\u4e00" && name.includes(o));
   const left = says(["left", "l", "lf", "左"]);
   const right = says(["right", "r", "rf", "右"]);
   if (left === right) return null;

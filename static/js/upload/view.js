@@ -26,48 +26,96 @@ export function uploadView(app, side) {
   let busy = false;
   const refused = mayNot(app, "walk");
   const left = new TimeLeft();
-  const foot = (/** @type {Foot} */ name) => html`
-    <div class="foot" data-foot="${name}" data-testid="foot-${name}"><h3 data-t="foot.${name}"></h3>
-      <p class="file muted"></p><p class="muted state" aria-live="polite"></p><progress max="1" value="0" hidden></progress><div class="preview" data-testid="preview-${name}"></div></div>`;
+  const foot = (/** @type {Foot} */ name) =>
+    html` <div class="foot" data-foot="${name}" data-testid="foot-${name}">
+      <h3 data-t="foot.${name}"></h3>
+      <p class="file muted"></p>
+      <p class="muted state" aria-live="polite"></p>
+      <progress max="1" value="0" hidden></progress>
+      <div class="preview" data-testid="preview-${name}"></div>
+    </div>`;
 
-  render(side, html`<div class="page">
-    <h1 data-t="upload.title"></h1><p class="lead" data-t="upload.lead"></p>
-    ${refused}
-    <div class="unfinished"></div>
-    <form novalidate>
-      <div class="block">
-        <h2 data-t="upload.files"></h2>
-        <div class="drop" data-testid="drop"><b data-t="upload.drop"></b><p class="muted" data-t="upload.formats"></p>
-          <button type="button" class="choose" data-t="upload.choose"></button>
-          <input type="file" multiple hidden data-testid="files" accept=".csv,.txt,.log,.bin,.dat,.gz,.zst"></div>
-        <div class="feet">${foot("left")}<button type="button" class="swap" data-t="upload.swap"></button>${foot("right")}</div>
-        <div class="same" role="status"></div>
-        <p class="in-time" role="status" data-testid="in-time"></p>
-        <div class="ask-mapping"></div>
-        <p class="visits-file muted"></p>
-      </div>
-      <div class="block session-facts">
-        <h2 data-t="upload.walk"></h2>
-        <div class="two">
-          <label class="field"><span data-t="upload.inspector"></span><select name="inspector"></select></label>
-          <label class="field new-name"><span data-t="upload.new_inspector"></span><input name="new_name" autocomplete="off"></label>
+  render(
+    side,
+    html`<div class="page">
+      <h1 data-t="upload.title"></h1>
+      <p class="lead" data-t="upload.lead"></p>
+      ${refused}
+      <div class="unfinished"></div>
+      <form novalidate>
+        <div class="block">
+          <h2 data-t="upload.files"></h2>
+          <div class="drop" data-testid="drop">
+            <b data-t="upload.drop"></b>
+            <p class="muted" data-t="upload.formats"></p>
+            <button type="button" class="choose" data-t="upload.choose"></button>
+            <input type="file" multiple hidden data-testid="files" accept=".csv,.txt,.log,.bin,.dat,.gz,.zst" />
+          </div>
+          <div class="feet">
+            ${foot("left")}<button type="button" class="swap" data-t="upload.swap"></button>${foot("right")}
+          </div>
+          <div class="same" role="status"></div>
+          <p class="in-time" role="status" data-testid="in-time"></p>
+          <div class="ask-mapping"></div>
+          <p class="visits-file muted"></p>
         </div>
-        <div class="two">
-          <label class="field"><span data-t="upload.name"></span><input name="title" autocomplete="off"></label>
-          <label class="field"><span data-t="upload.started_at"></span><input name="started_at" type="datetime-local"></label>
+        <div class="block session-facts">
+          <h2 data-t="upload.walk"></h2>
+          <div class="two">
+            <label class="field"
+              ><span data-t="upload.inspector"></span
+              ><select name="inspector"></select
+            ></label>
+            <label class="field new-name"
+              ><span data-t="upload.new_inspector"></span><input name="new_name" autocomplete="off"
+            /></label>
+          </div>
+          <div class="two">
+            <label class="field"><span data-t="upload.name"></span><input name="title" autocomplete="off" /></label>
+            <label class="field"
+              ><span data-t="upload.started_at"></span><input name="started_at" type="datetime-local"
+            /></label>
+          </div>
+          <fieldset>
+            <legend data-t="upload.start"></legend>
+            <div class="choices">
+              <label
+                ><input type="radio" name="start" value="marker" checked /><span data-t="upload.start_marker"></span
+              ></label>
+              <label
+                ><input type="radio" name="start" value="position" /><span data-t="upload.start_position"></span
+              ></label>
+              <label
+                ><input type="radio" name="start" value="origin" /><span data-t="upload.start_origin"></span
+              ></label>
+            </div>
+          </fieldset>
+          <div class="start-marker two">
+            <label class="field"
+              ><span data-t="upload.marker"></span
+              ><input name="marker" autocomplete="off" autocapitalize="characters" spellcheck="false"
+            /></label>
+            <p class="muted marker-check"></p>
+          </div>
+          <div class="start-position three" hidden>
+            ${["east", "north", "up"].map((axis) => html`<label class="field"><span data-t="axis.${axis}_m"></span><input name="${axis}" inputmode="decimal" autocomplete="off" value="${axis === "up" ? "0" : ""}" /></label>`)}
+          </div>
+          <label class="field"
+            ><span data-t="upload.heading"></span><input name="heading" inputmode="decimal" autocomplete="off"
+          /></label>
         </div>
-        <fieldset><legend data-t="upload.start"></legend><div class="choices">
-          <label><input type="radio" name="start" value="marker" checked><span data-t="upload.start_marker"></span></label>
-          <label><input type="radio" name="start" value="position"><span data-t="upload.start_position"></span></label>
-          <label><input type="radio" name="start" value="origin"><span data-t="upload.start_origin"></span></label></div></fieldset>
-        <div class="start-marker two"><label class="field"><span data-t="upload.marker"></span><input name="marker" autocomplete="off" autocapitalize="characters" spellcheck="false"></label><p class="muted marker-check"></p></div>
-        <div class="start-position three" hidden>${["east", "north", "up"].map((axis) => html`<label class="field"><span data-t="axis.${axis}_m"></span><input name="${axis}" inputmode="decimal" autocomplete="off" value="${axis === "up" ? "0" : ""}"></label>`)}</div>
-        <label class="field"><span data-t="upload.heading"></span><input name="heading" inputmode="decimal" autocomplete="off"></label>
-      </div>
-      <div class="answer" aria-live="polite"></div>
-      <div class="block working" hidden><p class="words"></p><progress max="1" value="0"></progress></div>
-      <div class="row end"><button type="button" class="dry" data-t="upload.dry_run" data-testid="dry-run"></button><button class="main-action go" data-t="upload.go"></button></div>
-    </form></div>`);
+        <div class="answer" aria-live="polite"></div>
+        <div class="block working" hidden>
+          <p class="words"></p>
+          <progress max="1" value="0"></progress>
+        </div>
+        <div class="row end">
+          <button type="button" class="dry" data-t="upload.dry_run" data-testid="dry-run"></button
+          ><button class="main-action go" data-t="upload.go"></button>
+        </div>
+      </form>
+    </div>`,
+  );
   translate(side);
 
   const form = /** @type {HTMLFormElement} */ (one("form", side));
@@ -102,7 +150,10 @@ export function uploadView(app, side) {
       setAttribute(one(".file", box), "class", file ? "file" : "file muted");
       setText(one(".state", box), file ? bytes(file.size) : "");
     }
-    setText(one(".visits-file", side), visits ? t("upload.visits_file", { file: visits.name }) : t("upload.visits_none"));
+    setText(
+      one(".visits-file", side),
+      visits ? t("upload.visits_file", { file: visits.name }) : t("upload.visits_none"),
+    );
     /** @type {HTMLButtonElement} */ (one(".swap", side)).disabled = busy || (!files.left && !files.right);
     go.disabled = !ready();
     dry.disabled = go.disabled;
@@ -114,7 +165,14 @@ export function uploadView(app, side) {
     const { left: one_foot, right: other } = files;
     const same = one_foot && other ? await sameFile(one_foot, other) : false;
     if (files.left !== one_foot || files.right !== other) return;
-    render(one(".same", side), same ? html`<p class="warning" data-testid="same-file">${t("upload.same_file", { left: one_foot?.name ?? "", right: other?.name ?? "" })}</p>` : html``);
+    render(
+      one(".same", side),
+      same
+        ? html`<p class="warning" data-testid="same-file">
+            ${t("upload.same_file", { left: one_foot?.name ?? "", right: other?.name ?? "" })}
+          </p>`
+        : html``,
+    );
   }
 
   const ready = () => !busy && refused === null && Boolean(files.left || files.right);
@@ -123,7 +181,10 @@ export function uploadView(app, side) {
     const chosen = field("inspector").value;
     const everybody = await api.inspectors().catch(() => [...app.live.inspectors.values()]);
     const list = everybody.filter((/** @type {{id: string}} */ one) => app.writesFor(one.id));
-    render(one("select", side), html`${app.may("dispatch") && html`<option value="">${t("upload.somebody_new")}</option>`}${list.map((i) => html`<option value="${i.id}">${i.name}</option>`)}`);
+    render(
+      one("select", side),
+      html`${app.may("dispatch") && html`<option value="">${t("upload.somebody_new")}</option>`}${list.map((i) => html`<option value="${i.id}">${i.name}</option>`)}`,
+    );
     field("inspector").value = list.some((i) => i.id === chosen) ? chosen : (list[0]?.id ?? "");
     showNewName();
   }
@@ -138,15 +199,29 @@ export function uploadView(app, side) {
     one(".start-position", side).hidden = kind !== "position";
     const typed = field("marker").value.trim();
     const node = app.grid.named(typed);
-    setText(one(".marker-check", side), typed === "" ? "" : node ? `E ${node.e_m.toFixed(1)} · N ${node.n_m.toFixed(1)} m` : t("upload.marker_unknown", { name: typed }));
+    setText(
+      one(".marker-check", side),
+      typed === ""
+        ? ""
+        : node
+          ? `E ${node.e_m.toFixed(1)} · N ${node.n_m.toFixed(1)} m`
+          : t("upload.marker_unknown", { name: typed }),
+    );
   }
 
   function showUnfinished() {
     const left = unfinishedUpload();
-    render(one(".unfinished", side), left
-      ? html`<div class="block" role="status" data-testid="unfinished"><h2>${t(Object.keys(left.logs).length > 0 ? "upload.unfinished" : "upload.waits_for_logs")}</h2><p>${unfinishedWords(left)}</p>
-          <p></p><button type="button" class="discard">${t("upload.discard")}</button></div>`
-      : html``);
+    render(
+      one(".unfinished", side),
+      left
+        ? html`<div class="block" role="status" data-testid="unfinished">
+            <h2>${t(Object.keys(left.logs).length > 0 ? "upload.unfinished" : "upload.waits_for_logs")}</h2>
+            <p>${unfinishedWords(left)}</p>
+            <p></p>
+            <button type="button" class="discard">${t("upload.discard")}</button>
+          </div>`
+        : html``,
+    );
     one(".session-facts", side).hidden = left !== null;
   }
 
@@ -159,7 +234,12 @@ export function uploadView(app, side) {
     try {
       const session = unfinished ? {} : await describe(data);
       const { session_id, unchanged, looked } = await runUpload(api, {
-        files, visits, session, unfinished, readings: looking.readings(), dryRun,
+        files,
+        visits,
+        session,
+        unfinished,
+        readings: looking.readings(),
+        dryRun,
         onFoot: showFoot,
         onJob: showJob,
         remember: rememberUpload,
@@ -171,7 +251,12 @@ export function uploadView(app, side) {
           looking.found(name, seen);
         }
         const fine = FEET.every((name) => !looked[name]?.problem);
-        render(one(".answer", side), html`<div class="done" role="status" data-testid="dry-run-done"><b>${t(unchanged ? "upload.dry_unchanged" : fine ? "upload.dry_fine" : "upload.dry_wrong")}</b></div>`);
+        render(
+          one(".answer", side),
+          html`<div class="done" role="status" data-testid="dry-run-done">
+            <b>${t(unchanged ? "upload.dry_unchanged" : fine ? "upload.dry_fine" : "upload.dry_wrong")}</b>
+          </div>`,
+        );
         one(".working", side).hidden = true;
         busy = false;
         showUnfinished();
@@ -179,8 +264,13 @@ export function uploadView(app, side) {
         dry.disabled = go.disabled;
         return;
       }
-      render(one(".answer", side), html`<div class="done" role="status" data-testid="upload-done"><b>${t(unchanged ? "upload.done_unchanged" : "upload.done")}</b>
-        <p><a href="#/sessions/${encodeURIComponent(session_id)}">${t("upload.open")}</a></p></div>`);
+      render(
+        one(".answer", side),
+        html`<div class="done" role="status" data-testid="upload-done">
+          <b>${t(unchanged ? "upload.done_unchanged" : "upload.done")}</b>
+          <p><a href="#/sessions/${encodeURIComponent(session_id)}">${t("upload.open")}</a></p>
+        </div>`,
+      );
       files = {};
       showSame();
       looking.clear();
@@ -208,7 +298,8 @@ export function uploadView(app, side) {
     if (!left) return;
     try {
       const { logs } = await api.session(left.session_id);
-      if (!logs.some((/** @type {{state: string}} */ log) => log.state === "accepted")) await api.deleteSession(left.session_id);
+      if (!logs.some((/** @type {{state: string}} */ log) => log.state === "accepted"))
+        await api.deleteSession(left.session_id);
     } catch (error) {
       // Somebody else has deleted it: what was wanted.
       if (!(error instanceof api.Problem && error.status === 404)) render(one(".answer", side), problemBox(error));
@@ -249,7 +340,14 @@ export function uploadView(app, side) {
     const part = progress.total > 0 ? progress.done / progress.total : 0;
     if (progress.stage !== "waiting") bar.value = part;
     box.dataset.stage = progress.stage;
-    setText(one(".state", box), t(`upload.stage.${progress.stage}`, { done: bytes(progress.done), total: bytes(progress.total), percent: percent(part) }) + timeLeft(`${name} ${progress.stage}`, part));
+    setText(
+      one(".state", box),
+      t(`upload.stage.${progress.stage}`, {
+        done: bytes(progress.done),
+        total: bytes(progress.total),
+        percent: percent(part),
+      }) + timeLeft(`${name} ${progress.stage}`, part),
+    );
   }
 
   /**
@@ -268,10 +366,16 @@ export function uploadView(app, side) {
     const done = job.progress ?? 0;
     /** @type {HTMLProgressElement} */ (one("progress", box)).value = done;
     // Ids are in the order in which jobs were queued.
-    const before = [...app.live.jobs.values()].filter((other) => other.state === "running" || (other.state === "queued" && !other.lab_run_id && other.id < job.id)).length;
-    setText(one(".words", box), job.state === "queued"
-      ? t("upload.queued", { n: before })
-      : t("upload.processing", { stage: tOr(`job.stage.${job.stage}`, job.stage ?? ""), percent: percent(done) }) + timeLeft(`${job.id} ${job.stage}`, done));
+    const before = [...app.live.jobs.values()].filter(
+      (other) => other.state === "running" || (other.state === "queued" && !other.lab_run_id && other.id < job.id),
+    ).length;
+    setText(
+      one(".words", box),
+      job.state === "queued"
+        ? t("upload.queued", { n: before })
+        : t("upload.processing", { stage: tOr(`job.stage.${job.stage}`, job.stage ?? ""), percent: percent(done) }) +
+            timeLeft(`${job.id} ${job.stage}`, done),
+    );
   }
 
   one(".choose", side).addEventListener("click", () => picker.click());
