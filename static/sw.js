@@ -4,7 +4,7 @@
 
 const CACHE = "lodestep";
 /** What the page asks for before it can be used. */
-const TABLES = /^\/api\/v1\/(account|site|site\/plan|inspectors|markers)$/;
+const TABLES = /^\/api\/v1\/(account|site|site\/plan|systems|inspectors|markers)$/;
 /** Who comes or goes takes nothing of the one before along. */
 const SIGNS = /^\/api\/v1\/account\/sign-(in|out)$/;
 /** A server that takes longer is as good as none, ms. */

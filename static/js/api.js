@@ -153,6 +153,8 @@ export const sendAgain = (id, number) => post(`/webhooks/${seg(id)}/deliveries/$
 export const jobs = () => get("/jobs").then(rows);
 
 export const site = () => get("/site");
+/** @returns {Promise<{systems: import("./systems/generic.js").Declaration[]}>} */
+export const systems = () => get("/systems");
 export const sitePlan = () => get("/site/plan");
 export const inspectors = () => get("/inspectors").then(rows);
 /** @param {string} name */
@@ -242,7 +244,7 @@ export const trackFile = (id, format) => `${BASE}/sessions/${seg(id)}/track.${fo
 
 /**
  * @param {string} sessionId
- * @param {{foot: string, file_name: string, size_bytes: number, sha256: string, reading?: import("./upload/preview.js").Reading}} body
+ * @param {{file_name: string, size_bytes: number, sha256: string, reading?: import("./upload/preview.js").Reading}} body and which stream it is of, as its system says it
  */
 export const beginLog = (sessionId, body) => post(`/sessions/${seg(sessionId)}/logs`, body);
 /**

@@ -3,6 +3,7 @@ import { test } from "node:test";
 import { overAllWalks, verdict } from "../js/lab/comparison.js";
 import { readValue } from "../js/lab/parameters.js";
 import { labName, runNamed } from "../js/replay/runs.js";
+import { system } from "../js/systems/pedestrian.js";
 
 const closure = { name: "closure_m", unit: "m", aim: /** @type {const} */ ("small") };
 const nis = { name: "nis_zupt", unit: "1", aim: /** @type {const} */ ("one") };
@@ -76,8 +77,8 @@ test("a name in the address stands for the newest run that is finished", () => {
     run("c", { aids: ["zupt", "heading"], state: "failed" }),
     run("d", { aids: ["zupt", "heading"], solution: "smoothed" }),
   ];
-  assert.equal(runNamed(runs, "aids:zupt+heading")?.id, "b");
-  assert.equal(runNamed(runs, labName("d"))?.id, "d");
-  assert.equal(runNamed(runs, "aids:zupt"), undefined);
-  assert.equal(runNamed(runs, labName("c")), undefined);
+  assert.equal(runNamed(system, runs, "aids:zupt+heading")?.id, "b");
+  assert.equal(runNamed(system, runs, labName("d"))?.id, "d");
+  assert.equal(runNamed(system, runs, "aids:zupt"), undefined);
+  assert.equal(runNamed(system, runs, labName("c")), undefined);
 });

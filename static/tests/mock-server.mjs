@@ -28,8 +28,11 @@ const TYPES = {
 };
 const CSP = "default-src 'self'; frame-ancestors 'none'; base-uri 'none'; form-action 'self'";
 
-/** @param {{port?: number, stepMs?: number, crowd?: number}} [options] `crowd`: see `MockSite` */
-export async function startMock({ port = 0, stepMs = 500, crowd = 0 } = {}) {
+/**
+ * @param {{port?: number, stepMs?: number, crowd?: number, systems?: import("../js/systems/generic.js").Declaration[]}} [options]
+ *   `crowd`: see `MockSite`; `systems`: what is declared, else it is a server from before there were several
+ */
+export async function startMock({ port = 0, stepMs = 500, crowd = 0, systems } = {}) {
   // A crowd walks in real time; the four whom the tests know walk half a second a step, however often they step.
   const site = new MockSite(crowd > 0 ? { crowd, stepS: stepMs / 1000 } : {});
   const staff = new MockStaff();
@@ -164,6 +167,8 @@ export async function startMock({ port = 0, stepMs = 500, crowd = 0 } = {}) {
         });
       case "GET site/:id":
         return json(site.plan);
+      case "GET systems":
+        return systems ? json({ systems }) : problem(404, "no_such_route", "this server has one system");
       case "GET inspectors":
         return json(site.inspectors);
       case "POST inspectors": {

@@ -2,7 +2,7 @@ import assert from "node:assert/strict";
 import { test } from "node:test";
 import { setLanguage } from "../js/i18n.js";
 import { guess, readMapping } from "../js/upload/mapping_form.js";
-import { columnsOf, feetInTime, fittingPreset, look, PART_BYTES, TimeLeft, warnings } from "../js/upload/preview.js";
+import { columnsOf, fittingPreset, logsInTime, look, PART_BYTES, TimeLeft, warnings } from "../js/upload/preview.js";
 
 const survey = {
   samples: 100,
@@ -30,15 +30,19 @@ test("only the beginning of a long log is sent to be looked at", async () => {
   ]);
 });
 
-test("two logs of one clock begin together at the earlier one", () => {
-  const left = preview({ clock_ns: [1000e9, 1060e9] });
-  const right = preview({ clock_ns: [1002e9, 1070e9] });
-  assert.deepEqual(feetInTime(left, right), { one_clock: true, zero_ns: 1000e9, right_after_left_s: 2, overlap_s: 58 });
-  const canonical = feetInTime({ ...left, format: "canonical" }, { ...right, format: "canonical" });
+test("logs of one clock begin together at the earliest one", () => {
+  const first = preview({ clock_ns: [1000e9, 1060e9] });
+  const second = preview({ clock_ns: [1002e9, 1070e9] });
+  const together = { one_clock: true, zero_ns: 1000e9, second_after_first_s: 2, spread_s: 2, overlap_s: 58 };
+  assert.deepEqual(logsInTime([first, second]), together);
+  const third = preview({ clock_ns: [995e9, 1030e9] });
+  assert.deepEqual(logsInTime([first, second, third]), { ...together, zero_ns: 995e9, spread_s: 7, overlap_s: 28 });
+  const canonical = logsInTime([first, second].map((log) => ({ ...log, format: "canonical" })));
   assert.deepEqual([canonical?.one_clock, canonical?.zero_ns], [true, null]);
-  const apart = feetInTime(left, preview({ clock_ns: [9000e9, 9030e9] }));
-  assert.deepEqual(apart, { one_clock: false, zero_ns: null, right_after_left_s: 0, overlap_s: 30 });
-  assert.equal(feetInTime(left, preview({ clock_ns: null })), null);
+  const apart = logsInTime([first, preview({ clock_ns: [9000e9, 9030e9] })]);
+  assert.deepEqual(apart, { one_clock: false, zero_ns: null, second_after_first_s: 0, spread_s: 0, overlap_s: 30 });
+  assert.equal(logsInTime([first, preview({ clock_ns: null })]), null);
+  assert.equal(logsInTime([first]), null);
 });
 
 test("what should be looked at is said, worst first, and nothing of a good log", () => {

@@ -3,6 +3,7 @@ import { readFile } from "node:fs/promises";
 import { test } from "node:test";
 import { setLanguage } from "../js/i18n.js";
 import { healthOf } from "../js/sessions/health.js";
+import { system } from "../js/systems/pedestrian.js";
 import { residualCard, residualsOf } from "../js/sessions/residuals.js";
 
 const en = JSON.parse(await readFile(new URL("../messages/en.json", import.meta.url), "utf8"));
@@ -49,7 +50,7 @@ test("the health of a log: the usual rate of each foot, gaps with their length, 
     detail: "",
   });
   const rates = [{ chart: "rate", series: "left", low: [100, 100, 30, null, 0, 100, 100] }];
-  const health = healthOf(rates, [
+  const health = healthOf(system, rates, [
     anomaly("gap", 2, 5.5, 350),
     anomaly("saturation", 7, 8, 12),
     anomaly("magnetic_field", 9, 9, 1),
@@ -62,5 +63,5 @@ test("the health of a log: the usual rate of each foot, gaps with their length, 
     still: true,
     other: 1,
   });
-  assert.equal(healthOf([], [anomaly("no_still_start", 0, 0, 0)]).still, false);
+  assert.equal(healthOf(system, [], [anomaly("no_still_start", 0, 0, 0)]).still, false);
 });

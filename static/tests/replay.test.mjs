@@ -4,8 +4,11 @@ import { Clock, gapsOf, inAll } from "../js/replay/clock.js";
 import { readMoment, writeMoment } from "../js/replay/link.js";
 import { extremes, ticks, timeStep, valueAt, wrapDegrees } from "../js/replay/lines.js";
 import { range } from "../js/replay/plot.js";
-import { PLOTS, chartsOf } from "../js/replay/plots.js";
+import * as kit from "../js/replay/plots.js";
 import { aidsOf, pathLength, runByAids } from "../js/replay/runs.js";
+import { system } from "../js/systems/pedestrian.js";
+
+const PLOTS = system.plots(kit);
 
 function clock() {
   const made = new Clock();
@@ -122,7 +125,7 @@ test("axes carry round numbers", () => {
 });
 
 test("a moment's address is read as it was written", () => {
-  const moment = { t_s: 61.25, runs: ["main", runByAids(["heading", "zupt"])], beside: ["s7", "s8"] };
+  const moment = { t_s: 61.25, runs: ["main", runByAids(system, ["heading", "zupt"])], beside: ["s7", "s8"] };
   const hash = writeMoment("s9", moment);
   assert.equal(hash, "#/sessions/s9?t=61.25&run=main,aids:zupt+heading&with=s7,s8");
   assert.deepEqual(readMoment(hash), moment);
@@ -131,9 +134,9 @@ test("a moment's address is read as it was written", () => {
 });
 
 test("a run by chosen aids names them; others have none", () => {
-  assert.deepEqual(aidsOf("aids:zupt+heading"), ["zupt", "heading"]);
-  assert.equal(aidsOf("main"), null);
-  assert.equal(aidsOf("aids:magic"), null);
+  assert.deepEqual(aidsOf(system, "aids:zupt+heading"), ["zupt", "heading"]);
+  assert.equal(aidsOf(system, "main"), null);
+  assert.equal(aidsOf(system, "aids:magic"), null);
 });
 
 test("a path is as long as its metres; standing adds nothing", () => {
@@ -142,11 +145,14 @@ test("a path is as long as its metres; standing adds nothing", () => {
 });
 
 test("every chart that is drawn is asked for, with what its bands need", () => {
-  const wanted = chartsOf(PLOTS.map((plot) => plot.group));
+  const wanted = kit.chartsOf(PLOTS, system.readouts);
   for (const plot of PLOTS)
     for (const line of plot.lines)
       assert.ok(wanted.includes(line.chart) && (!line.sigma || wanted.includes(line.sigma)), line.chart);
-  assert.ok(!chartsOf(["height"]).includes("gyro_norm"));
+  for (const { strips } of PLOTS)
+    for (const strip of strips ?? []) assert.ok(wanted.includes(strip.chart), strip.chart);
+  // The read-out needs some whatever is drawn.
+  assert.deepEqual(kit.chartsOf([], system.readouts), ["stance", "speed"]);
 });
 
 test("a heading is drawn by the whole circle, or close to where it changes little", () => {

@@ -3,12 +3,13 @@ import { readFile } from "node:fs/promises";
 import { afterEach, test } from "node:test";
 import { setLanguage } from "../js/i18n.js";
 import { html } from "../js/html.js";
+import { system } from "../js/systems/pedestrian.js";
 import { figure, sentence } from "../js/told.js";
 
 const table = async (/** @type {string} */ name) =>
   JSON.parse(await readFile(new URL(`../messages/${name}.json`, import.meta.url), "utf8"));
 const [en, zh] = await Promise.all([table("en"), table("zh-CN")]);
-const shown = (/** @type {string} */ start, /** @type {any} */ found) => html`${sentence(start, found)}`.text;
+const shown = (/** @type {string} */ start, /** @type {any} */ found) => html`${sentence(system, start, found)}`.text;
 
 afterEach(() => setLanguage("en", en));
 

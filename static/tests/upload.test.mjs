@@ -3,7 +3,8 @@ import { createHash } from "node:crypto";
 import { test } from "node:test";
 import { runUpload } from "../js/upload/run.js";
 import { Sha256, sha256OfFile } from "../js/upload/sha256.js";
-import { PIECE_BYTES, footOf, handIn, sameFile } from "../js/upload/transfer.js";
+import { footOf, system } from "../js/systems/pedestrian.js";
+import { PIECE_BYTES, handIn, sameFile } from "../js/upload/transfer.js";
 import { setLanguage } from "../js/i18n.js";
 import { readStart } from "../js/upload/start.js";
 
@@ -122,7 +123,7 @@ test("a log goes up in pieces and is accepted", async () => {
   const stages = new Set();
   const { state } = await handIn(api, {
     sessionId: "s1",
-    foot: "left",
+    stream: { foot: "left" },
     file: file(bytes),
     onProgress: (p) => stages.add(p.stage),
     wait: noWait,
@@ -143,7 +144,7 @@ test("a cut before and a lost answer after a piece cost at most that piece, and 
   api.faults.beforeAppend = 2;
   api.faults.afterAppend = 1;
   const bytes = pattern(PIECE_BYTES * 2 + 5);
-  const { state } = await handIn(api, { sessionId: "s1", foot: "left", file: file(bytes), wait: noWait });
+  const { state } = await handIn(api, { sessionId: "s1", stream: { foot: "left" }, file: file(bytes), wait: noWait });
   assert.equal(state, "accepted");
   assert.equal(reference(Buffer.concat([...api.logs.values()][0].data)), reference(bytes));
 });
@@ -151,9 +152,9 @@ test("a cut before and a lost answer after a piece cost at most that piece, and 
 test("a log that is here already is success, and nothing is sent", async () => {
   const api = server();
   const bytes = pattern(5000);
-  await handIn(api, { sessionId: "s1", foot: "left", file: file(bytes), wait: noWait });
+  await handIn(api, { sessionId: "s1", stream: { foot: "left" }, file: file(bytes), wait: noWait });
   const before = api.calls.length;
-  const { state } = await handIn(api, { sessionId: "s1", foot: "left", file: file(bytes), wait: noWait });
+  const { state } = await handIn(api, { sessionId: "s1", stream: { foot: "left" }, file: file(bytes), wait: noWait });
   assert.equal(state, "unchanged");
   assert.deepEqual(api.calls.slice(before), [["beginLog", "left"]]);
 });
@@ -167,7 +168,7 @@ test("after a refresh the same file goes on where the server is", async () => {
   const before = api.calls.length;
   await handIn(api, {
     sessionId: "s1",
-    foot: "left",
+    stream: { foot: "left" },
     file: file(bytes),
     begun: { log_id: begun.id, sha256 },
     wait: noWait,
@@ -183,7 +184,7 @@ test("another file in place of the cut one begins a log of its own", async () =>
   const begun = await api.beginLog("s1", { foot: "left", file_name: "x", size_bytes: 3, sha256: "00" });
   await handIn(api, {
     sessionId: "s1",
-    foot: "left",
+    stream: { foot: "left" },
     file: file(pattern(100)),
     begun: { log_id: begun.id, sha256: "00" },
     wait: noWait,
@@ -196,7 +197,7 @@ test("a cut log that the server has forgotten is begun anew", async () => {
   const bytes = pattern(100);
   const { state } = await handIn(api, {
     sessionId: "s1",
-    foot: "left",
+    stream: { foot: "left" },
     file: file(bytes),
     begun: { log_id: "gone", sha256: reference(bytes) },
     wait: noWait,
@@ -213,7 +214,7 @@ test("a refusal is thrown at once, not tried again", async () => {
   await assert.rejects(
     handIn(api, {
       sessionId: "s1",
-      foot: "left",
+      stream: { foot: "left" },
       file: file(pattern(10)),
       wait: async () => {
         waits += 1;
@@ -228,12 +229,12 @@ test("the whole of it: session, both feet, visits, processing; the note of the c
   const api = server();
   const notes = [];
   const jobs = [];
-  const { session_id, unchanged } = await runUpload(api, {
+  const { session_id, unchanged } = await runUpload(api, system, {
     files: { left: file(pattern(10)), right: file(pattern(20), "right.csv") },
     visits: file(pattern(5), "visits.csv"),
     session: { inspector_id: "i1" },
     unfinished: null,
-    onFoot() {},
+    onLog() {},
     onJob: (job) => jobs.push(job.state),
     remember: (note) => notes.push(structuredClone(note)),
     wait: noWait,
@@ -259,12 +260,12 @@ test("a log that was refused leaves no walk that was begun for it; one that wait
       };
     let note;
     await assert.rejects(
-      runUpload(api, {
+      runUpload(api, system, {
         files: { left: file(pattern(9)) },
         visits: null,
         session: {},
         unfinished,
-        onFoot() {},
+        onLog() {},
         onJob() {},
         remember: (n) => {
           note = structuredClone(n);
@@ -275,7 +276,7 @@ test("a log that was refused leaves no walk that was begun for it; one that wait
     );
     return { note, deleted: api.calls.filter(([name]) => name === "deleteSession").length };
   };
-  const waits = { session_id: "s1", title: "", logs: {} };
+  const waits = { session_id: "s1", system: "pedestrian", title: "", logs: {} };
   assert.deepEqual(await refuse(null), { note: null, deleted: 1 });
   assert.deepEqual(await refuse(waits), { note: waits, deleted: 0 });
   // What cannot be removed is remembered, to be gone on with or given up.
@@ -291,12 +292,12 @@ test("a walk that holds one foot already stays when the other is refused", async
   };
   let note;
   await assert.rejects(
-    runUpload(api, {
+    runUpload(api, system, {
       files: { left: file(pattern(9)), right: file(pattern(8)) },
       visits: null,
       session: {},
       unfinished: null,
-      onFoot() {},
+      onLog() {},
       onJob() {},
       remember: (n) => {
         note = structuredClone(n);
@@ -319,12 +320,12 @@ test("one file given twice is found by its bytes, whatever it is called", async 
 
 test("one foot alone is a session of one foot", async () => {
   const api = server();
-  await runUpload(api, {
+  await runUpload(api, system, {
     files: { right: file(pattern(20)) },
     visits: null,
     session: {},
     unfinished: null,
-    onFoot() {},
+    onLog() {},
     onJob() {},
     remember() {},
     wait: noWait,
@@ -376,12 +377,12 @@ test("a dry run sends the log, looks at the whole of it and stores nothing; hand
     files: { left: file(bytes) },
     visits: null,
     session: { title: "T" },
-    onFoot() {},
+    onLog() {},
     onJob() {},
     readings: { left: reading },
     wait: noWait,
   };
-  const dry = await runUpload(api, {
+  const dry = await runUpload(api, system, {
     ...task,
     unfinished,
     remember: (/** @type {any} */ u) => (unfinished = u && structuredClone(u)),
@@ -393,7 +394,7 @@ test("a dry run sends the log, looks at the whole of it and stores nothing; hand
     [["previewUpload", 500, reading]],
   );
   assert.equal(api.logs.get("l1").done, false);
-  const whole = await runUpload(api, { ...task, unfinished, remember() {} });
+  const whole = await runUpload(api, system, { ...task, unfinished, remember() {} });
   assert.equal(whole.session_id, dry.session_id);
   assert.equal(api.calls.filter(([name]) => name === "appendLog").length, 1);
   assert.deepEqual([api.logs.get("l1").done, api.logs.get("l1").readAs], [true, reading]);

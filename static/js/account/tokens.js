@@ -41,7 +41,7 @@ export function showTokens(app, box, all) {
           <fieldset>
             <legend>${t("tokens.rights")}</legend>
             <div class="choices">
-              ${rights.map((right) => html`<label><input type="checkbox" name="right" value="${right}" ${right === "read" ? "checked" : ""} /><span>${t(`right.${right}`)}</span></label>`)}
+              ${rights.map((right) => html`<label><input type="checkbox" name="granted" value="${right}" ${right === "read" ? "checked" : ""} /><span>${t(`right.${right}`)}</span></label>`)}
             </div>
           </fieldset>
           <div class="answer" aria-live="polite"></div>
@@ -57,7 +57,7 @@ export function showTokens(app, box, all) {
       const expires = text(data, "expires");
       const made = await api.makeToken({
         name: text(data, "name"),
-        rights: data.getAll("right"),
+        rights: data.getAll("granted"),
         ...(inspector ? { inspector_id: inspector } : {}),
         // The end of that day, site time.
         ...(expires ? { expires_at: new Date(`${expires}T23:59:59+08:00`).toISOString() } : {}),

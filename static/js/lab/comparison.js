@@ -3,11 +3,13 @@
 import { dateTime, number } from "../format.js";
 import { html } from "../html.js";
 import { t } from "../i18n.js";
+import { streamOf, systemOf, word } from "../systems/index.js";
 
+/** @typedef {import("../systems/index.js").System} System */
 /**
  * @typedef {{name: string, unit: string, aim: "small" | "large" | "one" | "none"}} Figure
  * @typedef {{
- *   session_id: string, title: string, inspector: string, started_at: string, run_id: string | null, run: string,
+ *   session_id: string, system?: string, title: string, inspector: string, started_at: string, run_id: string | null, run: string,
  *   parameters: Record<string, number>, aids: string[] | null, values: Record<string, number>, differences: Record<string, number>,
  *   comparable: boolean | null, provenance: Record<string, any> | null,
  * }} Row
@@ -40,7 +42,7 @@ export function verdict(figure, value, difference) {
 export function runWords(row) {
   if (row.run_id === null) return t("lab.own_track");
   if (row.aids && Object.keys(row.parameters).length === 0)
-    return row.aids.map((aid) => t(`report.aid.${aid}`)).join(" + ");
+    return row.aids.map((aid) => word(systemOf(row), `aid.${aid}`)).join(" + ");
   return row.run;
 }
 
@@ -90,10 +92,10 @@ export function overAllWalks({ figures, rows }) {
 /** @param {number} value @param {number} places */
 const signed = (value, places) => (value > 0 ? `+${number(value, places)}` : number(value, places));
 
-/** @param {Figure} figure */
-const head = (figure) =>
+/** @param {System} system @param {Figure} figure */
+const head = (system, figure) =>
   html`<th class="num" scope="col">
-    ${t(`lab.figure.${figure.name}`)}${figure.unit !== "1" && html` <small>${figure.unit}</small>`}
+    ${word(system, `lab.figure.${figure.name}`)}${figure.unit !== "1" && html` <small>${figure.unit}</small>`}
   </th>`;
 
 /**
@@ -102,6 +104,7 @@ const head = (figure) =>
  */
 export function comparisonTable(comparison, mayRemove) {
   const { rows } = comparison;
+  const system = systemOf(rows[0]);
   const figures = comparison.figures.filter((figure) => rows.some((row) => figure.name in row.values));
   const all = overAllWalks(comparison);
   return html` ${
@@ -113,7 +116,7 @@ export function comparisonTable(comparison, mayRemove) {
               <tr>
                 <th scope="col">${t("lab.run")}</th>
                 <th class="num" scope="col">${t("lab.walks")}</th>
-                ${figures.map(head)}
+                ${figures.map((figure) => head(system, figure))}
               </tr>
             </thead>
             <tbody>
@@ -143,7 +146,7 @@ export function comparisonTable(comparison, mayRemove) {
         <thead>
           <tr>
             <th scope="col">${t("lab.run")}</th>
-            ${figures.map(head)}
+            ${figures.map((figure) => head(system, figure))}
             <th><span class="unseen">${t("lab.actions")}</span></th>
           </tr>
         </thead>
@@ -176,7 +179,7 @@ export function comparisonTable(comparison, mayRemove) {
                       row.provenance &&
                       html`<details>
                         <summary>${t("lab.provenance")}</summary>
-                        ${provenance(row.provenance)}
+                        ${provenance(systemOf(row), row.provenance)}
                       </details>`
                     }
                   </th>
@@ -206,8 +209,11 @@ function cell(figure, row) {
   </td>`;
 }
 
-/** @param {Record<string, any>} from */
-function provenance(from) {
+/**
+ * @param {System} system
+ * @param {Record<string, any>} from
+ */
+function provenance(system, from) {
   const parameters = Object.entries(from.parameters);
   return html`<dl class="mono">
     <dt>${t("lab.engine")}</dt>
@@ -220,10 +226,10 @@ function provenance(from) {
         <dd>${from.parameter_set.name} (${String(from.parameter_set.version)})</dd>`
     }
     <dt>${t("report.aid")}</dt>
-    <dd>${from.aids.map((/** @type {string} */ aid) => t(`report.aid.${aid}`)).join(", ")}</dd>
+    <dd>${from.aids.map((/** @type {string} */ aid) => word(system, `aid.${aid}`)).join(", ")}</dd>
     ${from.inputs.map(
       (/** @type {any} */ input) =>
-        html`<dt>${t(`foot.${input.foot}`)} · ${t(`lab.source.${input.source}`)}</dt>
+        html`<dt>${streamOf(system, input)} · ${t(`lab.source.${input.source}`)}</dt>
           <dd>${input.sha256}</dd>`,
     )}
     <dt>${t("session.visits")} (${String(from.visits)})</dt>

@@ -1,8 +1,10 @@
 // The parameters that may be turned: unit, range, default, what differs from it, and back again.
 
 import { html, one, render } from "../html.js";
-import { t } from "../i18n.js";
+import { has, t } from "../i18n.js";
+import { keyOf, word } from "../systems/index.js";
 
+/** @typedef {import("../systems/index.js").System} System */
 /**
  * @typedef {{key: string, unit: string, group: string, about: string, least: number, most: number, default: number}} Parameter
  * @typedef {{id: string, name: string, about: string, parameters: Record<string, number>, version: number, created_by: string | null, updated_at: string}} ParameterSet
@@ -33,13 +35,20 @@ export function readValue(parameter, text) {
   };
 }
 
+/** What a parameter means; in the server's words where the page has none. @param {System} system @param {Parameter} parameter */
+function about(system, { key, about }) {
+  const found = keyOf(system, `lab.about.${key}`);
+  return has(found) ? t(found) : about;
+}
+
 /**
  * @param {HTMLElement} box
+ * @param {System} system whose parameters they are
  * @param {Parameter[]} parameters
  * @param {Map<string, number>} values only what differs from the default
  * @param {() => void} changed
  */
-export function makeParameterTable(box, parameters, values, changed) {
+export function makeParameterTable(box, system, parameters, values, changed) {
   const groups = [...new Set(parameters.map((p) => p.group))];
   render(
     box,
@@ -59,14 +68,14 @@ export function makeParameterTable(box, parameters, values, changed) {
           (group) =>
             html`<tbody>
               <tr class="group">
-                <th colspan="6" scope="rowgroup">${t(`lab.group.${group}`)}</th>
+                <th colspan="6" scope="rowgroup">${word(system, `lab.group.${group}`)}</th>
               </tr>
               ${parameters
                 .filter((p) => p.group === group)
                 .map(
                   (p) =>
                     html`<tr data-parameter="${p.key}">
-                      <td><span class="mono">${p.key}</span><small class="muted">${t(`lab.about.${p.key}`)}</small></td>
+                      <td><span class="mono">${p.key}</span><small class="muted">${about(system, p)}</small></td>
                       <td>
                         <input inputmode="decimal" autocomplete="off" aria-label="${p.key}" /><small
                           class="bad"

@@ -4,6 +4,7 @@ import * as api from "../api.js";
 import { dateTime, length, percent } from "../format.js";
 import { html, one, render, setText } from "../html.js";
 import { t, tOr } from "../i18n.js";
+import { systemNamed } from "../systems/index.js";
 import { problemBox } from "../ui/problem.js";
 import { comparisonTable } from "./comparison.js";
 import { makeParameterTable } from "./parameters.js";
@@ -341,7 +342,7 @@ export function labView(app, side) {
   attempt(async () => {
     const [schema, rows] = await Promise.all([api.labParameters(), api.sessions(), loadSets()]);
     if (gone) return;
-    table = makeParameterTable(one(".table", side), schema.parameters, values, () => {
+    table = makeParameterTable(one(".table", side), systemNamed(), schema.parameters, values, () => {
       showSets();
       showChosen();
     });

@@ -4,9 +4,10 @@
 import { dateTime, duration, elapsed, heading, length, number, percent, shortDuration } from "../format.js";
 import { rankPlaces } from "../geometry.js";
 import { html, one, render, setAttribute, setText } from "../html.js";
-import { t, translate, tOr } from "../i18n.js";
+import { t, translate } from "../i18n.js";
 import { offBefore, visitOutcome, visitTime } from "../state/findings.js";
 import { standCards, standClicked } from "../stands/list.js";
+import { aboutAnomaly, streamOf, systemOf, word } from "../systems/index.js";
 import { sentence } from "../told.js";
 import { problemBox } from "../ui/problem.js";
 import { presenceGlyph } from "../ui/signs.js";
@@ -175,16 +176,17 @@ export function makeDrawer(app, el) {
       one(".visits", el),
       html`${visits.length === 0 && html`<p class="muted">${t("drawer.none")}</p>`}${visits.map(visitLine)}`,
     );
+    const system = systemOf(session);
     const anomalies = (session?.anomalies ?? []).slice(-4).reverse();
     render(
       one(".anomalies", el),
       html`${anomalies.length === 0 && html`<p class="muted">${t("drawer.none")}</p>`}${anomalies.map(
         (a) =>
           html`<p class="alert-line">
-            <b>${tOr(`anomaly.${a.anomaly}`, a.anomaly)}</b>${a.foot && html` · ${t(`foot.${a.foot}`)}`}
+            <b>${word(system, `anomaly.${a.anomaly}`)}</b>${streamOf(system, a) && ` · ${streamOf(system, a)}`}
             <span class="muted"
-              >${elapsed(a.t_start_ns / 1e9)} · ${tOr(`anomaly.about.${a.anomaly}`, "")}
-              ${sentence(`anomaly.told.${a.anomaly}`, a)}</span
+              >${elapsed(a.t_start_ns / 1e9)} · ${aboutAnomaly(system, a.anomaly)}
+              ${sentence(system, `anomaly.told.${a.anomaly}`, a)}</span
             >
           </p>`,
       )}`,

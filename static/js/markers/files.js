@@ -204,7 +204,7 @@ export function makeFiles(app, el, on) {
               >
               <p>
                 ${tOr(`markers.todo.${finding.code}`, "")}
-                <span class="muted">${sentence(`markers.told.${finding.code}`, finding)}</span>
+                <span class="muted">${sentence(null, `markers.told.${finding.code}`, finding)}</span>
               </p>
               ${finding.suggested && html`<button type="button" data-suggested="${JSON.stringify(finding.suggested)}">${t("markers.use_suggestion")}</button>`}
             </li>`,

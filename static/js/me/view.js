@@ -224,7 +224,7 @@ export function meView(app, side) {
     render(
       one(".keyed", side),
       html`${rows.map((k) => {
-        const left_s = Math.ceil((UNDO_MS - (now() - k.at_ms)) / 1000);
+        const remaining_s = Math.ceil((UNDO_MS - (now() - k.at_ms)) / 1000);
         const visit = app.live.sessions.get(k.session_id)?.visits.find((v) => v.id === k.visit_id);
         const rejected = !k.undone && visit?.accepted === false;
         const word = k.undone
@@ -240,7 +240,7 @@ export function meView(app, side) {
           <b>${k.marker}</b>
           <span class="tag ${rejected ? "bad" : word === "accepted" ? "good" : ""}">${t(`me.keyed.${word}`)}</span>
           ${rejected && html`<p class="warning" role="alert">${t("me.not_here", { marker: k.marker, reason: visit?.reason ?? "" })}</p>`}
-          ${!k.undone && left_s > 0 && html`<button type="button" data-undo="${k.id}">${t("me.undo", { s: left_s })}</button>`}
+          ${!k.undone && remaining_s > 0 && html`<button type="button" data-undo="${k.id}">${t("me.undo", { s: remaining_s })}</button>`}
         </li>`;
       })}`,
     );

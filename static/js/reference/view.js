@@ -5,13 +5,14 @@ import { openapi } from "../api.js";
 import { html, one, render } from "../html.js";
 import { t, translate } from "../i18n.js";
 import { problemBox } from "../ui/problem.js";
-import { clients } from "./clients.js";
+import { keyOf, systemNamed } from "../systems/index.js";
 import { shapeLines } from "./shape.js";
 
 /** @typedef {{method: string, path: string, about: string, right: string, takes: any, gives: any, parameters: any[]}} Route */
 
 /** @type {import("../ui/router.js").MakeView} */
 export function referenceView(_app, side) {
+  const system = systemNamed();
   render(
     side,
     html`<div class="page reference">
@@ -19,14 +20,10 @@ export function referenceView(_app, side) {
       <p class="lead">
         <span data-t="reference.lead"></span> <a href="/api/v1/openapi.json" download data-t="reference.file"></a>
       </p>
-      <div class="block">
+      <div class="block" ${system.clients === null && "hidden"}>
         <h2 data-t="reference.client"></h2>
-        <p class="muted" data-t="reference.client_how"></p>
-        ${clients(location.origin).map(
-          ([name, lines]) =>
-            html`<h3>${name}</h3>
-              <pre class="mono" tabindex="0">${lines}</pre>`,
-        )}
+        <p class="muted" data-t="${keyOf(system, "reference.client_how")}"></p>
+        <div class="clients"></div>
       </div>
       <input type="search" data-t-hint="reference.search" data-t-label="reference.search" autocomplete="off" />
       <div class="routes" data-testid="routes"><p class="muted" data-t="loading"></p></div>
@@ -39,6 +36,20 @@ export function referenceView(_app, side) {
   /** @type {any} */
   let document_ = {};
   let gone = false;
+
+  system.clients?.().then(
+    ({ clients }) =>
+      gone ||
+      render(
+        one(".clients", side),
+        html`${clients(location.origin).map(
+          ([name, lines]) =>
+            html`<h3>${name}</h3>
+              <pre class="mono" tabindex="0">${lines}</pre>`,
+        )}`,
+      ),
+    (error) => gone || render(one(".clients", side), problemBox(error)),
+  );
 
   function show() {
     const wanted = search.value.trim().toLowerCase();

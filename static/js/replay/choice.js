@@ -3,7 +3,10 @@
 import { dateTime, length } from "../format.js";
 import { html } from "../html.js";
 import { t } from "../i18n.js";
-import { AIDS, LADDER, aidsOf, labName, runByAids } from "./runs.js";
+import { word } from "../systems/index.js";
+import { aidsOf, labName, runByAids } from "./runs.js";
+
+/** @typedef {import("../systems/index.js").System} System */
 
 /** @typedef {{name: string, words?: string, ink: string, dash: number[], width: number, track: import("../sessions/track.js").Track, length_m: number, shown: boolean}} Run `words`: of one with other parameters */
 /** @typedef {{id: string, name: string, started_at: string, duration_s: number}} OtherWalk */
@@ -31,13 +34,14 @@ export const drawnAs = (name, count) =>
   };
 
 /**
+ * @param {System} system
  * @param {{name: string, words?: string}} run
  * @param {boolean} alone whether there is no other stored run
  */
-export function runName({ name, words }, alone = false) {
+export function runName(system, { name, words }, alone = false) {
   if (words) return words;
-  const aids = aidsOf(name);
-  if (aids) return aids.map((aid) => t(`report.aid.${aid}`)).join(" + ");
+  const aids = aidsOf(system, name);
+  if (aids) return aids.map((aid) => word(system, `aid.${aid}`)).join(" + ");
   return t(name === "main" && alone ? "session.run.only" : `session.run.${name}`);
 }
 
@@ -56,15 +60,16 @@ const sample = (run) =>
   </svg>`;
 
 /**
+ * @param {System} system
  * @param {Run[]} runs
  * @param {boolean} alone
  * @param {{arrows: boolean, corrections: number}} more
  */
-export function runChoice(runs, alone, { arrows, corrections }) {
+export function runChoice(system, runs, alone, { arrows, corrections }) {
   return html`<fieldset>
     <legend>${t("session.shown")}</legend>
     <div class="run-choices">
-      ${runs.map((run) => html`<label><input type="checkbox" name="run" value="${run.name}" ${run.shown && "checked"} />${sample(run)}<span class="grow">${runName(run, alone)}</span><span class="mono muted">${length(run.length_m)}</span></label>`)}
+      ${runs.map((run) => html`<label><input type="checkbox" name="run" value="${run.name}" ${run.shown && "checked"} />${sample(run)}<span class="grow">${runName(system, run, alone)}</span><span class="mono muted">${length(run.length_m)}</span></label>`)}
       ${corrections > 0 && html`<label><input type="checkbox" name="arrows" ${arrows && "checked"} /><span class="grow">${t("session.run.arrows")}</span><span class="mono muted">${String(corrections)}</span></label>`}
     </div>
   </fieldset>`;
@@ -94,27 +99,28 @@ export function labChoice(runs, labRuns) {
 }
 
 /**
+ * @param {System} system
  * @param {Run[]} runs
  * @param {string | null} computing the run that is on its way
  * @param {boolean} may whether they may have others computed
  */
-export function aidsChoice(runs, computing, may) {
+export function aidsChoice(system, runs, computing, may) {
   const there = new Set(runs.map((run) => run.name));
   if (!may) return html`<p class="muted">${t("runs.not_yours")}</p>`;
   return html`<details>
     <summary>${t("runs.by_aids")}</summary>
     <p class="muted">${t("runs.hint")}</p>
     <p class="row">
-      ${LADDER.map((aids) => html`<button type="button" data-aids="${aids.join("+")}" ${(computing !== null || there.has(runByAids(aids))) && "disabled"}>${aids.length === 1 ? t("runs.only", { aid: t(`report.aid.${aids[0]}`) }) : `+ ${t(`report.aid.${aids[aids.length - 1]}`)}`}</button>`)}
+      ${system.ladder.map((aids) => html`<button type="button" data-aids="${aids.join("+")}" ${(computing !== null || there.has(runByAids(system, aids))) && "disabled"}>${aids.length === 1 ? t("runs.only", { aid: word(system, `aid.${aids[0]}`) }) : `+ ${word(system, `aid.${aids[aids.length - 1]}`)}`}</button>`)}
     </p>
     <fieldset>
       <legend>${t("runs.chosen")}</legend>
       <div class="choices">
-        ${AIDS.map((aid) => html`<label><input type="checkbox" name="aid" value="${aid}" ${aid === "zupt" && "checked"} />${t(`report.aid.${aid}`)}</label>`)}
+        ${system.aids.map((aid) => html`<label><input type="checkbox" name="aid" value="${aid}" ${aid === system.aids[0] && "checked"} />${word(system, `aid.${aid}`)}</label>`)}
         <button type="button" data-compute ${computing !== null && "disabled"}>${t("runs.compute")}</button>
       </div>
     </fieldset>
-    ${computing !== null && html`<p role="status">${t("runs.computing", { run: runName({ name: computing }) })}</p>`}
+    ${computing !== null && html`<p role="status">${t("runs.computing", { run: runName(system, { name: computing }) })}</p>`}
   </details>`;
 }
 

@@ -11,7 +11,7 @@ import { problemBox } from "../ui/problem.js";
 import { makeCharts } from "./charts.js";
 import { Clock, SPEEDS, gapsOf, inAll } from "./clock.js";
 import { makeKeys } from "./keys.js";
-import { readoutRow, showReadout } from "./readout.js";
+import { readoutFigures, showReadout } from "./readout.js";
 import { makeTimeBar } from "./time_bar.js";
 import { nearestIndex, placeAt } from "../sessions/track.js";
 
@@ -48,17 +48,18 @@ export function walkOf(id, name, started_at, offset_s, ink, track, visits) {
  * @param {import("../app.js").App} app
  * @param {HTMLElement} dock
  * @param {string} id of the walk that the screen is about
+ * @param {import("../systems/index.js").System} system
  * @param {{
  *   runs: import("../map/runs.js").Runs, walks: () => Walk[], moved: (t_s: number) => void,
  *   visits: () => import("../state/findings.js").Visit[], isLive: () => boolean,
  *   detail: (from_s: number, to_s: number) => Promise<Track>,
  * }} ways `walks`: the screen's own first
  */
-export function makeReplay(app, dock, id, ways) {
+export function makeReplay(app, dock, id, system, ways) {
   const clock = new Clock();
   render(
     dock,
-    html` <div class="transport">
+    html`<div class="transport">
         <button type="button" data-do="back" data-t-label="replay.marker_before">
           <svg viewBox="0 0 20 20" aria-hidden="true"><path d="M5 4V16M15 4 7 10 15 16Z" /></svg>
         </button>
@@ -82,7 +83,7 @@ export function makeReplay(app, dock, id, ways) {
         <button type="button" data-do="live" data-t="replay.live" hidden></button>
       </div>
       <canvas class="replay-bar" role="slider" tabindex="0" data-t-label="session.time" data-testid="time-bar"></canvas>
-      ${readoutRow()}
+      <dl class="replay-readout" data-testid="readout">${readoutFigures(system)}</dl>
       <div class="chart-problem" hidden></div>
       <div class="chart-room"></div>`,
   );
@@ -91,7 +92,7 @@ export function makeReplay(app, dock, id, ways) {
   const follow = /** @type {HTMLInputElement} */ (one("[name=follow]", dock));
   speed.value = String(clock.speed);
 
-  const charts = makeCharts(one(".chart-room", dock), {
+  const charts = makeCharts(one(".chart-room", dock), system, {
     fetch: (stretch, buckets, names) => api.charts(id, stretch, buckets, names),
     seek,
     select: (a_s, b_s) => setLoop(a_s, b_s),
@@ -183,7 +184,8 @@ export function makeReplay(app, dock, id, ways) {
 
   function showFigures() {
     const walk = own();
-    if (walk) showReadout(dock, app, { walk, detail, t_s: clock.t_s, line: charts.line, visits: ways.visits() });
+    if (walk)
+      showReadout(dock, app, { system, walk, detail, t_s: clock.t_s, line: charts.line, visits: ways.visits() });
   }
 
   /** What is stored of the track near the cursor, for figures that are not between two points. */
@@ -302,6 +304,13 @@ export function makeReplay(app, dock, id, ways) {
     seek,
     now: () => clock.t_s,
     charts,
+    /** The walk has proved to be of another system. @param {import("../systems/index.js").System} other */
+    setSystem(other) {
+      system = other;
+      render(one(".replay-readout", dock), readoutFigures(system));
+      charts.setSystem(system);
+      charts.load(true);
+    },
     /** Walks have come, gone or grown. */
     walksChanged() {
       const walks = ways.walks().filter((walk) => walk.track.t_s.length > 0);

@@ -2,15 +2,16 @@
 
 /**
  * @typedef {{run: string, columns: string[], rows: (number | boolean | null)[][]}} TrackTable
- * @typedef {{t_s: Float64Array, e_m: Float64Array, n_m: Float64Array, u_m: Float64Array, heading_rad: Float64Array, sigma_m: Float64Array, left_stance: Float64Array, right_stance: Float64Array}} Track
- *   `sigma_m` is the root of both horizontal variances together; a stance is 1, 0 or not a number
+ * @typedef {{t_s: Float64Array, e_m: Float64Array, n_m: Float64Array, u_m: Float64Array, heading_rad: Float64Array, sigma_m: Float64Array, more: Record<string, Float64Array>}} Track
+ *   `sigma_m` is the root of both horizontal variances together; `more` are the columns of its system; an empty field is not a number
  */
 
 /**
  * @param {TrackTable} table
+ * @param {import("../systems/index.js").System} system
  * @returns {Track}
  */
-export function readTrack(table) {
+export function readTrack(table, system) {
   const column = (/** @type {string} */ name) => {
     const at = table.columns.indexOf(name);
     if (at < 0) throw new Error(`the track has no column ${name}; it has ${table.columns.join(", ")}`);
@@ -25,8 +26,7 @@ export function readTrack(table) {
     u_m: column("u_m"),
     heading_rad: column("heading_rad"),
     sigma_m: sigmaE.map((s, i) => Math.hypot(s, sigmaN[i])),
-    left_stance: column("left_stance"),
-    right_stance: column("right_stance"),
+    more: Object.fromEntries(system.pointColumns.map((name) => [name, column(name)])),
   };
 }
 

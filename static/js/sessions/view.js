@@ -1,18 +1,19 @@
 // One walk: its replay with map and charts, how good it is, its markers and its files. The address can be sent on.
 
 import * as api from "../api.js";
-import { bytes, elapsed } from "../format.js";
 import { html, one, render } from "../html.js";
-import { t, tOr, translate } from "../i18n.js";
+import { t, translate } from "../i18n.js";
 import { inkNamed } from "../map/ink.js";
 import { aidsChoice, drawnAs, labChoice, runChoice, runName, walkChoice } from "../replay/choice.js";
 import { readMoment, writeMoment } from "../replay/link.js";
 import { STORED, aidsOf, isOwn, pathLength, runByAids, runNamed } from "../replay/runs.js";
 import { makeReplay, walkOf } from "../replay/screen.js";
 import { standCards, standClicked } from "../stands/list.js";
-import { sentence } from "../told.js";
+import { isUnknown, learnSystems, systemOf } from "../systems/index.js";
 import { problemBox } from "../ui/problem.js";
 import { readRoute } from "../ui/router.js";
+import { anomalyTable } from "./anomalies.js";
+import { fileList } from "./files.js";
 import { showHead } from "./head.js";
 import { showNote } from "./note.js";
 import { healthCard, healthOf } from "./health.js";
@@ -30,7 +31,6 @@ const ENOUGH_POINTS = 5000;
 /** A walk that goes on is fetched again this often, ms. */
 const LIVE_MS = 3000;
 const LIVE_CHARTS_MS = 20_000;
-const EXPORTS = ["csv", "geojson", "gpx", "kml"];
 
 /**
  * @param {import("../app.js").App} app
@@ -78,6 +78,8 @@ export function sessionView(app, side, id, asked, askAgain) {
   app.stage.map.invalidateSize({ animate: false });
 
   let gone = false;
+  /** As the page knows it; the walk itself says so when it is there. */
+  let system = systemOf(app.live.sessions.get(id));
   /** @type {import("../replay/choice.js").Run[]} */
   let runs = [];
   /** @type {import("../replay/screen.js").Walk | null} */
@@ -107,12 +109,12 @@ export function sessionView(app, side, id, asked, askAgain) {
   app.runs = onMap;
   // A walk is looked at closely; the other screens want the map as they left it.
   const showAsBefore = app.stage.remember();
-  const replay = makeReplay(app, dock, id, {
+  const replay = makeReplay(app, dock, id, system, {
     runs: onMap,
     walks: () => (own ? [own, ...beside] : []),
     visits: () => visits,
     isLive: () => known?.state === "live",
-    detail: (from_s, to_s) => api.trackBetween(id, "main", from_s, to_s).then(readTrack),
+    detail: (from_s, to_s) => api.trackBetween(id, "main", from_s, to_s).then((table) => readTrack(table, system)),
     moved: () => tellAddress(),
   });
   const alone = () => runs.filter((run) => isOwn(run.name)).length < 2;
@@ -151,13 +153,13 @@ export function sessionView(app, side, id, asked, askAgain) {
       one(".runs-choice", side),
       runs.length === 0
         ? html``
-        : runChoice(runs, alone(), { arrows: onMap.arrows, corrections: onMap.corrections.length }),
+        : runChoice(system, runs, alone(), { arrows: onMap.arrows, corrections: onMap.corrections.length }),
     );
     const open = one(".aids-choice", side).querySelector("details")?.open ?? false;
     render(
       one(".aids-choice", side),
       known?.state === "finished"
-        ? html`${labChoice(runs, labRuns)}${aidsChoice(runs, computing, app.may("engineer"))}`
+        ? html`${labChoice(runs, labRuns)}${aidsChoice(system, runs, computing, app.may("engineer"))}`
         : html``,
     );
     one(".aids-choice", side).querySelector("details")?.toggleAttribute("open", open);
@@ -178,7 +180,7 @@ export function sessionView(app, side, id, asked, askAgain) {
       >`;
     render(
       one("#legend"),
-      html`${shown.map((run) => key(run, runName(run, alone())))}${beside.map((walk) => key({ ink: walk.ink, dash: [] }, walk.name))}
+      html`${shown.map((run) => key(run, runName(system, run, alone())))}${beside.map((walk) => key({ ink: walk.ink, dash: [] }, walk.name))}
       ${onMap.arrows && onMap.corrections.length > 0 && key({ ink: "arrow", dash: [] }, t("session.run.arrows"))}`,
     );
     ink();
@@ -198,7 +200,7 @@ export function sessionView(app, side, id, asked, askAgain) {
    * @param {string} [words]
    */
   function addRun(name, table, shown, words) {
-    const track = readTrack(table);
+    const track = readTrack(table, system);
     const made = {
       name,
       words,
@@ -220,7 +222,9 @@ export function sessionView(app, side, id, asked, askAgain) {
     try {
       const charted = replay.charts.load(true);
       [known, visits, anomalies, stands] = await asked.words;
+      if (isUnknown(known)) await learnSystems(api);
       if (gone) return;
+      if (systemOf(known) !== system) replay.setSystem((system = systemOf(known)));
       showWords();
       if (known.state !== "finished" && !(known.epochs > 0)) {
         dock.hidden = true;
@@ -232,7 +236,7 @@ export function sessionView(app, side, id, asked, askAgain) {
         if (!gone) one(".session", side).dataset.charted = "yes";
       });
       api.charts(id, null, MOST_SECONDS, ["rate"]).then(
-        (found) => gone || render(one(".health", side), healthCard(healthOf(found.series, anomalies))),
+        (found) => gone || render(one(".health", side), healthCard(system, healthOf(system, found.series, anomalies))),
         () => {},
       );
       if (rate_hz > LEAST_RATE_HZ) {
@@ -285,12 +289,12 @@ export function sessionView(app, side, id, asked, askAgain) {
 
   /** A run of the laboratory, by chosen aids computed first where it is not there. @param {string} name */
   async function compute(name) {
-    const aids = aidsOf(name);
+    const aids = aidsOf(system, name);
     if (computing !== null) return;
     computing = name;
     showRuns();
     try {
-      let run = runNamed(labRuns, name);
+      let run = runNamed(system, labRuns, name);
       if (!run && aids && app.may("engineer")) {
         run = await untilDone((await api.startLabRuns({ session_ids: [id], aids, solution: "filtered" }))[0].id);
         labRuns = await api.labRuns(id);
@@ -324,7 +328,7 @@ export function sessionView(app, side, id, asked, askAgain) {
           row.started_at,
           offset_s,
           OTHERS[beside.length % OTHERS.length],
-          readTrack(table),
+          readTrack(table, systemOf(row)),
           theirs,
         ),
       );
@@ -356,12 +360,12 @@ export function sessionView(app, side, id, asked, askAgain) {
     showVisits(one(".visits", side), visits);
     showStands();
     showAnomalies();
-    showFiles();
+    render(one(".files", side), fileList(system, known));
     render(one(".residuals", side), residualCard(residualsOf(visits)));
     // A walk that was never processed has none.
     if (known.state === "finished")
       api.report(id).then(
-        (report) => gone || render(one(".report", side), reportCard(report)),
+        (report) => gone || render(one(".report", side), reportCard(system, report)),
         () => {},
       );
   }
@@ -403,60 +407,7 @@ export function sessionView(app, side, id, asked, askAgain) {
   }
 
   function showAnomalies() {
-    render(
-      one(".anomalies", side),
-      html`<h2>${t("session.anomalies")}</h2>
-        ${
-          anomalies.length === 0
-            ? html`<p class="muted">${t("session.no_anomalies")}</p>`
-            : html`<div class="scroll" tabindex="0" role="region" aria-label="${t("session.anomalies")}">
-                <table data-testid="anomalies">
-                  <thead>
-                    <tr>
-                      <th>${t("session.time")}</th>
-                      <th>${t("session.what")}</th>
-                      <th>${t("session.foot")}</th>
-                      <th>${t("session.found")}</th>
-                    </tr>
-                  </thead>
-                  <tbody>
-                    ${anomalies.map(
-                      (a) =>
-                        html`<tr>
-                          <td>
-                            <button type="button" data-at="${String(a.t_start_ns / 1e9)}">
-                              ${elapsed(a.t_start_ns / 1e9)}
-                            </button>
-                          </td>
-                          <td>${tOr(`anomaly.${a.anomaly}`, a.anomaly)}</td>
-                          <td>${a.foot ? t(`foot.${a.foot}`) : "–"}</td>
-                          <td>
-                            ${tOr(`anomaly.about.${a.anomaly}`, "")}
-                            <small class="muted">${sentence(`anomaly.told.${a.anomaly}`, a)}</small>
-                          </td>
-                        </tr>`,
-                    )}
-                  </tbody>
-                </table>
-              </div>`
-        }`,
-    );
-  }
-
-  function showFiles() {
-    render(
-      one(".files", side),
-      html` <h2>${t("session.exports")}</h2>
-        <p class="row">
-          ${EXPORTS.map((f) => html`<a href="${api.trackFile(id, f)}" download>${f === "csv" ? "CSV" : f === "geojson" ? "GeoJSON" : f.toUpperCase()}</a>`)}
-        </p>
-        ${
-          known.logs?.length > 0 &&
-          html`<h3>${t("session.logs")}</h3>
-            ${known.logs.map((/** @type {any} */ l) => html`<p>${t(`foot.${l.foot}`)}: ${l.file_name ?? "–"} · ${l.size_bytes ? bytes(l.size_bytes) : "–"} · ${Number(l.samples ?? 0).toLocaleString("en")} ${t("session.samples")}</p>`)}`
-        }
-        ${known.track_sha256 && html`<p class="mono muted" title="${t("session.digest")}">${t("session.digest")}: ${known.track_sha256}</p>`}`,
-    );
+    render(one(".anomalies", side), anomalyTable(system, anomalies));
   }
 
   const onClick = (/** @type {Event} */ event) => {
@@ -466,13 +417,13 @@ export function sessionView(app, side, id, asked, askAgain) {
     const read = (/** @type {string} */ name) => target.closest(`[data-${name}]`)?.getAttribute(`data-${name}`);
     const [at, aids, remove, marker, lab] = [read("at"), read("aids"), read("remove"), read("visit"), read("lab")];
     if (at) replay.seek(Number(at));
-    if (aids) compute(runByAids(aids.split("+")));
+    if (aids) compute(runByAids(system, aids.split("+")));
     if (lab) compute(lab);
     if (target.closest("[data-compute]")) {
       const chosen = [...side.querySelectorAll("input[name=aid]:checked")].map(
         (box) => /** @type {HTMLInputElement} */ (box).value,
       );
-      if (chosen.length > 0) compute(runByAids(chosen));
+      if (chosen.length > 0) compute(runByAids(system, chosen));
     }
     if (remove) {
       beside = beside.filter((walk) => walk.id !== remove);

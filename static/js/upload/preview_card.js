@@ -12,9 +12,9 @@ const ROW_NAMES = ["t_s", "gyr_x", "gyr_y", "gyr_z", "acc_x", "acc_y", "acc_z", 
 
 /**
  * @param {Preview} preview
- * @param {string} foot names the regions that scroll
+ * @param {string} stream in words: names the regions that scroll
  */
-export function previewCard(preview, foot) {
+export function previewCard(preview, stream) {
   const { survey } = preview;
   const some = survey.samples > 0;
   return html`<p class="format">
@@ -50,7 +50,7 @@ export function previewCard(preview, foot) {
       (some || preview.rows.length > 0) &&
       html`<details>
         <summary>${t("preview.rows")}</summary>
-        <div class="scrolls" tabindex="0" role="region" aria-label="${t("preview.rows")} · ${t(`foot.${foot}`)}">
+        <div class="scrolls" tabindex="0" role="region" aria-label="${t("preview.rows")} · ${stream}">
           ${some ? samples(preview) : text(preview)}
         </div>
       </details>`
