@@ -56,6 +56,12 @@ test: ## Runs all checks and tests, the page in a browser included
 	@$(MAKE) --no-print-directory vendor
 	@scripts/check
 
+.PHONY: format
+format: $(INSTALLED) ## Lays out Rust and the page's scripts and styles as the checks want them
+	@scripts/machine rust
+	cargo fmt --all
+	npm --prefix static run --silent format
+
 .PHONY: soak
 soak: ## Kills, starves and fills the disk of the release build for an hour or two, and prints a table
 	@scripts/machine rust

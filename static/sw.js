@@ -4,7 +4,7 @@
 
 const CACHE = "lodestep";
 /** What the page asks for before it can be used. */
-const TABLES = /^\/api\/v1\/(account|site|site\/plan|inspectors|markers)$/;
+const TABLES = /^\/api\/v1\/(account|site|site\/plan|systems|inspectors|markers)$/;
 /** Who comes or goes takes nothing of the one before along. */
 const SIGNS = /^\/api\/v1\/account\/sign-(in|out)$/;
 /** A server that takes longer is as good as none, ms. */
@@ -16,9 +16,15 @@ self.addEventListener("activate", (event) => event.waitUntil(self.clients.claim(
 self.addEventListener("message", (event) => {
   if (event.data?.type !== "keep") return;
   event.waitUntil(
-    caches.open(CACHE).then((cache) =>
-      Promise.all(event.data.paths.filter(kept).map((path) => cache.match(path).then((known) => known ?? cache.add(path).catch(() => undefined)))),
-    ),
+    caches
+      .open(CACHE)
+      .then((cache) =>
+        Promise.all(
+          event.data.paths
+            .filter(kept)
+            .map((path) => cache.match(path).then((known) => known ?? cache.add(path).catch(() => undefined))),
+        ),
+      ),
   );
 });
 

@@ -4,9 +4,18 @@ use std::collections::BTreeMap;
 
 use lodestep_engine::figures::Figures;
 
-const LANGUAGES: [(&str, &str); 2] = [
-    ("en", include_str!("../../static/messages/en.json")),
-    ("zh-CN", include_str!("../../static/messages/zh-CN.json")),
+/// What every system has in common, and what the pedestrian alone says, in each language.
+const LANGUAGES: [(&str, &str, &str); 2] = [
+    (
+        "en",
+        include_str!("../../static/messages/en.json"),
+        include_str!("../../static/messages/pedestrian.en.json"),
+    ),
+    (
+        "zh-CN",
+        include_str!("../../static/messages/zh-CN.json"),
+        include_str!("../../static/messages/pedestrian.zh-CN.json"),
+    ),
 ];
 
 /// Holds that each language has a sentence for this, and that it names every figure there is and no other. What has no
@@ -17,10 +26,13 @@ pub(crate) fn assert_words(start: &str, code: &str, figures: &Figures) {
         return;
     }
     let key = [&[start, code][..], &named[..]].concat().join(".");
-    for (language, text) in LANGUAGES {
-        let messages: BTreeMap<String, String> = serde_json::from_str(text).unwrap();
-        let sentence = messages.get(&key);
-        let sentence = sentence.unwrap_or_else(|| panic!("static/messages/{language}.json has no {key:?}"));
+    for (language, general, own) in LANGUAGES {
+        let messages = |text: &str| serde_json::from_str::<BTreeMap<String, String>>(text).unwrap();
+        // A system's own sentence stands for the general one.
+        let own = messages(own).remove(&format!("pedestrian.{key}"));
+        let sentence = own
+            .or_else(|| messages(general).remove(&key))
+            .unwrap_or_else(|| panic!("static/messages/{language}.json has no {key:?}"));
         let mut places: Vec<&str> = sentence
             .split('{')
             .skip(1)

@@ -153,6 +153,8 @@ export const sendAgain = (id, number) => post(`/webhooks/${seg(id)}/deliveries/$
 export const jobs = () => get("/jobs").then(rows);
 
 export const site = () => get("/site");
+/** @returns {Promise<{systems: import("./systems/generic.js").Declaration[]}>} */
+export const systems = () => get("/systems");
 export const sitePlan = () => get("/site/plan");
 export const inspectors = () => get("/inspectors").then(rows);
 /** @param {string} name */
@@ -185,17 +187,20 @@ export const stands = (id) => get(`/sessions/${seg(id)}/stands`).then(rows);
  * @param {number} stand
  * @param {string} marker
  */
-export const chooseMarker = (id, stand, marker) => send("PUT", `/sessions/${seg(id)}/stands/${stand}/choice`, { marker });
+export const chooseMarker = (id, stand, marker) =>
+  send("PUT", `/sessions/${seg(id)}/stands/${stand}/choice`, { marker });
 /**
  * @param {string} id
  * @param {number} stand
  */
-export const takeChoiceBack = (id, stand) => request(`/sessions/${seg(id)}/stands/${stand}/choice`, { method: "DELETE" });
+export const takeChoiceBack = (id, stand) =>
+  request(`/sessions/${seg(id)}/stands/${stand}/choice`, { method: "DELETE" });
 /**
  * @param {string} id
  * @param {boolean} automatic
  */
-export const setAutomaticVisits = (id, automatic) => send("PATCH", `/sessions/${seg(id)}`, { automatic_visits: automatic });
+export const setAutomaticVisits = (id, automatic) =>
+  send("PATCH", `/sessions/${seg(id)}`, { automatic_visits: automatic });
 /** @param {string} id */
 export const anomalies = (id) => get(`/sessions/${seg(id)}/anomalies`).then(rows);
 /**
@@ -211,7 +216,8 @@ export const track = (id, run, rate_hz) => get(`/sessions/${seg(id)}/track?run=$
  * @param {number} from_s
  * @param {number} to_s
  */
-export const trackBetween = (id, run, from_s, to_s) => get(`/sessions/${seg(id)}/track?run=${run}&from_s=${from_s}&to_s=${to_s}`);
+export const trackBetween = (id, run, from_s, to_s) =>
+  get(`/sessions/${seg(id)}/track?run=${run}&from_s=${from_s}&to_s=${to_s}`);
 /**
  * A lab run's track.
  * @param {string} id
@@ -227,7 +233,9 @@ export const labTrack = (id, runId, rate_hz) => get(`/sessions/${seg(id)}/track?
  * @returns {Promise<import("./replay/lines.js").Charts>}
  */
 export const charts = (id, stretch, buckets, names) =>
-  get(`/sessions/${seg(id)}/charts?${stretch ? `from_s=${stretch[0]}&to_s=${stretch[1]}&` : ""}buckets=${buckets}&charts=${names.join(",")}`);
+  get(
+    `/sessions/${seg(id)}/charts?${stretch ? `from_s=${stretch[0]}&to_s=${stretch[1]}&` : ""}buckets=${buckets}&charts=${names.join(",")}`,
+  );
 /**
  * @param {string} id
  * @param {string} format
@@ -236,7 +244,7 @@ export const trackFile = (id, format) => `${BASE}/sessions/${seg(id)}/track.${fo
 
 /**
  * @param {string} sessionId
- * @param {{foot: string, file_name: string, size_bytes: number, sha256: string, reading?: import("./upload/preview.js").Reading}} body
+ * @param {{file_name: string, size_bytes: number, sha256: string, reading?: import("./upload/preview.js").Reading}} body and which stream it is of, as its system says it
  */
 export const beginLog = (sessionId, body) => post(`/sessions/${seg(sessionId)}/logs`, body);
 /**
@@ -266,7 +274,8 @@ export async function appendLog(logId, offset, bytes) {
  * @param {string} sha256
  * @param {import("./upload/preview.js").Reading} [reading]
  */
-export const finishLog = (logId, sha256, reading) => post(`/logs/${seg(logId)}/finish`, { sha256, ...(reading ? { reading } : {}) });
+export const finishLog = (logId, sha256, reading) =>
+  post(`/logs/${seg(logId)}/finish`, { sha256, ...(reading ? { reading } : {}) });
 /**
  * What a log, or its beginning, would be read as; nothing is kept.
  * @param {Blob} bytes
@@ -276,7 +285,11 @@ export const finishLog = (logId, sha256, reading) => post(`/logs/${seg(logId)}/f
  */
 export async function previewLog(bytes, part, reading) {
   const query = new URLSearchParams({ part: String(part), reading: JSON.stringify(reading) });
-  const response = await request(`/logs/preview?${query}`, { method: "POST", headers: { "Content-Type": "application/octet-stream" }, body: bytes });
+  const response = await request(`/logs/preview?${query}`, {
+    method: "POST",
+    headers: { "Content-Type": "application/octet-stream" },
+    body: bytes,
+  });
   return response.json();
 }
 /**
@@ -314,7 +327,8 @@ export const addVisit = (sessionId, visit) => post(`/sessions/${seg(sessionId)}/
  * @param {string} sessionId
  * @param {string} visitId
  */
-export const takeVisitBack = (sessionId, visitId) => request(`/sessions/${seg(sessionId)}/visits/${seg(visitId)}`, { method: "DELETE" });
+export const takeVisitBack = (sessionId, visitId) =>
+  request(`/sessions/${seg(sessionId)}/visits/${seg(visitId)}`, { method: "DELETE" });
 /** @param {string} sessionId */
 export const processSession = (sessionId) => post(`/sessions/${seg(sessionId)}/process`);
 /** @param {string} id */
@@ -370,7 +384,8 @@ export const putMarker = (name, body) => send("PUT", `/markers/${seg(name)}`, bo
  * @param {number} version that was seen
  * @param {string} reason
  */
-export const removeMarker = (name, version, reason) => request(`/markers/${seg(name)}?version=${version}&reason=${seg(reason)}`, { method: "DELETE" });
+export const removeMarker = (name, version, reason) =>
+  request(`/markers/${seg(name)}?version=${version}&reason=${seg(reason)}`, { method: "DELETE" });
 /** @param {string} name @returns {Promise<import("./markers/record.js").MarkerChange[]>} */
 export const markerHistory = (name) => get(`/markers/${seg(name)}/history`);
 /** @param {string} name @returns {Promise<import("./markers/record.js").VisitResidual[]>} */
@@ -433,7 +448,12 @@ export const faultPhotos = (id) => get(`/faults/${seg(id)}/photos`);
  * @param {string} id
  * @param {File} photo
  */
-export const addPhoto = (id, photo) => request(`/faults/${seg(id)}/photos`, { method: "POST", headers: { "Content-Type": photo.type || "application/octet-stream" }, body: photo });
+export const addPhoto = (id, photo) =>
+  request(`/faults/${seg(id)}/photos`, {
+    method: "POST",
+    headers: { "Content-Type": photo.type || "application/octet-stream" },
+    body: photo,
+  });
 /**
  * @param {string} id
  * @param {string} photoId

@@ -51,7 +51,9 @@ export function makeApp(site, plan, me, live) {
      * Whether they may write the walks of an inspector: their own, or anybody's where they belong to none.
      * @param {string} inspectorId
      */
-    writesFor: (inspectorId) => me.rights.includes("walk") && (me.inspector_id === inspectorId || (me.inspector_id === null && me.rights.includes("walk_for_others"))),
+    writesFor: (inspectorId) =>
+      me.rights.includes("walk") &&
+      (me.inspector_id === inspectorId || (me.inspector_id === null && me.rights.includes("walk_for_others"))),
     site,
     plan,
     stage,

@@ -11,7 +11,12 @@ const NONE = "–";
  * @param {number} digits
  */
 export function number(value, digits = 1) {
-  return value === null || value === undefined || !Number.isFinite(value) ? NONE : value.toFixed(digits).replace(/^-(0(\.0*)?)$/, "$1").replace("-", "−");
+  return value === null || value === undefined || !Number.isFinite(value)
+    ? NONE
+    : value
+        .toFixed(digits)
+        .replace(/^-(0(\.0*)?)$/, "$1")
+        .replace("-", "−");
 }
 
 /**
@@ -45,7 +50,10 @@ export function shortDuration(seconds) {
   if (seconds === null || seconds === undefined || !Number.isFinite(seconds)) return NONE;
   if (seconds < 60) return t("unit.s", { s: Math.max(0, Math.floor(seconds)) });
   if (seconds < 3600) return t("unit.min", { min: Math.floor(seconds / 60) });
-  return t("unit.h_min", { h: Math.floor(seconds / 3600), min: String(Math.floor((seconds % 3600) / 60)).padStart(2, "0") });
+  return t("unit.h_min", {
+    h: Math.floor(seconds / 3600),
+    min: String(Math.floor((seconds % 3600) / 60)).padStart(2, "0"),
+  });
 }
 
 /**
@@ -86,7 +94,13 @@ export function clock(when) {
 export function dateTime(when) {
   if (!when) return NONE;
   return new Intl.DateTimeFormat(currentLanguage() === "en" ? "en-GB" : "zh-CN", {
-    timeZone: ZONE, year: "numeric", month: "short", day: "2-digit", hour: "2-digit", minute: "2-digit", hourCycle: "h23",
+    timeZone: ZONE,
+    year: "numeric",
+    month: "short",
+    day: "2-digit",
+    hour: "2-digit",
+    minute: "2-digit",
+    hourCycle: "h23",
   }).format(new Date(when));
 }
 

@@ -1,4 +1,5 @@
-// Words in two languages. One message file each; a key is the same in both.
+// Words in two languages: a message file each, and one each for what a system alone has to say, whose keys begin with the
+// system's name. A key is the same in both languages.
 
 /** @typedef {Record<string, string>} Messages */
 
@@ -33,14 +34,41 @@ export function setLanguage(name, table) {
   messages = table;
 }
 
+/** Whose words are loaded along with the language. @type {Set<string>} */
+const scopes = new Set();
+/** The language that was asked for last. @type {string | null} */
+let wanted = null;
+
+/** @param {string} file */
+async function fetchWords(file) {
+  const response = await fetch(`/messages/${file}.json`);
+  if (!response.ok) throw new Error(`messages/${file}.json: HTTP ${response.status}`);
+  return response.json();
+}
+
 /** @param {string} name */
 export async function loadLanguage(name) {
-  const response = await fetch(`/messages/${name}.json`);
-  if (!response.ok) throw new Error(`messages/${name}.json: HTTP ${response.status}`);
-  setLanguage(name, await response.json());
+  wanted = name;
+  const files = [name, ...[...scopes].map((scope) => `${scope}.${name}`)];
+  setLanguage(name, Object.assign({}, ...(await Promise.all(files.map(fetchWords)))));
+}
+
+/**
+ * The words of a system, in this language and in each that is chosen from now on.
+ * @param {string} scope
+ */
+export async function addWords(scope) {
+  scopes.add(scope);
+  if (wanted === null) return;
+  const name = wanted;
+  const more = await fetchWords(`${scope}.${name}`);
+  if (name === wanted) messages = { ...messages, ...more };
 }
 
 export const currentLanguage = () => language;
+
+/** Whether there is a message of this key. @param {string} key */
+export const has = (key) => Object.hasOwn(messages, key);
 
 /**
  * The message of a key, its {places} filled in; where one thing is counted, that of `key.one` if there is any.
@@ -67,7 +95,8 @@ export function tOr(key, otherwise) {
  * @param {ParentNode} root
  */
 export function translate(root) {
-  for (const el of root.querySelectorAll("[data-t]")) el.textContent = t(/** @type {HTMLElement} */ (el).dataset.t ?? "");
+  for (const el of root.querySelectorAll("[data-t]"))
+    el.textContent = t(/** @type {HTMLElement} */ (el).dataset.t ?? "");
   for (const el of root.querySelectorAll("[data-t-label]")) {
     const words = t(/** @type {HTMLElement} */ (el).dataset.tLabel ?? "");
     el.setAttribute("aria-label", words);

@@ -8,6 +8,7 @@ import { one, setAttribute, setText } from "./html.js";
 import { currentLanguage, loadLanguage, pickLanguage, t, translate } from "./i18n.js";
 import { apply, emptyState } from "./state/live.js";
 import { forgetInk } from "./map/ink.js";
+import { FIRST, anyNamed, learnSystems, loadSystem } from "./systems/index.js";
 import { makeAlarms } from "./ui/alarms.js";
 import { makeHelp } from "./ui/help.js";
 import { makeGoTo } from "./ui/go_to.js";
@@ -20,6 +21,7 @@ import * as store from "./ui/remembered.js";
 
 showTheme(chosenTheme());
 /** Asked for side by side with who is there: each question that waits for the one before makes the page late by a round trip. */
+const system = loadSystem(FIRST);
 const words = loadLanguage(pickLanguage(navigator.languages, store.recall("language")));
 /** The feed's first snapshot says which markers there are; without one, in so many ms, those that can be had are asked for. */
 const WAIT_FOR_SNAPSHOT_MS = 2000;
@@ -27,7 +29,7 @@ const WAIT_FOR_SNAPSHOT_MS = 2000;
 const app = await start();
 
 async function start() {
-  const [me] = await Promise.all([fetchUntilThere(() => throughTheDoor(words)), words]);
+  const [me] = await Promise.all([fetchUntilThere(() => throughTheDoor(words)), words, system]);
   watchForTheEnd();
   // The feed is opened while the site is asked for: what it tells first is the longest answer of all.
   const live = emptyState();
@@ -40,6 +42,7 @@ async function start() {
     onMessage(message) {
       if (message.type === "error" && message.code === "not_signed_in") dispatchEvent(new Event("signed-out"));
       const { gap, changed } = apply(live, message, Date.now());
+      if (changed.has("all") || changed.has("session")) learn();
       shownBy?.changed(...changed);
       return { gap };
     },
@@ -49,6 +52,14 @@ async function start() {
     },
   });
   feed.open();
+  let learning = false;
+  /** What the server declares of the systems that its sessions are of. */
+  async function learn() {
+    if (learning || !anyNamed(live.sessions.values())) return;
+    learning = true;
+    learning = await learnSystems(api);
+    if (learning) shownBy?.changed("all");
+  }
   const [site, plan] = await fetchUntilThere(() => Promise.all([api.site(), api.sitePlan()]));
   const app = (shownBy = makeApp(site, plan, me, live));
   one("#account").hidden = false;

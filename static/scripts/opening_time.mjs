@@ -22,21 +22,26 @@ try {
       const began = performance.now();
       location.hash = `#/sessions/${id}`;
       // Two frames after the sign is set, what it stands for has been painted.
-      const shown = (/** @type {string} */ sign) => new Promise((/** @type {(ms: number) => void} */ resolve) => {
-        const look = () => {
-          if (document.querySelector(sign)) requestAnimationFrame(() => requestAnimationFrame(() => resolve(performance.now() - began)));
-          else requestAnimationFrame(look);
-        };
-        look();
-      });
+      const shown = (/** @type {string} */ sign) =>
+        new Promise((/** @type {(ms: number) => void} */ resolve) => {
+          const look = () => {
+            if (document.querySelector(sign))
+              requestAnimationFrame(() => requestAnimationFrame(() => resolve(performance.now() - began)));
+            else requestAnimationFrame(look);
+          };
+          look();
+        });
       const [track_ms, charts_ms] = await Promise.all([shown("[data-drawn=yes]"), shown("[data-charted=yes]")]);
       return { track_ms, charts_ms };
     }, session);
     times.push(time);
   }
-  for (const { track_ms, charts_ms } of times) console.log(`track ${track_ms.toFixed(0)} ms, charts ${charts_ms.toFixed(0)} ms`);
+  for (const { track_ms, charts_ms } of times)
+    console.log(`track ${track_ms.toFixed(0)} ms, charts ${charts_ms.toFixed(0)} ms`);
   const middle = (/** @type {number[]} */ values) => values.sort((a, b) => a - b)[values.length >> 1].toFixed(0);
-  console.log(`in the middle: track ${middle(times.map((t) => t.track_ms))} ms, charts ${middle(times.map((t) => t.charts_ms))} ms`);
+  console.log(
+    `in the middle: track ${middle(times.map((t) => t.track_ms))} ms, charts ${middle(times.map((t) => t.charts_ms))} ms`,
+  );
   if (tab.wrongs.length > 0) console.log(tab.wrongs.join("\n"));
 } finally {
   await tab.close();

@@ -42,7 +42,8 @@ async function take(name, hash, sign, before) {
  * @param {unknown} [body]
  */
 async function ask(path, method = "GET", body) {
-  const sent = body === undefined ? {} : { headers: { "content-type": "application/json" }, body: JSON.stringify(body) };
+  const sent =
+    body === undefined ? {} : { headers: { "content-type": "application/json" }, body: JSON.stringify(body) };
   const answer = await fetch(`${url}/api/v1${path}`, { method, ...sent });
   const told = await answer.json();
   if (!answer.ok) throw new Error(`${method} ${path}: ${told.detail}`);
@@ -54,24 +55,41 @@ async function ask(path, method = "GET", body) {
  * @param {string} session_id
  */
 async function workInTheLab(session_id) {
-  const set = await ask("/lab/parameter-sets", "POST", { name: "Firm markers", about: "Markers are believed to a hand's breadth", parameters: { marker_sigma_m: 0.1 } });
+  const set = await ask("/lab/parameter-sets", "POST", {
+    name: "Firm markers",
+    about: "Markers are believed to a hand's breadth",
+    parameters: { marker_sigma_m: 0.1 },
+  });
   await ask("/lab/site-parameters", "PUT", { parameter_set_id: set.id, version: set.version });
   const runs = await ask("/lab/runs", "POST", { session_ids: [session_id], parameter_set_id: set.id });
-  runs.push(...(await ask("/lab/runs", "POST", { session_ids: [session_id], name: "Compass alone", aids: ["zupt", "heading"] })));
+  runs.push(
+    ...(await ask("/lab/runs", "POST", {
+      session_ids: [session_id],
+      name: "Compass alone",
+      aids: ["zupt", "heading"],
+    })),
+  );
   for (const run of runs) {
-    while (["queued", "running"].includes((await ask(`/lab/runs/${run.id}`)).state)) await new Promise((resolve) => setTimeout(resolve, 500));
+    while (["queued", "running"].includes((await ask(`/lab/runs/${run.id}`)).state))
+      await new Promise((resolve) => setTimeout(resolve, 500));
   }
   return set;
 }
 
 /** A program that is told of everything and answers, and one that is away. */
 async function registerWebhooks() {
-  const receiver = createServer((request, response) => request.resume().on("end", () => response.writeHead(200).end("ticket opened"))).listen(0, "127.0.0.1");
+  const receiver = createServer((request, response) =>
+    request.resume().on("end", () => response.writeHead(200).end("ticket opened")),
+  ).listen(0, "127.0.0.1");
   await once(receiver, "listening");
   const { port } = /** @type {import("node:net").AddressInfo} */ (receiver.address());
   const events = ["fault.reported", "fault.changed", "anomalies.found"];
   const tickets = await ask("/webhooks", "POST", { name: "Tickets", url: `http://127.0.0.1:${port}/lodestep`, events });
-  const pager = await ask("/webhooks", "POST", { name: "Pager", url: "http://127.0.0.1:9/alarm", events: events.slice(0, 1) });
+  const pager = await ask("/webhooks", "POST", {
+    name: "Pager",
+    url: "http://127.0.0.1:9/alarm",
+    events: events.slice(0, 1),
+  });
   for (const hook of [tickets, pager]) await ask(`/webhooks/${hook.id}/test`, "POST");
   return { receiver, tickets };
 }
@@ -79,7 +97,12 @@ async function registerWebhooks() {
 try {
   await take("screenshot", "#/live", "[data-testid=inspector-row][data-east-m]", async () => {
     // Trails are worth a look once somebody has walked a little.
-    await page.waitForFunction(() => [...document.querySelectorAll("[data-inspector] .since-m")].some((el) => parseFloat(el.textContent ?? "") > 20), undefined, { timeout: 90_000 });
+    await page.waitForFunction(
+      () =>
+        [...document.querySelectorAll("[data-inspector] .since-m")].some((el) => parseFloat(el.textContent ?? "") > 20),
+      undefined,
+      { timeout: 90_000 },
+    );
     await page.locator("[data-testid=inspector-row][data-east-m]").first().click();
     await page.locator("#fit").click();
     await page.getByTestId("drawer").waitFor();
@@ -87,8 +110,12 @@ try {
   await take("screens/sessions", "#/sessions", "[data-testid=session-card]");
   const finished = (await ask("/sessions?state=finished"))[0];
   if (finished) {
-    await take("screens/replay", `#/sessions/${finished.id}?t=40`, "[data-testid=session][data-drawn=yes]", () => page.locator("[data-charted=yes]").first().waitFor());
-    await take("screens/quality", `#/sessions/${finished.id}`, "[data-testid=session][data-drawn=yes]", () => page.locator("[data-tab=quality]").click());
+    await take("screens/replay", `#/sessions/${finished.id}?t=40`, "[data-testid=session][data-drawn=yes]", () =>
+      page.locator("[data-charted=yes]").first().waitFor(),
+    );
+    await take("screens/quality", `#/sessions/${finished.id}`, "[data-testid=session][data-drawn=yes]", () =>
+      page.locator("[data-tab=quality]").click(),
+    );
   }
   if (finished) {
     const set = await workInTheLab(finished.id);
@@ -96,10 +123,17 @@ try {
       await page.locator("[name=set]").selectOption(set.id);
       await page.evaluate(() => scrollTo(0, 0));
     });
-    await take("screens/lab-comparison", `#/lab?walks=${finished.id}`, "[data-testid=comparison] [data-remove-run]", () => page.locator(".results").scrollIntoViewIfNeeded());
+    await take(
+      "screens/lab-comparison",
+      `#/lab?walks=${finished.id}`,
+      "[data-testid=comparison] [data-remove-run]",
+      () => page.locator(".results").scrollIntoViewIfNeeded(),
+    );
   }
   await take("screens/upload", "#/upload", "[data-testid=drop]");
-  await take("screens/faults", "#/faults", "[data-testid=fault-card]", () => page.locator("[data-testid=fault-card]").first().click());
+  await take("screens/faults", "#/faults", "[data-testid=fault-card]", () =>
+    page.locator("[data-testid=fault-card]").first().click(),
+  );
   await take("screens/markers", "#/markers", "[data-testid=markers] td");
   await take("screens/inspector", "#/me", "[data-testid=me]");
   await take("screens/account", "#/account", "[data-testid=set-up]");
@@ -115,7 +149,9 @@ try {
   await take("screens/api", "#/api", "[data-testid=routes] details");
   // The dark room.
   await page.emulateMedia({ colorScheme: "dark" });
-  await take("screens/live-dark", "#/live", "[data-testid=inspector-row][data-east-m]", () => page.locator("#fit").click());
+  await take("screens/live-dark", "#/live", "[data-testid=inspector-row][data-east-m]", () =>
+    page.locator("#fit").click(),
+  );
 } finally {
   await tab.close();
 }

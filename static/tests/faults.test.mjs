@@ -16,7 +16,8 @@ test("every state offers a step that goes on, and only what is fixed can be veri
 });
 
 test("a filter narrows by state, severity, person and words", () => {
-  const shown = (/** @type {Partial<typeof ALL>} */ filter, of = fault) => passes(of, { ...ALL, ...filter }, "Anchor bolt A17 王芳");
+  const shown = (/** @type {Partial<typeof ALL>} */ filter, of = fault) =>
+    passes(of, { ...ALL, ...filter }, "Anchor bolt A17 王芳");
   assert.ok(shown({}) && shown({ state: "standing" }) && shown({ state: "in_work" }));
   assert.ok(!shown({ state: "open" }) && !shown({ state: "standing" }, { ...fault, state: "verified" }));
   assert.ok(shown({ severity: "high" }) && !shown({ severity: "low" }));

@@ -11,7 +11,20 @@ function rig() {
   const state = emptyState();
   const feed = new Feed({
     makeSocket() {
-      const socket = { sent: [], closed: false, send(text) { this.sent.push(JSON.parse(text)); }, close() { this.closed = true; }, onopen: null, onmessage: null, onclose: null, onerror: null };
+      const socket = {
+        sent: [],
+        closed: false,
+        send(text) {
+          this.sent.push(JSON.parse(text));
+        },
+        close() {
+          this.closed = true;
+        },
+        onopen: null,
+        onmessage: null,
+        onclose: null,
+        onerror: null,
+      };
       sockets.push(socket);
       return socket;
     },
@@ -21,7 +34,9 @@ function rig() {
     after(ms, run) {
       const timer = { ms, run, off: false };
       timers.push(timer);
-      return () => { timer.off = true; };
+      return () => {
+        timer.off = true;
+      };
     },
     random: () => 1,
   });
@@ -35,7 +50,15 @@ function rig() {
   };
   return { feed, sockets, links, state, say, due, fire };
 }
-const snapshot = (seq, sessions = []) => ({ type: "snapshot", boot: "b1", seq, inspectors: [], sessions, faults: [], markers_revision: 0 });
+const snapshot = (seq, sessions = []) => ({
+  type: "snapshot",
+  boot: "b1",
+  seq,
+  inspectors: [],
+  sessions,
+  faults: [],
+  markers_revision: 0,
+});
 
 test("the first hello asks for everything, the second goes on from what was seen, and its messages arrive", () => {
   const { feed, sockets, links, state, say, fire } = rig();
@@ -94,7 +117,10 @@ test("an open link that has gone silent is given up", () => {
   feed.open();
   sockets[0].onopen();
   say(sockets[0], snapshot(1));
-  assert.deepEqual(due().map((timer) => timer.ms), [DEAD_AFTER_MS]);
+  assert.deepEqual(
+    due().map((timer) => timer.ms),
+    [DEAD_AFTER_MS],
+  );
   fire();
   assert.equal(sockets[0].closed, true);
   assert.deepEqual(links, [true, false]);
@@ -133,5 +159,8 @@ test("asking to open while a try is waiting tries at once, and only once", () =>
   feed.open();
   feed.open();
   assert.equal(sockets.length, 2);
-  assert.deepEqual(due().map((timer) => timer.ms), [DEAD_AFTER_MS]);
+  assert.deepEqual(
+    due().map((timer) => timer.ms),
+    [DEAD_AFTER_MS],
+  );
 });

@@ -48,7 +48,10 @@ test("the worst sigma is never less than either axis'", () => {
 });
 
 test("candidates weigh distance by the covariance: the one along the long axis wins over a nearer one across it", () => {
-  const places = [{ name: "across", e_m: 0, n_m: 4 }, { name: "along", e_m: 6, n_m: 0 }];
+  const places = [
+    { name: "across", e_m: 0, n_m: 4 },
+    { name: "along", e_m: 6, n_m: 0 },
+  ];
   const ranked = rankPlaces([0, 0], [5, 1, 1], 0, places);
   assert.equal(ranked[0].place.name, "along");
   const named = ranked.reduce((sum, r) => sum + r.probability, 0);
@@ -56,7 +59,10 @@ test("candidates weigh distance by the covariance: the one along the long axis w
 });
 
 test("where no marker is near, none is called likely", () => {
-  const ranked = rankPlaces([0, 0], [0.5, 0.5, 1], 0, [{ e_m: 30, n_m: 0 }, { e_m: 0, n_m: 300 }]);
+  const ranked = rankPlaces([0, 0], [0.5, 0.5, 1], 0, [
+    { e_m: 30, n_m: 0 },
+    { e_m: 0, n_m: 300 },
+  ]);
   assert.ok(ranked.every((r) => r.probability < 1e-6));
 });
 
@@ -68,9 +74,17 @@ test("headings run clockwise from north, 0 to 360", () => {
 test("the grid finds what a search through all nodes finds", () => {
   const { nodes } = makePlan();
   const grid = new Grid(nodes);
-  for (const [e, n] of [[1.1, 0.4], [100.3, -51.7], [-230, 30], [245, 45]]) {
+  for (const [e, n] of [
+    [1.1, 0.4],
+    [100.3, -51.7],
+    [-230, 30],
+    [245, 45],
+  ]) {
     const all = nodes.map((p) => ({ name: p.name, d: Math.hypot(p.e_m - e, p.n_m - n) })).sort((a, b) => a.d - b.d);
-    assert.deepEqual(grid.nearest(e, n, 5).map((f) => f.place.name), all.slice(0, 5).map((p) => p.name));
+    assert.deepEqual(
+      grid.nearest(e, n, 5).map((f) => f.place.name),
+      all.slice(0, 5).map((p) => p.name),
+    );
   }
   assert.deepEqual(grid.nearest(5000, 0, 3), []);
   assert.equal(grid.named(" a17 ")?.name, "A17");

@@ -5,7 +5,11 @@ import { chips, doubt, firstLetters, press, recallMine, rememberMine, visitTimes
 
 function memory() {
   const kept = new Map();
-  return { kept, recall: (key) => kept.get(key) ?? null, remember: (key, value) => void (value === null ? kept.delete(key) : kept.set(key, value)) };
+  return {
+    kept,
+    recall: (key) => kept.get(key) ?? null,
+    remember: (key, value) => void (value === null ? kept.delete(key) : kept.set(key, value)),
+  };
 }
 
 class Refused extends Error {
@@ -50,7 +54,12 @@ test("what is said without a link is kept over a reload and handed over once, in
   state.away = true;
   const before = new Outbox(api, storage);
   await before.add({ id: "w1", kind: "walk", at_ms: 0, body: { inspector_id: "i1" } });
-  await before.add({ id: "x", kind: "visit", at_ms: 1, body: { session_id: "w1", marker: "A17", t_start_s: 4, t_end_s: 8 } });
+  await before.add({
+    id: "x",
+    kind: "visit",
+    at_ms: 1,
+    body: { session_id: "w1", marker: "A17", t_start_s: 4, t_end_s: 8 },
+  });
   await before.add(fault("f1"));
   assert.equal(before.entries().length, 3);
 
@@ -73,25 +82,42 @@ test("what the server refuses is shown and does not hold up the rest", async () 
   const outbox = new Outbox(api, memory());
   await outbox.add(fault("bad"));
   await outbox.add(fault("good"));
-  assert.deepEqual(outbox.entries().map((entry) => [entry.id, entry.refused]), [["bad", "refused 422"]]);
+  assert.deepEqual(
+    outbox.entries().map((entry) => [entry.id, entry.refused]),
+    [["bad", "refused 422"]],
+  );
   assert.ok(outbox.drop("bad"));
   assert.ok(!outbox.drop("bad"));
 });
 
 test("who is not signed in keeps it; what one may not is refused", async () => {
-  for (const [status, left] of /** @type {const} */ ([[401, undefined], [403, "refused 403"]])) {
+  for (const [status, left] of /** @type {const} */ ([
+    [401, undefined],
+    [403, "refused 403"],
+  ])) {
     /** @type {any} */
-    const api = { reportFault: async () => { throw new Refused(status); } };
+    const api = {
+      reportFault: async () => {
+        throw new Refused(status);
+      },
+    };
     const outbox = new Outbox(api, memory());
     await outbox.add(fault("f"));
-    assert.deepEqual(outbox.entries().map((entry) => entry.refused), [left]);
+    assert.deepEqual(
+      outbox.entries().map((entry) => entry.refused),
+      [left],
+    );
   }
 });
 
 test("two calls at once send nothing twice; taking back what is gone is success", async () => {
   const { api, state } = server();
   const outbox = new Outbox(api, memory());
-  outbox.keep([fault("a"), fault("b"), { id: "c", kind: "take_back", at_ms: 0, body: { session_id: "s", visit_id: "gone" } }]);
+  outbox.keep([
+    fault("a"),
+    fault("b"),
+    { id: "c", kind: "take_back", at_ms: 0, body: { session_id: "s", visit_id: "gone" } },
+  ]);
   await Promise.all([outbox.flush(), outbox.flush(), outbox.flush()]);
   assert.equal(state.calls, 2);
   assert.equal(outbox.entries().length, 0);
@@ -110,7 +136,13 @@ test("damaged storage is empty storage", () => {
 test("a visit is the stand that lasts, or the last seconds", () => {
   assert.deepEqual(visitTimes(1000, 61_000, []), { t_start_s: 56, t_end_s: 60 });
   assert.deepEqual(visitTimes(1000, 2000, []), { t_start_s: 0, t_end_s: 1 });
-  assert.deepEqual(visitTimes(0, 60_000, [{ lasts: false, t_start_ns: 1e9 }, { lasts: true, t_start_ns: 41.25e9 }]), { t_start_s: 41.25, t_end_s: 60 });
+  assert.deepEqual(
+    visitTimes(0, 60_000, [
+      { lasts: false, t_start_ns: 1e9 },
+      { lasts: true, t_start_ns: 41.25e9 },
+    ]),
+    { t_start_s: 41.25, t_end_s: 60 },
+  );
 });
 
 test("a place is doubted far from the track, or sooner than anybody walks there", () => {
@@ -126,8 +158,14 @@ test("a place is doubted far from the track, or sooner than anybody walks there"
 });
 
 test("the stand's candidates are offered before the nearest", () => {
-  const nearest = (e, n, k) => Array.from({ length: k }, (_, i) => ({ place: { name: `B${i}`, e_m: e, n_m: n }, distance_m: i }));
-  const stand = { candidates: [{ marker: "A17", probability: 0.7, distance_m: 2 }, { marker: null, probability: 0.3, distance_m: null }] };
+  const nearest = (e, n, k) =>
+    Array.from({ length: k }, (_, i) => ({ place: { name: `B${i}`, e_m: e, n_m: n }, distance_m: i }));
+  const stand = {
+    candidates: [
+      { marker: "A17", probability: 0.7, distance_m: 2 },
+      { marker: null, probability: 0.3, distance_m: null },
+    ],
+  };
   assert.deepEqual(chips(stand, [0, 0], nearest), [{ marker: "A17", distance_m: 2, probability: 0.7 }]);
   assert.equal(chips(undefined, [0, 0], nearest).length, 6);
   assert.deepEqual(chips(undefined, null, nearest), []);

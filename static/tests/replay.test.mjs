@@ -4,8 +4,11 @@ import { Clock, gapsOf, inAll } from "../js/replay/clock.js";
 import { readMoment, writeMoment } from "../js/replay/link.js";
 import { extremes, ticks, timeStep, valueAt, wrapDegrees } from "../js/replay/lines.js";
 import { range } from "../js/replay/plot.js";
-import { PLOTS, chartsOf } from "../js/replay/plots.js";
+import * as kit from "../js/replay/plots.js";
 import { aidsOf, pathLength, runByAids } from "../js/replay/runs.js";
+import { system } from "../js/systems/pedestrian.js";
+
+const PLOTS = system.plots(kit);
 
 function clock() {
   const made = new Clock();
@@ -32,7 +35,10 @@ test("time runs as fast as was asked for, stops at the end and begins anew from 
 
 test("a gap takes no time when it is skipped, and its own time when it is not", () => {
   const c = clock();
-  c.gaps = [[10, 40], [50, 60]];
+  c.gaps = [
+    [10, 40],
+    [50, 60],
+  ];
   c.seek(9);
   c.toggle();
   c.advance(3);
@@ -77,11 +83,30 @@ test("live, paused and playing do not fight: a look back leaves the newest momen
 
 test("gaps are where a track has no points; together they are where nobody has any", () => {
   assert.deepEqual(gapsOf([0, 1, 2, 9, 10], 2.5), [[2, 9]]);
-  assert.deepEqual(inAll([[[2, 9], [20, 30]], [[5, 25]]]), [[5, 9], [20, 25]]);
+  assert.deepEqual(
+    inAll([
+      [
+        [2, 9],
+        [20, 30],
+      ],
+      [[5, 25]],
+    ]),
+    [
+      [5, 9],
+      [20, 25],
+    ],
+  );
 });
 
 test("a value at the cursor is that of its step, or the last one before that is not long gone", () => {
-  const line = { chart: "a", series: "b", start_s: 10, step_s: 2, low: [1, null, null, null, 5], high: [3, null, null, null, 7] };
+  const line = {
+    chart: "a",
+    series: "b",
+    start_s: 10,
+    step_s: 2,
+    low: [1, null, null, null, 5],
+    high: [3, null, null, null, 7],
+  };
   assert.equal(valueAt(line, 11), 2);
   assert.equal(valueAt(line, 13), 2);
   assert.equal(valueAt(line, 17), null);
@@ -100,7 +125,7 @@ test("axes carry round numbers", () => {
 });
 
 test("a moment's address is read as it was written", () => {
-  const moment = { t_s: 61.25, runs: ["main", runByAids(["heading", "zupt"])], beside: ["s7", "s8"] };
+  const moment = { t_s: 61.25, runs: ["main", runByAids(system, ["heading", "zupt"])], beside: ["s7", "s8"] };
   const hash = writeMoment("s9", moment);
   assert.equal(hash, "#/sessions/s9?t=61.25&run=main,aids:zupt+heading&with=s7,s8");
   assert.deepEqual(readMoment(hash), moment);
@@ -109,9 +134,9 @@ test("a moment's address is read as it was written", () => {
 });
 
 test("a run by chosen aids names them; others have none", () => {
-  assert.deepEqual(aidsOf("aids:zupt+heading"), ["zupt", "heading"]);
-  assert.equal(aidsOf("main"), null);
-  assert.equal(aidsOf("aids:magic"), null);
+  assert.deepEqual(aidsOf(system, "aids:zupt+heading"), ["zupt", "heading"]);
+  assert.equal(aidsOf(system, "main"), null);
+  assert.equal(aidsOf(system, "aids:magic"), null);
 });
 
 test("a path is as long as its metres; standing adds nothing", () => {
@@ -120,14 +145,26 @@ test("a path is as long as its metres; standing adds nothing", () => {
 });
 
 test("every chart that is drawn is asked for, with what its bands need", () => {
-  const wanted = chartsOf(PLOTS.map((plot) => plot.group));
-  for (const plot of PLOTS) for (const line of plot.lines) assert.ok(wanted.includes(line.chart) && (!line.sigma || wanted.includes(line.sigma)), line.chart);
-  assert.ok(!chartsOf(["height"]).includes("gyro_norm"));
+  const wanted = kit.chartsOf(PLOTS, system.readouts);
+  for (const plot of PLOTS)
+    for (const line of plot.lines)
+      assert.ok(wanted.includes(line.chart) && (!line.sigma || wanted.includes(line.sigma)), line.chart);
+  for (const { strips } of PLOTS)
+    for (const strip of strips ?? []) assert.ok(wanted.includes(strip.chart), strip.chart);
+  // The read-out needs some whatever is drawn.
+  assert.deepEqual(kit.chartsOf([], system.readouts), ["stance", "speed"]);
 });
 
 test("a heading is drawn by the whole circle, or close to where it changes little", () => {
   const plot = PLOTS.find((p) => p.id === "heading");
-  const picture = (low) => ({ plot, line: (chart, series) => (series === "main" ? { chart, series, start_s: 0, step_s: 1, low } : undefined), limits: [], dots: [], from_s: 0, to_s: low.length });
+  const picture = (low) => ({
+    plot,
+    line: (chart, series) => (series === "main" ? { chart, series, start_s: 0, step_s: 1, low } : undefined),
+    limits: [],
+    dots: [],
+    from_s: 0,
+    to_s: low.length,
+  });
   assert.deepEqual(range(picture([0, 1, 2, 3, 4])), [-180, 180]);
   // Two full turns and 10°, and a degree more.
   const [least, most] = range(picture([4 * Math.PI + 10 * (Math.PI / 180), 4 * Math.PI + 11 * (Math.PI / 180)]));
@@ -135,7 +172,15 @@ test("a heading is drawn by the whole circle, or close to where it changes littl
 });
 
 test("a single large innovation does not flatten the others; a field is shown with its gate", () => {
-  const of = (id, low, limits) => range({ plot: PLOTS.find((p) => p.id === id), line: (chart, series) => ({ chart, series, start_s: 0, step_s: 1, low }), limits: limits.map((value) => ({ chart: id, name: "x", value })), dots: [], from_s: 0, to_s: low.length });
+  const of = (id, low, limits) =>
+    range({
+      plot: PLOTS.find((p) => p.id === id),
+      line: (chart, series) => ({ chart, series, start_s: 0, step_s: 1, low }),
+      limits: limits.map((value) => ({ chart: id, name: "x", value })),
+      dots: [],
+      from_s: 0,
+      to_s: low.length,
+    });
   assert.ok(of("nis_heading", [0.5, 900], [3.84, 10.83])[1] < 16);
   const [least, most] = of("field", [47, 49], [40, 60]);
   assert.ok(least < 40 && most > 60);

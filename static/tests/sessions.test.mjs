@@ -3,7 +3,17 @@ import { test } from "node:test";
 import { readWanted, toQuery, writeWanted } from "../js/sessions/wanted.js";
 
 test("what is looked for survives its address", () => {
-  const wanted = { text: "a&b, c", inspector_id: "i1", state: "finished", from: "2026-01-02", to: "2026-01-03", mode: "log", flags: ["gap", "starred"], sort: "-closure", page: 2 };
+  const wanted = {
+    text: "a&b, c",
+    inspector_id: "i1",
+    state: "finished",
+    from: "2026-01-02",
+    to: "2026-01-03",
+    mode: "log",
+    flags: ["gap", "starred"],
+    sort: "-closure",
+    page: 2,
+  };
   assert.deepEqual(readWanted(writeWanted(wanted)), wanted);
   const plain = readWanted("#/sessions");
   assert.equal(writeWanted(plain), "#/sessions");

@@ -2,6 +2,7 @@ import assert from "node:assert/strict";
 import { readFile, readdir } from "node:fs/promises";
 import { test } from "node:test";
 import { gzipSync } from "node:zlib";
+import { FIRST } from "../js/systems/index.js";
 
 const root = new URL("..", import.meta.url);
 const read = (path) => readFile(new URL(path, root));
@@ -31,16 +32,27 @@ async function graph(entry) {
   return { files, screens };
 }
 
+/** What the page begins with: its own modules, and those of the system that sessions are of by default. */
+async function beginning() {
+  const { files, screens } = await graph("js/main.js");
+  const system = `js/systems/${FIRST}.js`;
+  for (const name of (await graph(system)).files) files.add(name);
+  screens.delete(system);
+  return { files, screens };
+}
+
 test("the page weighs at most 150 kB packed before data, libraries and one language included; no other screen adds more than 50 kB", async (context) => {
   const packed = async (/** @type {Iterable<string>} */ names) => {
     const parts = await Promise.all([...names].map((name) => read(name)));
     return parts.reduce((sum, part) => sum + gzipSync(part).length, 0);
   };
   const vendor = ["vendor/leaflet/leaflet.js", "vendor/leaflet/leaflet.css"];
-  if ((await Promise.all(vendor.map((name) => read(name).catch(() => null)))).includes(null)) return context.skip("run `npm run vendor` first");
-  const first = await graph("js/main.js");
+  if ((await Promise.all(vendor.map((name) => read(name).catch(() => null)))).includes(null))
+    return context.skip("run `npm run vendor` first");
+  const first = await beginning();
   const styles = (await own()).filter((name) => !name.endsWith(".js"));
-  const base = await packed([...first.files, ...styles, "messages/zh-CN.json", ...vendor]);
+  const words = ["messages/zh-CN.json", `messages/${FIRST}.zh-CN.json`];
+  const base = await packed([...first.files, ...styles, ...words, ...vendor]);
   let heaviest = 0;
   for (const screen of first.screens) {
     const more = [...(await graph(screen)).files].filter((name) => !first.files.has(name));
@@ -55,8 +67,10 @@ test("the page weighs at most 150 kB packed before data, libraries and one langu
 });
 
 test("the page asks at once for every module that it begins with, and for no other", async () => {
-  const { files } = await graph("js/main.js");
-  const asked = [...String(await read("index.html")).matchAll(/<link rel="modulepreload" href="\/([^"]+)">/g)].map((m) => m[1]);
+  const { files } = await beginning();
+  const asked = [...String(await read("index.html")).matchAll(/<link rel="modulepreload" href="\/([^"]+)">/g)].map(
+    (m) => m[1],
+  );
   assert.deepEqual(asked.sort(), [...files].filter((name) => name !== "js/main.js").sort());
 });
 
@@ -65,7 +79,9 @@ test("nothing inline and nothing from elsewhere: the page keeps to a policy of d
   assert.doesNotMatch(index, /<style|\sstyle=|\son\w+=|<script(?![^>]*\ssrc=)/);
   for (const name of await own()) {
     const text = String(await read(name));
-    const hosts = [...text.matchAll(/https?:\/\/[^\s"'`)]+/g)].map((m) => m[0]).filter((u) => u !== "http://www.w3.org/2000/svg");
+    const hosts = [...text.matchAll(/https?:\/\/[^\s"'`)]+/g)]
+      .map((m) => m[0])
+      .filter((u) => u !== "http://www.w3.org/2000/svg");
     assert.deepEqual(hosts, [], name);
     if (name.endsWith(".js")) assert.doesNotMatch(text, /\sstyle="|\beval\(|new Function/, name);
   }

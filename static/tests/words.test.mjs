@@ -7,17 +7,43 @@ import { html } from "../js/html.js";
 
 const root = new URL("..", import.meta.url);
 const read = (path) => readFile(new URL(path, root), "utf8");
-const en = JSON.parse(await read("messages/en.json"));
-const zh = JSON.parse(await read("messages/zh-CN.json"));
+/** What systems alone have to say is in files of their own. */
+const systems = (await readdir(new URL("messages/", root))).flatMap((n) => /^(\w+)\.en\.json$/.exec(n)?.[1] ?? []);
+const words = async (/** @type {string} */ file) => JSON.parse(await read(`messages/${file}.json`));
+const en = await words("en");
+const zh = await words("zh-CN");
+for (const system of systems) {
+  Object.assign(en, await words(`${system}.en`));
+  Object.assign(zh, await words(`${system}.zh-CN`));
+}
 
 async function sources() {
   const names = (await readdir(new URL("js/", root), { recursive: true })).filter((n) => n.endsWith(".js"));
   return [...(await Promise.all(names.map((n) => read(`js/${n}`)))), await read("index.html")];
 }
 
+test("a system's keys begin with its name, and no other does", async () => {
+  assert.deepEqual(systems, ["pedestrian"]);
+  for (const file of [...systems.flatMap((s) => [`${s}.en`, `${s}.zh-CN`]), "en", "zh-CN"])
+    for (const key of Object.keys(await words(file)))
+      assert.equal(
+        systems.find((system) => key.startsWith(`${system}.`)),
+        systems.find((system) => file.startsWith(`${system}.`)),
+        `${file}: ${key}`,
+      );
+});
+
 test("both languages have the same keys", () => {
-  assert.deepEqual(Object.keys(en).filter((k) => !(k in zh)), [], "missing in zh-CN");
-  assert.deepEqual(Object.keys(zh).filter((k) => !(k in en)), [], "missing in en");
+  assert.deepEqual(
+    Object.keys(en).filter((k) => !(k in zh)),
+    [],
+    "missing in zh-CN",
+  );
+  assert.deepEqual(
+    Object.keys(zh).filter((k) => !(k in en)),
+    [],
+    "missing in en",
+  );
 });
 
 test("a message has the same places to fill in in both languages, and says something", () => {
@@ -30,6 +56,9 @@ test("a message has the same places to fill in in both languages, and says somet
 
 test("every key that the page names is there, and every key that is there is used", async () => {
   const text = (await sources()).join("\n");
+  // What is asked for by a system's own word may be there with its name before it.
+  const keys = Object.keys(en);
+  const plain = (/** @type {string} */ key) => systems.reduce((k, system) => k.replace(`${system}.`, ""), key);
   const named = new Set([...text.matchAll(/(?:\bt\(|data-t(?:-label|-hint)?=)"([a-z_.0-9]+)"/g)].map((m) => m[1]));
   for (const key of named) assert.ok(key in en, `${key} is used and has no message`);
   // Keys that are put together: `presence.${…}`.
@@ -37,14 +66,33 @@ test("every key that the page names is there, and every key that is there is use
   const quoted = new Set([...text.matchAll(/"([a-z_]+(?:\.[a-z_0-9]+)*)"/g)].map((m) => m[1]));
   // The singular of a key that counts.
   const plural = (key) => key.replace(/\.one$/, "");
-  const spare = Object.keys(en).map(plural).filter((k) => !named.has(k) && !quoted.has(k) && !built.some((b) => k.startsWith(b)));
-  assert.deepEqual(spare, []);
-  for (const start of built) assert.ok(Object.keys(en).some((k) => k.startsWith(start)), `nothing begins with ${start}`);
+  const used = (key) => named.has(key) || quoted.has(key) || built.some((b) => key.startsWith(b));
+  assert.deepEqual(
+    keys.map(plural).filter((key) => !used(key) && !used(plain(key))),
+    [],
+  );
+  for (const start of built)
+    assert.ok(
+      keys.some((k) => k.startsWith(start) || plain(k).startsWith(start)),
+      `nothing begins with ${start}`,
+    );
+});
+
+test("what every system is asked for has words without a system", async () => {
+  const general = await words("en");
+  const asked = [...(await sources()).join("\n").matchAll(/\b(?:word|keyOf)\(\s*system,\s*"([a-z_.0-9]+)"/g)].map(
+    (m) => m[1],
+  );
+  assert.ok(asked.length > 5, `${asked}`);
+  for (const key of asked) assert.ok(key in general, `${key} has no general message`);
 });
 
 test("one thing is told in the singular where the language has one", () => {
   setLanguage("en", { walks: "{n} walks", "walks.one": "{n} walk", chosen: "{n} chosen" });
-  assert.deepEqual([0, 1, 2].map((n) => t("walks", { n })), ["0 walks", "1 walk", "2 walks"]);
+  assert.deepEqual(
+    [0, 1, 2].map((n) => t("walks", { n })),
+    ["0 walks", "1 walk", "2 walks"],
+  );
   assert.equal(t("chosen", { n: 1 }), "1 chosen");
 });
 
@@ -61,7 +109,12 @@ test("what is filled into a template is text, whatever it contains", () => {
   assert.equal(html`<b title="${name}">${name}</b>`.text, `<b title="${escape5(name)}">${escape5(name)}</b>`);
   assert.equal(html`${[html`<i>${"<"}</i>`, null, false, 0]}`.text, "<i>&lt;</i>0");
   function escape5(s) {
-    return s.replaceAll("&", "&amp;").replaceAll("<", "&lt;").replaceAll(">", "&gt;").replaceAll('"', "&quot;").replaceAll("'", "&#39;");
+    return s
+      .replaceAll("&", "&amp;")
+      .replaceAll("<", "&lt;")
+      .replaceAll(">", "&gt;")
+      .replaceAll('"', "&quot;")
+      .replaceAll("'", "&#39;");
   }
 });
 

@@ -256,6 +256,26 @@ fn the_pages_about_the_house_are_short_and_name_what_is_there() {
     }
 }
 
+/// Pages that are read and edited as text; the pages of figures are written by a program.
+const READ_IN_AN_EDITOR: [&str; 5] =
+    ["docs/wire.md", "docs/operations.md", "docs/page.md", "docs/webhooks.md", "migrations/README.md"];
+
+#[test]
+fn pages_that_are_read_in_an_editor_have_no_line_over_140_characters() {
+    let long: Vec<String> = READ_IN_AN_EDITOR
+        .iter()
+        .flat_map(|page| {
+            let text = fs::read_to_string(root().join(page)).unwrap();
+            let lengths: Vec<usize> = text.lines().map(|line| line.chars().count()).collect();
+            let too_long = lengths.into_iter().enumerate().filter(|(_, length)| *length > 140);
+            too_long
+                .map(|(k, length)| format!("{page}:{}: {length} characters", k + 1))
+                .collect::<Vec<String>>()
+        })
+        .collect();
+    none(&long, "A line of a page that is read in an editor fits it: a list or a shorter table instead.");
+}
+
 /// What a build makes and a clone lacks.
 fn ignored(path: &str) -> bool {
     ["static/vendor", "static/node_modules"].iter().any(|made| path.starts_with(made))

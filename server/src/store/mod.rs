@@ -51,6 +51,8 @@ mod write;
 mod write_ahead;
 
 #[cfg(test)]
+mod schema_tests;
+#[cfg(test)]
 mod tests;
 #[cfg(test)]
 mod upgrade_tests;

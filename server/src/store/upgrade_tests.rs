@@ -37,7 +37,8 @@ fn databases() -> BTreeMap<u32, PathBuf> {
 fn steps() -> Vec<u32> {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../migrations");
     let files = std::fs::read_dir(folder).unwrap().map(|file| file.unwrap().file_name());
-    let mut steps: Vec<u32> = files.map(|name| name.to_str().unwrap()[..4].parse().unwrap()).collect();
+    // Beside the steps lie the README and the whole schema.
+    let mut steps: Vec<u32> = files.filter_map(|name| name.to_str()?.get(..4)?.parse().ok()).collect();
     steps.sort_unstable();
     steps
 }

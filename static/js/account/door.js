@@ -56,13 +56,23 @@ function signInHere() {
     one("#dialogs").append(dialog);
     // There is nothing behind it to go back to.
     dialog.addEventListener("cancel", (event) => event.preventDefault());
-    render(dialog, html`<form class="door">
-      <h1 id="door-title">${t("door.title")}</h1>
-      <label class="field"><span>${t("account.name")}</span><input name="name" autocomplete="username" autocapitalize="none" spellcheck="false" required autofocus></label>
-      <label class="field"><span>${t("account.password")}</span><input name="password" type="password" autocomplete="current-password" required></label>
-      <div class="answer" aria-live="polite"></div>
-      <div class="row end"><button class="main-action">${t("door.sign_in")}</button></div>
-      <p class="muted">${t("door.lost")}</p></form>`);
+    render(
+      dialog,
+      html`<form class="door">
+        <h1 id="door-title">${t("door.title")}</h1>
+        <label class="field"
+          ><span>${t("account.name")}</span
+          ><input name="name" autocomplete="username" autocapitalize="none" spellcheck="false" required autofocus
+        /></label>
+        <label class="field"
+          ><span>${t("account.password")}</span
+          ><input name="password" type="password" autocomplete="current-password" required
+        /></label>
+        <div class="answer" aria-live="polite"></div>
+        <div class="row end"><button class="main-action">${t("door.sign_in")}</button></div>
+        <p class="muted">${t("door.lost")}</p>
+      </form>`,
+    );
     const form = /** @type {HTMLFormElement} */ (one("form", dialog));
     form.addEventListener("submit", async (event) => {
       event.preventDefault();

@@ -17,21 +17,40 @@ export function accountView(app, side) {
 
 /** @param {HTMLElement} side */
 function showSetUp(side) {
-  render(side, html`<div class="page">
-    <h1 data-t="account.set_up"></h1>
-    <p class="lead" data-t="account.set_up_lead"></p>
-    <form class="block" data-testid="set-up">
-      <label class="field"><span data-t="account.setup_token"></span><input name="setup_token" autocomplete="off" spellcheck="false" required></label>
-      <div class="two">
-        <label class="field"><span data-t="account.name"></span><input name="name" autocomplete="username" required></label>
-        <label class="field"><span data-t="account.new_password"></span><input name="password" type="password" autocomplete="new-password" minlength="10" required></label>
-      </div>
-      <div class="answer" aria-live="polite"></div>
-      <div class="row end"><button class="main-action" data-t="account.set_up_go"></button></div>
-    </form><div class="row"><a href="#/admin" data-t="nav.admin"></a> <a href="#/api" data-t="nav.api"></a></div></div>`);
+  render(
+    side,
+    html`<div class="page">
+      <h1 data-t="account.set_up"></h1>
+      <p class="lead" data-t="account.set_up_lead"></p>
+      <form class="block" data-testid="set-up">
+        <label class="field"
+          ><span data-t="account.setup_token"></span
+          ><input name="setup_token" autocomplete="off" spellcheck="false" required
+        /></label>
+        <div class="two">
+          <label class="field"
+            ><span data-t="account.name"></span><input name="name" autocomplete="username" required
+          /></label>
+          <label class="field"
+            ><span data-t="account.new_password"></span
+            ><input name="password" type="password" autocomplete="new-password" minlength="10" required
+          /></label>
+        </div>
+        <div class="answer" aria-live="polite"></div>
+        <div class="row end"><button class="main-action" data-t="account.set_up_go"></button></div>
+      </form>
+      <div class="row"><a href="#/admin" data-t="nav.admin"></a> <a href="#/api" data-t="nav.api"></a></div>
+    </div>`,
+  );
   translate(side);
   onSubmit(one("form", side), async (data) => {
-    await whoIsChanging(() => api.setUp({ setup_token: text(data, "setup_token"), name: text(data, "name"), password: String(data.get("password")) }));
+    await whoIsChanging(() =>
+      api.setUp({
+        setup_token: text(data, "setup_token"),
+        name: text(data, "name"),
+        password: String(data.get("password")),
+      }),
+    );
     location.reload();
   });
 }
@@ -42,23 +61,48 @@ function showSetUp(side) {
  */
 function showOwn(app, side) {
   const { me } = app;
-  render(side, html`<div class="page">
-    <h1>${me.name ?? t("nav.account")}</h1>
-    <p class="lead">${me.role ? t(`role.${me.role}`) : ""} · ${me.rights.map((right) => t(`right.${right}`)).join(" · ")}</p>
-    <div class="row"><button type="button" class="sign-out" data-t="account.sign_out"></button>
-      ${me.rights.includes("administer") && html`<a href="#/admin" data-t="nav.admin"></a>`} <a href="#/api" data-t="nav.api"></a></div>
-    <form class="block password" data-testid="password">
-      <h2 data-t="account.change_password"></h2>
-      <input class="unseen" name="name" autocomplete="username" value="${me.name ?? ""}" tabindex="-1" aria-hidden="true">
-      <div class="two">
-        <label class="field"><span data-t="account.old_password"></span><input name="old" type="password" autocomplete="current-password" required></label>
-        <label class="field"><span data-t="account.new_password"></span><input name="new" type="password" autocomplete="new-password" minlength="10" required></label>
+  render(
+    side,
+    html`<div class="page">
+      <h1>${me.name ?? t("nav.account")}</h1>
+      <p class="lead">
+        ${me.role ? t(`role.${me.role}`) : ""} · ${me.rights.map((right) => t(`right.${right}`)).join(" · ")}
+      </p>
+      <div class="row">
+        <button type="button" class="sign-out" data-t="account.sign_out"></button>
+        ${me.rights.includes("administer") && html`<a href="#/admin" data-t="nav.admin"></a>`}
+        <a href="#/api" data-t="nav.api"></a>
       </div>
-      <div class="answer" aria-live="polite"></div>
-      <div class="row end"><button data-t="account.change_password"></button></div>
-    </form>
-    <div class="block browsers"><h2 data-t="account.browsers"></h2><div class="list"></div></div>
-    <div class="block tokens"></div></div>`);
+      <form class="block password" data-testid="password">
+        <h2 data-t="account.change_password"></h2>
+        <input
+          class="unseen"
+          name="name"
+          autocomplete="username"
+          value="${me.name ?? ""}"
+          tabindex="-1"
+          aria-hidden="true"
+        />
+        <div class="two">
+          <label class="field"
+            ><span data-t="account.old_password"></span
+            ><input name="old" type="password" autocomplete="current-password" required
+          /></label>
+          <label class="field"
+            ><span data-t="account.new_password"></span
+            ><input name="new" type="password" autocomplete="new-password" minlength="10" required
+          /></label>
+        </div>
+        <div class="answer" aria-live="polite"></div>
+        <div class="row end"><button data-t="account.change_password"></button></div>
+      </form>
+      <div class="block browsers">
+        <h2 data-t="account.browsers"></h2>
+        <div class="list"></div>
+      </div>
+      <div class="block tokens"></div>
+    </div>`,
+  );
   translate(side);
   one(".sign-out", side).addEventListener("click", async () => {
     await api.signOut();
@@ -78,9 +122,30 @@ function showOwn(app, side) {
 async function showBrowsers(box) {
   try {
     const list = await api.signIns();
-    render(box, html`<table><thead><tr><th>${t("account.browser")}</th><th>${t("account.address")}</th><th>${t("account.seen")}</th><th><span class="unseen">${t("account.sign_out")}</span></th></tr></thead>
-      <tbody>${list.map((s) => html`<tr><td>${browserName(s.agent)}</td><td>${s.address}</td><td>${dateTime(s.seen_at)}</td>
-        <td class="num"><button type="button" data-end="${s.id}">${t("account.sign_out")}</button></td></tr>`)}</tbody></table>`);
+    render(
+      box,
+      html`<table>
+        <thead>
+          <tr>
+            <th>${t("account.browser")}</th>
+            <th>${t("account.address")}</th>
+            <th>${t("account.seen")}</th>
+            <th><span class="unseen">${t("account.sign_out")}</span></th>
+          </tr>
+        </thead>
+        <tbody>
+          ${list.map(
+            (s) =>
+              html`<tr>
+                <td>${browserName(s.agent)}</td>
+                <td>${s.address}</td>
+                <td>${dateTime(s.seen_at)}</td>
+                <td class="num"><button type="button" data-end="${s.id}">${t("account.sign_out")}</button></td>
+              </tr>`,
+          )}
+        </tbody>
+      </table>`,
+    );
   } catch (error) {
     render(box, problemBox(error));
   }

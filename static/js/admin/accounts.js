@@ -19,29 +19,87 @@ export function showAccounts(app, box) {
     return;
   }
   const inspectors = () => [...app.live.inspectors.values()];
-  render(box, html`<h2>${t("admin.accounts")}</h2>
-    <div class="answer" aria-live="polite"></div><div class="list"></div>
-    <form><h3>${t("admin.new_account")}</h3>
-      <div class="two">
-        <label class="field"><span>${t("account.name")}</span><input name="name" autocomplete="off" required></label>
-        <label class="field"><span>${t("account.new_password")}</span><input name="password" type="password" autocomplete="new-password" minlength="10" required></label>
-        <label class="field"><span>${t("admin.role")}</span><select name="role">${ROLES.map((role) => html`<option value="${role}">${t(`role.${role}`)}</option>`)}</select></label>
-        <label class="field"><span>${t("admin.inspector")}</span><select name="inspector"><option value="">–</option>${inspectors().map((i) => html`<option value="${i.id}">${i.name}</option>`)}</select></label>
-      </div>
+  render(
+    box,
+    html`<h2>${t("admin.accounts")}</h2>
       <div class="answer" aria-live="polite"></div>
-      <div class="row end"><button>${t("admin.add")}</button></div></form>`);
+      <div class="list"></div>
+      <form>
+        <h3>${t("admin.new_account")}</h3>
+        <div class="two">
+          <label class="field"
+            ><span>${t("account.name")}</span><input name="name" autocomplete="off" required
+          /></label>
+          <label class="field"
+            ><span>${t("account.new_password")}</span
+            ><input name="password" type="password" autocomplete="new-password" minlength="10" required
+          /></label>
+          <label class="field"
+            ><span>${t("admin.role")}</span
+            ><select name="role">
+              ${ROLES.map((role) => html`<option value="${role}">${t(`role.${role}`)}</option>`)}
+            </select></label
+          >
+          <label class="field"
+            ><span>${t("admin.inspector")}</span
+            ><select name="inspector">
+              <option value="">–</option>
+              ${inspectors().map((i) => html`<option value="${i.id}">${i.name}</option>`)}
+            </select></label
+          >
+        </div>
+        <div class="answer" aria-live="polite"></div>
+        <div class="row end"><button>${t("admin.add")}</button></div>
+      </form>`,
+  );
   const list = one(".list", box);
   const answer = one(".answer", box);
 
   async function show() {
     try {
       const accounts = await api.accounts();
-      render(list, html`<table data-testid="accounts"><thead><tr><th>${t("account.name")}</th><th>${t("admin.role")}</th><th>${t("admin.inspector")}</th><th>${t("admin.may_sign_in")}</th><th><span class="unseen">${t("admin.change")}</span></th></tr></thead>
-        <tbody>${accounts.map((a) => html`<tr data-account="${a.id}"><td>${a.name}</td>
-          <td><select data-field="role" aria-label="${t("admin.role")} ${a.name}">${ROLES.map((role) => html`<option value="${role}" ${role === a.role ? "selected" : ""}>${t(`role.${role}`)}</option>`)}</select></td>
-          <td><select data-field="inspector_id" aria-label="${t("admin.inspector")} ${a.name}"><option value="">–</option>${inspectors().map((i) => html`<option value="${i.id}" ${i.id === a.inspector_id ? "selected" : ""}>${i.name}</option>`)}</select></td>
-          <td><input type="checkbox" data-field="disabled" aria-label="${t("admin.may_sign_in")} ${a.name}" ${a.disabled ? "" : "checked"}></td>
-          <td class="num"><button type="button" data-remove>${t("admin.remove")}</button></td></tr>`)}</tbody></table>`);
+      render(
+        list,
+        html`<table data-testid="accounts">
+          <thead>
+            <tr>
+              <th>${t("account.name")}</th>
+              <th>${t("admin.role")}</th>
+              <th>${t("admin.inspector")}</th>
+              <th>${t("admin.may_sign_in")}</th>
+              <th><span class="unseen">${t("admin.change")}</span></th>
+            </tr>
+          </thead>
+          <tbody>
+            ${accounts.map(
+              (a) =>
+                html`<tr data-account="${a.id}">
+                  <td>${a.name}</td>
+                  <td>
+                    <select data-field="role" aria-label="${t("admin.role")} ${a.name}">
+                      ${ROLES.map((role) => html`<option value="${role}" ${role === a.role ? "selected" : ""}>${t(`role.${role}`)}</option>`)}
+                    </select>
+                  </td>
+                  <td>
+                    <select data-field="inspector_id" aria-label="${t("admin.inspector")} ${a.name}">
+                      <option value="">–</option>
+                      ${inspectors().map((i) => html`<option value="${i.id}" ${i.id === a.inspector_id ? "selected" : ""}>${i.name}</option>`)}
+                    </select>
+                  </td>
+                  <td>
+                    <input
+                      type="checkbox"
+                      data-field="disabled"
+                      aria-label="${t("admin.may_sign_in")} ${a.name}"
+                      ${a.disabled ? "" : "checked"}
+                    />
+                  </td>
+                  <td class="num"><button type="button" data-remove>${t("admin.remove")}</button></td>
+                </tr>`,
+            )}
+          </tbody>
+        </table>`,
+      );
     } catch (error) {
       render(list, problemBox(error));
     }
@@ -66,7 +124,12 @@ export function showAccounts(app, box) {
   });
   onSubmit(one("form", box), async (data, form) => {
     const inspector = text(data, "inspector");
-    await api.addAccount({ name: text(data, "name"), password: String(data.get("password")), role: text(data, "role"), ...(inspector ? { inspector_id: inspector } : {}) });
+    await api.addAccount({
+      name: text(data, "name"),
+      password: String(data.get("password")),
+      role: text(data, "role"),
+      ...(inspector ? { inspector_id: inspector } : {}),
+    });
     /** @type {HTMLFormElement} */ (form).reset();
     show();
   });

@@ -16,11 +16,37 @@ const DULL = new Set(["updated_at", "created_at"]);
  * @param {HTMLElement} box
  */
 export function showAudit(_app, box) {
-  render(box, html`<h2>${t("admin.audit")}</h2>
-    <form class="row"><input name="who" class="grow" placeholder="${t("audit.who")}" aria-label="${t("audit.who")}"><input name="action" class="grow" placeholder="${t("audit.action")}" aria-label="${t("audit.action")}">
-      <input name="subject" class="grow" placeholder="${t("audit.subject")}" aria-label="${t("audit.subject")}"><a class="file" download>${t("audit.export")}</a></form>
-    <div class="scroll" tabindex="0" role="region" aria-label="${t("admin.audit")}"><table data-testid="audit"><thead><tr><th>${t("audit.when")}</th><th>${t("audit.who")}</th><th>${t("audit.action")}</th><th>${t("audit.change")}</th></tr></thead><tbody></tbody></table></div>
-    <div class="row end"><button type="button" class="more" hidden>${t("audit.more")}</button></div>`);
+  render(
+    box,
+    html`<h2>${t("admin.audit")}</h2>
+      <form class="row">
+        <input name="who" class="grow" placeholder="${t("audit.who")}" aria-label="${t("audit.who")}" /><input
+          name="action"
+          class="grow"
+          placeholder="${t("audit.action")}"
+          aria-label="${t("audit.action")}"
+        />
+        <input name="subject" class="grow" placeholder="${t("audit.subject")}" aria-label="${t("audit.subject")}" /><a
+          class="file"
+          download
+          >${t("audit.export")}</a
+        >
+      </form>
+      <div class="scroll" tabindex="0" role="region" aria-label="${t("admin.audit")}">
+        <table data-testid="audit">
+          <thead>
+            <tr>
+              <th>${t("audit.when")}</th>
+              <th>${t("audit.who")}</th>
+              <th>${t("audit.action")}</th>
+              <th>${t("audit.change")}</th>
+            </tr>
+          </thead>
+          <tbody></tbody>
+        </table>
+      </div>
+      <div class="row end"><button type="button" class="more" hidden>${t("audit.more")}</button></div>`,
+  );
   const form = /** @type {HTMLFormElement} */ (one("form", box));
   const more = one(".more", box);
   /** @type {api.AuditEntry[]} */
@@ -41,12 +67,29 @@ export function showAudit(_app, box) {
       const found = await api.audit(wanted);
       entries = further ? [...entries, ...found] : found;
       more.hidden = found.length < AT_ONCE;
-      render(one("tbody", box), entries.length === 0
-        ? html`<tr><td colspan="4" class="muted">${t("audit.none")}</td></tr>`
-        : html`${entries.map((e) => html`<tr><td>${dateTime(e.at)}</td><td>${e.who}<br><span class="muted">${e.address}</span></td>
-            <td>${tOr(`audit.did.${e.action}`, e.action)}<br><span class="mono muted">${e.subject}</span></td><td class="mono">${difference(e.before, e.after)}</td></tr>`)}`);
+      render(
+        one("tbody", box),
+        entries.length === 0
+          ? html`<tr>
+              <td colspan="4" class="muted">${t("audit.none")}</td>
+            </tr>`
+          : html`${entries.map(
+              (e) =>
+                html`<tr>
+                  <td>${dateTime(e.at)}</td>
+                  <td>${e.who}<br /><span class="muted">${e.address}</span></td>
+                  <td>${tOr(`audit.did.${e.action}`, e.action)}<br /><span class="mono muted">${e.subject}</span></td>
+                  <td class="mono">${difference(e.before, e.after)}</td>
+                </tr>`,
+            )}`,
+      );
     } catch (error) {
-      render(one("tbody", box), html`<tr><td colspan="4">${problemBox(error)}</td></tr>`);
+      render(
+        one("tbody", box),
+        html`<tr>
+          <td colspan="4">${problemBox(error)}</td>
+        </tr>`,
+      );
     }
   }
 
@@ -66,7 +109,9 @@ export function showAudit(_app, box) {
  * @param {Record<string, unknown> | null} after
  */
 export function difference(before, after) {
-  const names = [...new Set([...Object.keys(before ?? {}), ...Object.keys(after ?? {})])].filter((name) => !DULL.has(name));
+  const names = [...new Set([...Object.keys(before ?? {}), ...Object.keys(after ?? {})])].filter(
+    (name) => !DULL.has(name),
+  );
   const words = (/** @type {unknown} */ value) => (typeof value === "string" ? value : JSON.stringify(value));
   return names
     .filter((name) => JSON.stringify(before?.[name] ?? null) !== JSON.stringify(after?.[name] ?? null))

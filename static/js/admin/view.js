@@ -22,14 +22,26 @@ const PARTS = {
 export function adminView(app, side, argument) {
   const refused = mayNot(app, "administer");
   if (refused) {
-    render(side, html`<div class="page"><h1>${t("nav.admin")}</h1>${refused}</div>`);
+    render(
+      side,
+      html`<div class="page">
+        <h1>${t("nav.admin")}</h1>
+        ${refused}
+      </div>`,
+    );
     return {};
   }
   const part = Object.hasOwn(PARTS, argument) ? argument : "accounts";
-  render(side, html`<div class="page">
-    <h1>${t("nav.admin")}</h1>
-    <nav class="parts" aria-label="${t("nav.admin")}">${Object.keys(PARTS).map((name) => html`<a href="#/admin/${name}" ${name === part ? "aria-current=page" : ""}>${t(`admin.${name}`)}</a>`)}</nav>
-    <div class="block" data-testid="admin-${part}"></div></div>`);
+  render(
+    side,
+    html`<div class="page">
+      <h1>${t("nav.admin")}</h1>
+      <nav class="parts" aria-label="${t("nav.admin")}">
+        ${Object.keys(PARTS).map((name) => html`<a href="#/admin/${name}" ${name === part ? "aria-current=page" : ""}>${t(`admin.${name}`)}</a>`)}
+      </nav>
+      <div class="block" data-testid="admin-${part}"></div>
+    </div>`,
+  );
   PARTS[part](app, one(".block", side));
   return {};
 }

@@ -24,16 +24,32 @@ const TONES = { delivered: "good", failed: "bad", waiting: "" };
  * @param {HTMLElement} box
  */
 export function showWebhooks(_app, box) {
-  render(box, html`<h2>${t("admin.webhooks")}</h2><p class="muted">${t("webhook.lead")}</p>
-    <div class="answer" aria-live="polite"></div><div class="list"></div>
-    <form class="new-webhook"><h3>${t("webhook.new")}</h3>
-      <div class="two">
-        <label class="field"><span>${t("webhook.name")}</span><input name="name" maxlength="80" autocomplete="off" required></label>
-        <label class="field"><span>${t("webhook.url")}</span><input name="url" type="url" maxlength="2000" autocomplete="off" required></label>
-      </div>
-      <fieldset><legend>${t("webhook.events")}</legend><div class="choices">${EVENTS.map((event) => html`<label><input type="checkbox" name="event" value="${event}" checked><span>${t(`webhook.event.${event}`)}</span></label>`)}</div></fieldset>
+  render(
+    box,
+    html`<h2>${t("admin.webhooks")}</h2>
+      <p class="muted">${t("webhook.lead")}</p>
       <div class="answer" aria-live="polite"></div>
-      <div class="row end"><button>${t("webhook.register")}</button></div></form>`);
+      <div class="list"></div>
+      <form class="new-webhook">
+        <h3>${t("webhook.new")}</h3>
+        <div class="two">
+          <label class="field"
+            ><span>${t("webhook.name")}</span><input name="name" maxlength="80" autocomplete="off" required
+          /></label>
+          <label class="field"
+            ><span>${t("webhook.url")}</span><input name="url" type="url" maxlength="2000" autocomplete="off" required
+          /></label>
+        </div>
+        <fieldset>
+          <legend>${t("webhook.events")}</legend>
+          <div class="choices">
+            ${EVENTS.map((event) => html`<label><input type="checkbox" name="event" value="${event}" checked /><span>${t(`webhook.event.${event}`)}</span></label>`)}
+          </div>
+        </fieldset>
+        <div class="answer" aria-live="polite"></div>
+        <div class="row end"><button>${t("webhook.register")}</button></div>
+      </form>`,
+  );
   const list = one(".list", box);
   const answer = one(".answer", box);
   /** @type {Webhook[]} */
@@ -45,12 +61,50 @@ export function showWebhooks(_app, box) {
     try {
       hooks = await api.webhooks();
       const deliveries = open === null ? [] : await api.webhookDeliveries(open);
-      render(list, hooks.length === 0 ? html`<p class="muted">${t("webhook.none")}</p>` : html`<table class="webhooks" data-testid="webhooks"><thead><tr><th>${t("webhook.name")}</th><th>${t("webhook.events")}</th><th>${t("webhook.state")}</th><th><span class="unseen">${t("admin.change")}</span></th></tr></thead>
-        <tbody>${hooks.map((hook) => html`<tr data-webhook="${hook.id}"><td><b>${hook.name}</b><br><span class="mono muted">${hook.url}</span></td>
-          <td>${hook.events.map((event) => t(`webhook.event.${event}`)).join(", ")}</td><td>${state(hook)}</td>
-          <td class="num"><button type="button" data-do="test" ${!hook.enabled && "disabled"}>${t("webhook.test")}</button> <button type="button" data-do="deliveries" aria-expanded="${String(hook.id === open)}">${t("webhook.deliveries")}</button>
-            <button type="button" data-do="switch">${t(hook.enabled ? "webhook.switch_off" : "webhook.switch_on")}</button> <button type="button" data-do="secret">${t("webhook.new_secret")}</button> <button type="button" data-do="remove">${t("admin.remove")}</button></td></tr>
-          ${hook.id === open && html`<tr><td colspan="4">${deliveryList(deliveries)}</td></tr>`}`)}</tbody></table>`);
+      render(
+        list,
+        hooks.length === 0
+          ? html`<p class="muted">${t("webhook.none")}</p>`
+          : html`<table class="webhooks" data-testid="webhooks">
+              <thead>
+                <tr>
+                  <th>${t("webhook.name")}</th>
+                  <th>${t("webhook.events")}</th>
+                  <th>${t("webhook.state")}</th>
+                  <th><span class="unseen">${t("admin.change")}</span></th>
+                </tr>
+              </thead>
+              <tbody>
+                ${hooks.map(
+                  (hook) =>
+                    html`<tr data-webhook="${hook.id}">
+                        <td><b>${hook.name}</b><br /><span class="mono muted">${hook.url}</span></td>
+                        <td>${hook.events.map((event) => t(`webhook.event.${event}`)).join(", ")}</td>
+                        <td>${state(hook)}</td>
+                        <td class="num">
+                          <button type="button" data-do="test" ${!hook.enabled && "disabled"}>
+                            ${t("webhook.test")}
+                          </button>
+                          <button type="button" data-do="deliveries" aria-expanded="${String(hook.id === open)}">
+                            ${t("webhook.deliveries")}
+                          </button>
+                          <button type="button" data-do="switch">
+                            ${t(hook.enabled ? "webhook.switch_off" : "webhook.switch_on")}
+                          </button>
+                          <button type="button" data-do="secret">${t("webhook.new_secret")}</button>
+                          <button type="button" data-do="remove">${t("admin.remove")}</button>
+                        </td>
+                      </tr>
+                      ${
+                        hook.id === open &&
+                        html`<tr>
+                          <td colspan="4">${deliveryList(deliveries)}</td>
+                        </tr>`
+                      }`,
+                )}
+              </tbody>
+            </table>`,
+      );
     } catch (error) {
       render(list, problemBox(error));
     }
@@ -60,7 +114,13 @@ export function showWebhooks(_app, box) {
 
   /** @param {{secret: string}} made */
   function showSecret(made) {
-    render(answer, html`<div class="done" role="status"><b>${t("webhook.secret_once")}</b><p class="mono" data-testid="webhook-secret">${made.secret}</p></div>`);
+    render(
+      answer,
+      html`<div class="done" role="status">
+        <b>${t("webhook.secret_once")}</b>
+        <p class="mono" data-testid="webhook-secret">${made.secret}</p>
+      </div>`,
+    );
   }
 
   /** What was sent just now is answered soon. */
@@ -88,11 +148,17 @@ export function showWebhooks(_app, box) {
       show();
     }
     if (what === "switch") attempt(() => api.changeWebhook(hook.id, { enabled: !hook.enabled, version: hook.version }));
-    if (what === "secret" && confirm(t("webhook.new_secret_sure", { name: hook.name }))) attempt(() => api.renewWebhookSecret(hook.id).then(showSecret));
-    if (what === "remove" && confirm(t("webhook.remove_sure", { name: hook.name }))) attempt(() => api.removeWebhook(hook.id));
+    if (what === "secret" && confirm(t("webhook.new_secret_sure", { name: hook.name })))
+      attempt(() => api.renewWebhookSecret(hook.id).then(showSecret));
+    if (what === "remove" && confirm(t("webhook.remove_sure", { name: hook.name })))
+      attempt(() => api.removeWebhook(hook.id));
   });
   onSubmit(one("form", box), async (data, form) => {
-    const made = await api.addWebhook({ name: text(data, "name"), url: text(data, "url"), events: data.getAll("event") });
+    const made = await api.addWebhook({
+      name: text(data, "name"),
+      url: text(data, "url"),
+      events: data.getAll("event"),
+    });
     /** @type {HTMLFormElement} */ (form).reset();
     showSecret(made);
     await show();
@@ -102,17 +168,57 @@ export function showWebhooks(_app, box) {
 
 /** @param {Webhook} hook */
 function state(hook) {
-  if (!hook.enabled) return html`<span class="tag ${hook.disabled_why && "bad"}">${t("webhook.off")}</span>${hook.disabled_why && html`<br><span class="bad" role="alert">${hook.disabled_why}</span>`}`;
-  if (hook.failing_since) return html`<span class="tag warn">${t("webhook.failing")}</span><br><span class="muted">${t("webhook.failing_since", { time: dateTime(hook.failing_since) })}</span>`;
+  if (!hook.enabled)
+    return html`<span class="tag ${hook.disabled_why && "bad"}">${t("webhook.off")}</span
+      >${hook.disabled_why && html`<br /><span class="bad" role="alert">${hook.disabled_why}</span>`}`;
+  if (hook.failing_since)
+    return html`<span class="tag warn">${t("webhook.failing")}</span><br /><span class="muted"
+        >${t("webhook.failing_since", { time: dateTime(hook.failing_since) })}</span
+      >`;
   return html`<span class="tag good">${t("webhook.on")}</span>`;
 }
 
 /** @param {Delivery[]} deliveries */
 function deliveryList(deliveries) {
   if (deliveries.length === 0) return html`<p class="muted">${t("webhook.no_deliveries")}</p>`;
-  return html`<div class="scroll" tabindex="0" role="region" aria-label="${t("webhook.deliveries")}"><table data-testid="deliveries"><thead><tr><th>${t("audit.when")}</th><th>${t("webhook.event")}</th><th>${t("webhook.state")}</th><th class="num">${t("webhook.tries")}</th><th>${t("webhook.last_answer")}</th><th><span class="unseen">${t("webhook.again")}</span></th></tr></thead>
-    <tbody>${deliveries.map((d) => html`<tr><td>${dateTime(d.created_at)}</td><td>${t(`webhook.event.${d.event}`)}<details><summary>${t("webhook.body")}</summary><code class="mono">${d.body}</code></details></td>
-      <td><span class="tag ${TONES[d.state]}">${t(`webhook.delivery.${d.state}`)}</span>${d.next_at && d.tries > 0 && html`<br><span class="muted">${t("webhook.next_try", { time: dateTime(d.next_at) })}</span>`}</td><td class="num">${String(d.tries)}</td>
-      <td>${d.tried_at ? html`${d.status ?? "–"} · ${String(d.took_ms)} ms<br><span class="mono muted">${d.answer}</span>` : "–"}</td>
-      <td>${d.state !== "waiting" && html`<button type="button" data-again="${String(d.id)}">${t("webhook.again")}</button>`}</td></tr>`)}</tbody></table></div>`;
+  return html`<div class="scroll" tabindex="0" role="region" aria-label="${t("webhook.deliveries")}">
+    <table data-testid="deliveries">
+      <thead>
+        <tr>
+          <th>${t("audit.when")}</th>
+          <th>${t("webhook.event")}</th>
+          <th>${t("webhook.state")}</th>
+          <th class="num">${t("webhook.tries")}</th>
+          <th>${t("webhook.last_answer")}</th>
+          <th><span class="unseen">${t("webhook.again")}</span></th>
+        </tr>
+      </thead>
+      <tbody>
+        ${deliveries.map(
+          (d) =>
+            html`<tr>
+              <td>${dateTime(d.created_at)}</td>
+              <td>
+                ${t(`webhook.event.${d.event}`)}
+                <details>
+                  <summary>${t("webhook.body")}</summary>
+                  <code class="mono">${d.body}</code>
+                </details>
+              </td>
+              <td>
+                <span class="tag ${TONES[d.state]}">${t(`webhook.delivery.${d.state}`)}</span
+                >${d.next_at && d.tries > 0 && html`<br /><span class="muted">${t("webhook.next_try", { time: dateTime(d.next_at) })}</span>`}
+              </td>
+              <td class="num">${String(d.tries)}</td>
+              <td>
+                ${d.tried_at ? html`${d.status ?? "–"} · ${String(d.took_ms)} ms<br /><span class="mono muted">${d.answer}</span>` : "–"}
+              </td>
+              <td>
+                ${d.state !== "waiting" && html`<button type="button" data-again="${String(d.id)}">${t("webhook.again")}</button>`}
+              </td>
+            </tr>`,
+        )}
+      </tbody>
+    </table>
+  </div>`;
 }

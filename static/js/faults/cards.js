@@ -31,9 +31,24 @@ export function faultCards(app, faults) {
   return html`${bySeverity(faults).map((fault) => {
     const goes = fault.assignee_id ? app.live.inspectors.get(fault.assignee_id)?.name : undefined;
     const who = fault.inspector_id ? app.live.inspectors.get(fault.inspector_id)?.name : undefined;
-    return html`<button type="button" class="card" data-fault="${fault.id}" data-testid="fault-card" aria-pressed="${String(fault.id === app.ui.fault)}">
-      <span class="line">${severitySign(fault.severity)}<b class="grow">${faultKind(fault.kind)}</b>${fault.state !== "open" && html`<span class="tag state" data-state="${fault.state}">${t(`fault.state.${fault.state}`)}</span>`}<span class="tag">${t(`severity.${fault.severity}`)}</span></span>
-      <span class="sub"><bdi>${placeOf(fault)}</bdi>${who && html` · <bdi>${who}</bdi>`} · ${clock(fault.reported_at)}${goes && html` · → <b>${goes}</b>`}${(fault.photos ?? 0) > 0 && html` · ${t("fault.photos_n", { n: fault.photos ?? 0 })}`}</span>
+    return html`<button
+      type="button"
+      class="card"
+      data-fault="${fault.id}"
+      data-testid="fault-card"
+      aria-pressed="${String(fault.id === app.ui.fault)}"
+    >
+      <span class="line"
+        >${severitySign(fault.severity)}<b class="grow">${faultKind(fault.kind)}</b
+        >${fault.state !== "open" && html`<span class="tag state" data-state="${fault.state}">${t(`fault.state.${fault.state}`)}</span>`}<span
+          class="tag"
+          >${t(`severity.${fault.severity}`)}</span
+        ></span
+      >
+      <span class="sub"
+        ><bdi>${placeOf(fault)}</bdi>${who && html` · <bdi>${who}</bdi>`} ·
+        ${clock(fault.reported_at)}${goes && html` · → <b>${goes}</b>`}${(fault.photos ?? 0) > 0 && html` · ${t("fault.photos_n", { n: fault.photos ?? 0 })}`}</span
+      >
     </button>`;
   })}`;
 }
@@ -53,21 +68,52 @@ export function placeOf(fault) {
  * @param {string} who
  */
 export function faultDetails(fault, who) {
-  return html`
-    <dl class="facts">
-      <dt>${t("fault.severity")}</dt><dd>${t(`severity.${fault.severity}`)}</dd>
-      <dt>${t("fault.reported")}</dt><dd>${dateTime(fault.reported_at)}</dd>
-      <dt>${t("fault.by")}</dt><dd>${who}</dd>
-      ${fault.marker && html`<dt>${t("fault.keyed")}</dt><dd>${fault.marker}</dd>`}
-      ${fault.position_m && html`<dt>${t("fault.place")}</dt><dd>E ${fault.position_m[0].toFixed(1)} · N ${fault.position_m[1].toFixed(1)} m${fault.sigma_m && html` ± ${length(Math.hypot(fault.sigma_m[0], fault.sigma_m[1]))}`}</dd>`}
+  return html` <dl class="facts">
+      <dt>${t("fault.severity")}</dt>
+      <dd>${t(`severity.${fault.severity}`)}</dd>
+      <dt>${t("fault.reported")}</dt>
+      <dd>${dateTime(fault.reported_at)}</dd>
+      <dt>${t("fault.by")}</dt>
+      <dd>${who}</dd>
+      ${
+        fault.marker &&
+        html`<dt>${t("fault.keyed")}</dt>
+          <dd>${fault.marker}</dd>`
+      }
+      ${
+        fault.position_m &&
+        html`<dt>${t("fault.place")}</dt>
+          <dd>
+            E ${fault.position_m[0].toFixed(1)} · N ${fault.position_m[1].toFixed(1)}
+            m${fault.sigma_m && html` ± ${length(Math.hypot(fault.sigma_m[0], fault.sigma_m[1]))}`}
+          </dd>`
+      }
     </dl>
-    ${fault.text && html`<p>${fault.text}</p>`}
-    ${candidateTable(fault)}`;
+    ${fault.text && html`<p>${fault.text}</p>`} ${candidateTable(fault)}`;
 }
 
 /** @param {Fault} fault */
 export function candidateTable(fault) {
   if (!fault.candidates?.length) return html``;
-  return html`<table><thead><tr><th>${t("fault.candidate")}</th><th class="num">${t("fault.probability")}</th><th class="num">${t("fault.distance")}</th></tr></thead>
-    <tbody>${fault.candidates.map((c) => html`<tr><td>${c.marker === null ? html`<span class="muted">${t("fault.none_of_these")}</span>` : html`<b>${c.marker}</b>`}</td><td class="num">${percent(c.probability)}</td><td class="num">${length(c.distance_m)}</td></tr>`)}</tbody></table>`;
+  return html`<table>
+    <thead>
+      <tr>
+        <th>${t("fault.candidate")}</th>
+        <th class="num">${t("fault.probability")}</th>
+        <th class="num">${t("fault.distance")}</th>
+      </tr>
+    </thead>
+    <tbody>
+      ${fault.candidates.map(
+        (c) =>
+          html`<tr>
+            <td>
+              ${c.marker === null ? html`<span class="muted">${t("fault.none_of_these")}</span>` : html`<b>${c.marker}</b>`}
+            </td>
+            <td class="num">${percent(c.probability)}</td>
+            <td class="num">${length(c.distance_m)}</td>
+          </tr>`,
+      )}
+    </tbody>
+  </table>`;
 }

@@ -48,7 +48,11 @@ export function makeFaultDetails(app, el, on) {
       version = -1;
       helpers = [];
       el.hidden = fault === null;
-      render(el, fault === null ? html`` : html`<header><h2 data-part="title"></h2><button type="button" class="quiet icon" data-do="close" data-t-label="close">✕</button></header>
+      render(
+        el,
+        fault === null
+          ? html``
+          : html`<header><h2 data-part="title"></h2><button type="button" class="quiet icon" data-do="close" data-t-label="close">✕</button></header>
         <div data-testid="fault-details" data-of="${fault.id}">
           <section><div data-part="facts"></div></section>
           <section${!writes && html` hidden`}><h3 data-t="fault.next_step"></h3>
@@ -58,14 +62,38 @@ export function makeFaultDetails(app, el, on) {
           <section><h3 data-t="fault.photos"></h3><div data-part="photos"></div><label class="field"${!writes && html` hidden`}><span data-t="fault.add_photo"></span><input type="file" name="photo" accept="image/jpeg,image/png,image/webp" multiple data-testid="photo"></label></section>
           <section${!writes && html` hidden`}><details data-testid="edit-fault"><summary data-t="fault.edit"></summary><form data-part="edit"></form></details></section>
           <section data-testid="fault-history"><h3 data-t="markers.history"></h3><div data-part="history"></div></section>
-        </div>`);
+        </div>`,
+      );
       translate(el);
       app.stage.map.invalidateSize({ animate: false });
     }
     if (!fault) return;
     render(part("title"), html`${severitySign(fault.severity)} ${faultKind(fault.kind)}`);
-    render(part("facts"), html`<p><span class="tag state" data-state="${fault.state}" data-testid="fault-state">${t(`fault.state.${fault.state}`)}</span></p>${faultDetails(fault, nameOf(fault.inspector_id))}`);
-    render(part("steps"), html`${stepsFrom(fault.state).filter((step) => sends || step !== "verified").map((step, i) => html`<button type="button"${i === 0 && html` class="main-action"`} data-state="${step}" data-testid="step-${step}">${t(`fault.step.${fault.state}.${step}`)}</button>`)}<button type="button" data-do="comment" data-testid="comment">${t("fault.only_comment")}</button>`);
+    render(
+      part("facts"),
+      html`<p>
+          <span class="tag state" data-state="${fault.state}" data-testid="fault-state"
+            >${t(`fault.state.${fault.state}`)}</span
+          >
+        </p>
+        ${faultDetails(fault, nameOf(fault.inspector_id))}`,
+    );
+    render(
+      part("steps"),
+      html`${stepsFrom(fault.state)
+          .filter((step) => sends || step !== "verified")
+          .map(
+            (step, i) =>
+              html`<button
+                type="button"
+                ${i === 0 && html` class="main-action"`}
+                data-state="${step}"
+                data-testid="step-${step}"
+              >
+                ${t(`fault.step.${fault.state}.${step}`)}
+              </button>`,
+          )}<button type="button" data-do="comment" data-testid="comment">${t("fault.only_comment")}</button>`,
+    );
     assign(fault);
     if ((fault.version ?? 0) !== version) {
       version = fault.version ?? 0;
@@ -76,26 +104,76 @@ export function makeFaultDetails(app, el, on) {
 
   /** @param {Fault} fault */
   function assign(fault) {
-    render(part("assign"), html`
-      <label class="field"><span>${t("fault.assignee")}</span><select name="assignee"><option value="">${t("fault.nobody")}</option>${[...app.live.inspectors.values()].map((i) => html`<option value="${i.id}"${i.id === fault.assignee_id && html` selected`}>${i.name}</option>`)}</select></label>
-      ${helpers.length > 0 && html`<p class="muted">${t("fault.nearest")}</p><ul class="helpers">${helpers.slice(0, OFFERED).map((h) => html`<li><button type="button" data-assign="${h.inspector_id}" data-testid="helper"${h.inspector_id === fault.assignee_id && html` disabled`}><b>${h.name}</b> <span class="muted">${length(h.distance_m)}${h.free ? "" : html` · ${t("fault.busy", { n: h.in_work })}`}</span></button></li>`)}</ul>`}`);
+    render(
+      part("assign"),
+      html` <label class="field"
+          ><span>${t("fault.assignee")}</span
+          ><select name="assignee">
+            <option value="">${t("fault.nobody")}</option>
+            ${[...app.live.inspectors.values()].map((i) => html`<option value="${i.id}" ${i.id === fault.assignee_id && html` selected`}>${i.name}</option>`)}
+          </select></label
+        >
+        ${
+          helpers.length > 0 &&
+          html`<p class="muted">${t("fault.nearest")}</p>
+            <ul class="helpers">
+              ${helpers.slice(0, OFFERED).map(
+                (h) =>
+                  html`<li>
+                    <button
+                      type="button"
+                      data-assign="${h.inspector_id}"
+                      data-testid="helper"
+                      ${h.inspector_id === fault.assignee_id && html` disabled`}
+                    >
+                      <b>${h.name}</b>
+                      <span class="muted"
+                        >${length(h.distance_m)}${h.free ? "" : html` · ${t("fault.busy", { n: h.in_work })}`}</span
+                      >
+                    </button>
+                  </li>`,
+              )}
+            </ul>`
+        }`,
+    );
   }
 
   /** @param {Fault} fault */
   function edit(fault) {
     const kinds = FAULT_KINDS.includes(fault.kind) ? FAULT_KINDS : [fault.kind, ...FAULT_KINDS];
-    render(part("edit"), html`
-      <label class="field"><span>${t("fault.kind")}</span><select name="kind">${kinds.map((k) => html`<option value="${k}"${k === fault.kind && html` selected`}>${faultKind(k)}</option>`)}</select></label>
-      <fieldset><legend>${t("fault.severity")}</legend><div class="choices">${["low", "medium", "high"].map((s) => html`<label><input type="radio" name="severity" value="${s}"${s === fault.severity && html` checked`}>${t(`severity.${s}`)}</label>`)}</div></fieldset>
-      <label class="field"><span>${t("fault.actuator")}</span><input name="marker" value="${fault.marker ?? ""}" autocomplete="off" spellcheck="false"></label>
-      <label class="field"><span>${t("fault.text")}</span><textarea name="text" maxlength="2000">${fault.text ?? ""}</textarea></label>
-      <div class="row end"><button class="main-action" data-testid="save-fault">${t("markers.save")}</button></div>`);
+    render(
+      part("edit"),
+      html` <label class="field"
+          ><span>${t("fault.kind")}</span
+          ><select name="kind">
+            ${kinds.map((k) => html`<option value="${k}" ${k === fault.kind && html` selected`}>${faultKind(k)}</option>`)}
+          </select></label
+        >
+        <fieldset>
+          <legend>${t("fault.severity")}</legend>
+          <div class="choices">
+            ${["low", "medium", "high"].map((s) => html`<label><input type="radio" name="severity" value="${s}" ${s === fault.severity && html` checked`} />${t(`severity.${s}`)}</label>`)}
+          </div>
+        </fieldset>
+        <label class="field"
+          ><span>${t("fault.actuator")}</span
+          ><input name="marker" value="${fault.marker ?? ""}" autocomplete="off" spellcheck="false"
+        /></label>
+        <label class="field"
+          ><span>${t("fault.text")}</span><textarea name="text" maxlength="2000">${fault.text ?? ""}</textarea>
+        </label>
+        <div class="row end"><button class="main-action" data-testid="save-fault">${t("markers.save")}</button></div>`,
+    );
   }
 
   /** @param {Fault} fault */
   async function fetchRecord(fault) {
     try {
-      const [history, photos, near] = await Promise.all([api.faultHistory(fault.id), api.faultPhotos(fault.id), api.nearestInspectors(fault.id)]);
+      const [history, photos, near] = await Promise.all([
+        api.faultHistory(fault.id),
+        api.faultPhotos(fault.id),
+        api.nearestInspectors(fault.id),
+      ]);
       if (shown !== fault.id) return;
       helpers = near;
       render(part("history"), faultHistory(fault, history, nameOf));
@@ -123,12 +201,17 @@ export function makeFaultDetails(app, el, on) {
   }
 
   /** @param {Record<string, unknown>} change */
-  const patch = (change) => run(async (fault) => {
-    const comment = /** @type {HTMLInputElement} */ (one("[name=comment]", el));
-    const now = await api.changeFault(fault.id, { ...change, version: fault.version, ...(comment.value.trim() ? { comment: comment.value } : {}) });
-    comment.value = "";
-    return now;
-  });
+  const patch = (change) =>
+    run(async (fault) => {
+      const comment = /** @type {HTMLInputElement} */ (one("[name=comment]", el));
+      const now = await api.changeFault(fault.id, {
+        ...change,
+        version: fault.version,
+        ...(comment.value.trim() ? { comment: comment.value } : {}),
+      });
+      comment.value = "";
+      return now;
+    });
 
   const onClick = (/** @type {Event} */ event) => {
     const button = /** @type {HTMLElement} */ (event.target).closest("button");
@@ -137,10 +220,11 @@ export function makeFaultDetails(app, el, on) {
     if (state) return patch({ state });
     if (inspector) return patch({ assignee_id: inspector });
     if (what === "comment") return patch({});
-    if (removePhoto) return run(async (fault) => {
-      await api.removePhoto(fault.id, removePhoto);
-      return api.fault(fault.id);
-    });
+    if (removePhoto)
+      return run(async (fault) => {
+        await api.removePhoto(fault.id, removePhoto);
+        return api.fault(fault.id);
+      });
     if (what === "close") {
       app.ui.fault = null;
       app.changed("choice");
@@ -161,7 +245,12 @@ export function makeFaultDetails(app, el, on) {
     event.preventDefault();
     const data = new FormData(/** @type {HTMLFormElement} */ (event.target));
     const marker = String(data.get("marker") ?? "").trim();
-    return patch({ kind: data.get("kind"), severity: data.get("severity"), text: data.get("text"), marker: marker || null });
+    return patch({
+      kind: data.get("kind"),
+      severity: data.get("severity"),
+      text: data.get("text"),
+      marker: marker || null,
+    });
   };
   el.addEventListener("click", onClick);
   el.addEventListener("change", onChange);
@@ -178,4 +267,3 @@ export function makeFaultDetails(app, el, on) {
     },
   };
 }
-

@@ -11,8 +11,15 @@ import { candidateTable } from "./cards.js";
 
 /** Demo classes; a kind that is not here is shown as it was sent. */
 export const FAULT_KINDS = [
-  "hydraulic_leak", "motor_over_temperature", "communication_loss", "stroke_limit", "tie_down_cable_wear",
-  "anchor_bolt", "panel_damage", "drainage", "other",
+  "hydraulic_leak",
+  "motor_over_temperature",
+  "communication_loss",
+  "stroke_limit",
+  "tie_down_cable_wear",
+  "anchor_bolt",
+  "panel_damage",
+  "drainage",
+  "other",
 ];
 const SEVERITIES = ["low", "medium", "high"];
 
@@ -29,7 +36,9 @@ export function makeFaultForm(app) {
     const button = /** @type {HTMLButtonElement} */ (one("button.main-action", form));
     button.disabled = true;
     try {
-      const typed = String(data.get("marker_typed") ?? "").trim().toUpperCase();
+      const typed = String(data.get("marker_typed") ?? "")
+        .trim()
+        .toUpperCase();
       const marker = typed || String(data.get("marker") ?? "");
       const fault = await reportFault({
         ...(person?.session ? { session_id: person.session.id } : { inspector_id: person?.inspector.id }),
@@ -44,14 +53,19 @@ export function makeFaultForm(app) {
       /** @type {unknown} */
       let refused = null;
       for (const photo of data.getAll("photo")) {
-        if (photo instanceof File && photo.size > 0) await addPhoto(fault.id, photo).catch((error) => (refused = error));
+        if (photo instanceof File && photo.size > 0)
+          await addPhoto(fault.id, photo).catch((error) => (refused = error));
       }
-      dialog.open(html`
-        <h2 id="fault-title">${t("fault.done")}</h2>
-        <p class="lead">${t(fault.marker ? "fault.done_keyed" : "fault.done_ranked", { marker: fault.marker ?? "" })}</p>
-        ${refused !== null && problemBox(refused)}
-        ${candidateTable(fault)}
-        <div class="row end"><button type="button" class="main-action" data-close autofocus>${t("close")}</button></div>`);
+      dialog.open(
+        html` <h2 id="fault-title">${t("fault.done")}</h2>
+          <p class="lead">
+            ${t(fault.marker ? "fault.done_keyed" : "fault.done_ranked", { marker: fault.marker ?? "" })}
+          </p>
+          ${refused !== null && problemBox(refused)} ${candidateTable(fault)}
+          <div class="row end">
+            <button type="button" class="main-action" data-close autofocus>${t("close")}</button>
+          </div>`,
+      );
     } catch (error) {
       render(one(".answer", form), problemBox(error));
       button.disabled = false;
@@ -65,22 +79,44 @@ export function makeFaultForm(app) {
      */
     show(who, candidates) {
       person = who;
-      dialog.open(html`
-        <form data-for="${who.inspector.id}" data-at="${Date.now()}">
+      dialog.open(
+        html` <form data-for="${who.inspector.id}" data-at="${Date.now()}">
           <h2 id="fault-title">${t("fault.report")} · ${who.inspector.name}</h2>
           <p class="lead">${t("fault.explain")}</p>
-          <label class="field"><span>${t("fault.kind")}</span><select name="kind" autofocus>${FAULT_KINDS.map((k) => html`<option value="${k}">${t(`fault.kind.${k}`)}</option>`)}</select></label>
-          <fieldset><legend>${t("fault.severity")}</legend><div class="choices">${SEVERITIES.map((s) => html`<label><input type="radio" name="severity" value="${s}"${s === "medium" && html` checked`}>${t(`severity.${s}`)}</label>`)}</div></fieldset>
-          <fieldset><legend>${t("fault.actuator")}</legend><div class="choices">
-            <label><input type="radio" name="marker" value="" checked>${t("fault.not_sure")}</label>
-            ${candidates.map((c) => html`<label><input type="radio" name="marker" value="${c.place.name}"><b>${c.place.name}</b> <small class="muted">${percent(c.probability)} · ${length(c.distance_m)}</small></label>`)}
-          </div></fieldset>
-          <label class="field"><span>${t("fault.typed")}</span><input name="marker_typed" autocomplete="off" spellcheck="false"></label>
+          <label class="field"
+            ><span>${t("fault.kind")}</span
+            ><select name="kind" autofocus>
+              ${FAULT_KINDS.map((k) => html`<option value="${k}">${t(`fault.kind.${k}`)}</option>`)}
+            </select></label
+          >
+          <fieldset>
+            <legend>${t("fault.severity")}</legend>
+            <div class="choices">
+              ${SEVERITIES.map((s) => html`<label><input type="radio" name="severity" value="${s}" ${s === "medium" && html` checked`} />${t(`severity.${s}`)}</label>`)}
+            </div>
+          </fieldset>
+          <fieldset>
+            <legend>${t("fault.actuator")}</legend>
+            <div class="choices">
+              <label><input type="radio" name="marker" value="" checked />${t("fault.not_sure")}</label>
+              ${candidates.map((c) => html`<label><input type="radio" name="marker" value="${c.place.name}" /><b>${c.place.name}</b> <small class="muted">${percent(c.probability)} · ${length(c.distance_m)}</small></label>`)}
+            </div>
+          </fieldset>
+          <label class="field"
+            ><span>${t("fault.typed")}</span><input name="marker_typed" autocomplete="off" spellcheck="false"
+          /></label>
           <label class="field"><span>${t("fault.text")}</span><textarea name="text" maxlength="2000"></textarea></label>
-          <label class="field"><span>${t("fault.add_photo")}</span><input type="file" name="photo" accept="image/jpeg,image/png,image/webp" multiple></label>
+          <label class="field"
+            ><span>${t("fault.add_photo")}</span
+            ><input type="file" name="photo" accept="image/jpeg,image/png,image/webp" multiple
+          /></label>
           <div class="answer" aria-live="polite"></div>
-          <div class="row end"><button type="button" data-close>${t("cancel")}</button><button class="main-action">${t("fault.send")}</button></div>
-        </form>`);
+          <div class="row end">
+            <button type="button" data-close>${t("cancel")}</button
+            ><button class="main-action">${t("fault.send")}</button>
+          </div>
+        </form>`,
+      );
     },
     remove: () => dialog.el.remove(),
   };

@@ -20,10 +20,24 @@ import { faultKind } from "./cards.js";
  * @param {(id: string | null | undefined) => string} nameOf
  */
 export function faultHistory(fault, changes, nameOf) {
-  return html`<ol class="changes-list">${[...changes].reverse().map((change) => html`<li>
-      <span class="line"><span class="grow">${words(change, nameOf)}</span><span class="muted">${dateTime(change.changed_at)}</span></span>
-      <span class="sub">${[change.changed_by, change.comment].filter(Boolean).join(" · ")}</span></li>`)}
-    <li><span class="line"><span class="grow">${t("fault.was_reported")}</span><span class="muted">${dateTime(fault.reported_at)}</span></span><span class="sub">${nameOf(fault.inspector_id)}</span></li></ol>`;
+  return html`<ol class="changes-list">
+    ${[...changes].reverse().map(
+      (change) =>
+        html`<li>
+          <span class="line"
+            ><span class="grow">${words(change, nameOf)}</span
+            ><span class="muted">${dateTime(change.changed_at)}</span></span
+          >
+          <span class="sub">${[change.changed_by, change.comment].filter(Boolean).join(" · ")}</span>
+        </li>`,
+    )}
+    <li>
+      <span class="line"
+        ><span class="grow">${t("fault.was_reported")}</span
+        ><span class="muted">${dateTime(fault.reported_at)}</span></span
+      ><span class="sub">${nameOf(fault.inspector_id)}</span>
+    </li>
+  </ol>`;
 }
 
 /**
@@ -32,14 +46,22 @@ export function faultHistory(fault, changes, nameOf) {
  */
 function words({ what, before, after }, nameOf) {
   switch (what) {
-    case "state": return html`<b>${t(`fault.state.${after}`)}</b>`;
-    case "assignee": return after ? t("fault.was_assigned", { name: nameOf(after) }) : t("fault.was_unassigned");
-    case "severity": return `${t("fault.severity")}: ${t(`severity.${before}`)} → ${t(`severity.${after}`)}`;
-    case "kind": return `${t("fault.kind")}: ${faultKind(before ?? "")} → ${faultKind(after ?? "")}`;
-    case "marker": return `${t("fault.actuator")}: ${before ?? "–"} → ${after ?? "–"}`;
-    case "text": return t("fault.was_reworded");
-    case "photo": return t(after ? "fault.photo_added" : "fault.photo_removed");
-    default: return t("fault.commented");
+    case "state":
+      return html`<b>${t(`fault.state.${after}`)}</b>`;
+    case "assignee":
+      return after ? t("fault.was_assigned", { name: nameOf(after) }) : t("fault.was_unassigned");
+    case "severity":
+      return `${t("fault.severity")}: ${t(`severity.${before}`)} → ${t(`severity.${after}`)}`;
+    case "kind":
+      return `${t("fault.kind")}: ${faultKind(before ?? "")} → ${faultKind(after ?? "")}`;
+    case "marker":
+      return `${t("fault.actuator")}: ${before ?? "–"} → ${after ?? "–"}`;
+    case "text":
+      return t("fault.was_reworded");
+    case "photo":
+      return t(after ? "fault.photo_added" : "fault.photo_removed");
+    default:
+      return t("fault.commented");
   }
 }
 
@@ -50,7 +72,20 @@ function words({ what, before, after }, nameOf) {
  */
 export function photoGrid(faultId, photos, writes) {
   if (photos.length === 0) return html`<p class="muted">${t("fault.no_photos")}</p>`;
-  return html`<ul class="photos">${photos.map((photo) => html`<li>
-    <a href="${photoUrl(faultId, photo.id)}" target="_blank" rel="noopener"><img src="${photoUrl(faultId, photo.id)}" alt="${t("fault.photo_of", { time: dateTime(photo.created_at) })}" loading="lazy" data-testid="photo-shown"></a>
-    <span class="muted">${bytes(photo.size_bytes)}</span> ${writes && html`<button type="button" class="quiet" data-remove-photo="${photo.id}">${t("fault.remove_photo")}</button>`}</li>`)}</ul>`;
+  return html`<ul class="photos">
+    ${photos.map(
+      (photo) =>
+        html`<li>
+          <a href="${photoUrl(faultId, photo.id)}" target="_blank" rel="noopener"
+            ><img
+              src="${photoUrl(faultId, photo.id)}"
+              alt="${t("fault.photo_of", { time: dateTime(photo.created_at) })}"
+              loading="lazy"
+              data-testid="photo-shown"
+          /></a>
+          <span class="muted">${bytes(photo.size_bytes)}</span>
+          ${writes && html`<button type="button" class="quiet" data-remove-photo="${photo.id}">${t("fault.remove_photo")}</button>`}
+        </li>`,
+    )}
+  </ul>`;
 }

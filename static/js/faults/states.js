@@ -28,6 +28,9 @@ export const stands = (fault) => fault.state !== "verified";
 export function passes(fault, filter, words) {
   if (filter.state === "standing" ? !stands(fault) : filter.state !== "" && filter.state !== fault.state) return false;
   if (filter.severity !== "" && filter.severity !== fault.severity) return false;
-  if (filter.assignee === "nobody" ? fault.assignee_id : filter.assignee !== "" && filter.assignee !== fault.assignee_id) return false;
+  if (
+    filter.assignee === "nobody" ? fault.assignee_id : filter.assignee !== "" && filter.assignee !== fault.assignee_id
+  )
+    return false;
   return words.toLocaleLowerCase().includes(filter.text.trim().toLocaleLowerCase());
 }

@@ -13,22 +13,37 @@ const MOST_CARDS = 200;
 
 /** @type {import("../ui/router.js").MakeView} */
 export function faultsView(app, side) {
-  render(side, html`
-    <div class="side-head"><h1 data-t="nav.faults"></h1><p class="summary"></p>
-      <input type="search" data-t-hint="fault.search" data-t-label="fault.search" autocomplete="off">
-      <div class="three filters-3"><select data-filter="state" data-t-label="fault.state"></select><select data-filter="severity" data-t-label="fault.severity"></select><select data-filter="assignee" data-t-label="fault.assignee"></select></div>
-    </div>
-    <div class="answer"></div>
-    <div class="cards" data-testid="faults"></div>`);
+  render(
+    side,
+    html` <div class="side-head">
+        <h1 data-t="nav.faults"></h1>
+        <p class="summary"></p>
+        <input type="search" data-t-hint="fault.search" data-t-label="fault.search" autocomplete="off" />
+        <div class="three filters-3">
+          <select data-filter="state" data-t-label="fault.state"></select
+          ><select data-filter="severity" data-t-label="fault.severity"></select
+          ><select data-filter="assignee" data-t-label="fault.assignee"></select>
+        </div>
+      </div>
+      <div class="answer"></div>
+      <div class="cards" data-testid="faults"></div>`,
+  );
   translate(side);
   let gone = false;
   /** Those that are done with; the others come by the feed. @type {Map<string, import("../state/live.js").Fault>} */
   const known = new Map();
   const filter = { state: "standing", severity: "", assignee: "", text: "" };
   const select = (/** @type {string} */ name) => /** @type {HTMLSelectElement} */ (one(`[data-filter=${name}]`, side));
-  const option = (/** @type {string} */ value, /** @type {string} */ words, /** @type {string} */ chosen) => html`<option value="${value}"${value === chosen && html` selected`}>${words}</option>`;
-  render(select("state"), html`${option("standing", t("fault.standing"), "standing")}${STATES.map((s) => option(s, t(`fault.state.${s}`), ""))}${option("", t("fault.all_states"), "-")}`);
-  render(select("severity"), html`${option("", t("fault.all_severities"), "-")}${["high", "medium", "low"].map((s) => option(s, t(`severity.${s}`), ""))}`);
+  const option = (/** @type {string} */ value, /** @type {string} */ words, /** @type {string} */ chosen) =>
+    html`<option value="${value}" ${value === chosen && html` selected`}>${words}</option>`;
+  render(
+    select("state"),
+    html`${option("standing", t("fault.standing"), "standing")}${STATES.map((s) => option(s, t(`fault.state.${s}`), ""))}${option("", t("fault.all_states"), "-")}`,
+  );
+  render(
+    select("severity"),
+    html`${option("", t("fault.all_severities"), "-")}${["high", "medium", "low"].map((s) => option(s, t(`severity.${s}`), ""))}`,
+  );
 
   const details = makeFaultDetails(app, one("#drawer"), {
     find: (id) => app.live.faults.get(id) ?? known.get(id) ?? null,
@@ -55,13 +70,33 @@ export function faultsView(app, side) {
   const nameOf = (/** @type {string | null | undefined} */ id) => (id && app.live.inspectors.get(id)?.name) || "";
 
   function show() {
-    render(select("assignee"), html`${option("", t("fault.anybody"), "-")}${option("nobody", t("fault.nobody"), filter.assignee)}${[...app.live.inspectors.values()].map((i) => option(i.id, i.name, filter.assignee))}`);
+    render(
+      select("assignee"),
+      html`${option("", t("fault.anybody"), "-")}${option("nobody", t("fault.nobody"), filter.assignee)}${[...app.live.inspectors.values()].map((i) => option(i.id, i.name, filter.assignee))}`,
+    );
     const faults = all();
-    const shown = faults.filter((fault) => passes(fault, filter, [faultKind(fault.kind), fault.text, placeOf(fault), nameOf(fault.inspector_id), nameOf(fault.assignee_id)].join(" ")));
+    const shown = faults.filter((fault) =>
+      passes(
+        fault,
+        filter,
+        [faultKind(fault.kind), fault.text, placeOf(fault), nameOf(fault.inspector_id), nameOf(fault.assignee_id)].join(
+          " ",
+        ),
+      ),
+    );
     app.shownFaults = shown;
     const count = (/** @type {string} */ state) => faults.filter((fault) => fault.state === state).length;
-    render(one(".summary", side), html`<span><b>${faults.filter(stands).length}</b> ${t("live.faults_open")}</span>${STATES.slice(0, 4).map((s) => count(s) > 0 && html`<span><b>${count(s)}</b> ${t(`fault.state.${s}`)}</span>`)}`);
-    render(one(".cards", side), shown.length === 0 ? html`<p class="empty">${t("fault.none_found")}</p>` : faultCards(app, shown.slice(0, MOST_CARDS)));
+    render(
+      one(".summary", side),
+      html`<span><b>${faults.filter(stands).length}</b> ${t("live.faults_open")}</span
+        >${STATES.slice(0, 4).map((s) => count(s) > 0 && html`<span><b>${count(s)}</b> ${t(`fault.state.${s}`)}</span>`)}`,
+    );
+    render(
+      one(".cards", side),
+      shown.length === 0
+        ? html`<p class="empty">${t("fault.none_found")}</p>`
+        : faultCards(app, shown.slice(0, MOST_CARDS)),
+    );
   }
 
   const onClick = (/** @type {Event} */ event) => {

@@ -4,6 +4,7 @@ import * as api from "../api.js";
 import { dateTime, length, percent } from "../format.js";
 import { html, one, render, setText } from "../html.js";
 import { t, tOr } from "../i18n.js";
+import { systemNamed } from "../systems/index.js";
 import { problemBox } from "../ui/problem.js";
 import { comparisonTable } from "./comparison.js";
 import { makeParameterTable } from "./parameters.js";
@@ -17,22 +18,47 @@ import { siteCard } from "./site.js";
 /** @type {import("../ui/router.js").MakeView} */
 export function labView(app, side) {
   const mayTurn = app.may("engineer");
-  render(side, html`<div class="page lab" data-testid="lab"><h1>${t("nav.lab")}</h1><p class="lead">${t("lab.lead")}</p>
-    <div class="answer" aria-live="polite"></div>
-    <section class="block sets"></section>
-    <section class="block site" data-testid="site-parameters"></section>
-    <section class="block"><h2>${t("lab.parameters")}</h2><div class="table"></div></section>
-    <section class="block walks"><h2>${t("lab.walks")}</h2>
-      <div class="row"><input type="search" class="grow" name="filter" placeholder="${t("lab.filter")}" aria-label="${t("lab.filter")}"><button type="button" data-all>${t("lab.choose_all")}</button><button type="button" data-none>${t("lab.choose_none")}</button></div>
-      <div class="scroll list" tabindex="0" role="region" aria-label="${t("lab.walks")}"></div>
-      ${mayTurn && html`<div class="row end"><span class="grow muted chosen"></span><button type="button" class="main-action" data-start>${t("lab.start")}</button></div>`}
-      <div class="under-way" aria-live="polite" data-testid="under-way"></div></section>
-    <section class="block results"><h2>${t("lab.comparison")}</h2><div class="room"><p class="muted">${t("lab.nothing_chosen")}</p></div></section></div>`);
+  render(
+    side,
+    html`<div class="page lab" data-testid="lab">
+      <h1>${t("nav.lab")}</h1>
+      <p class="lead">${t("lab.lead")}</p>
+      <div class="answer" aria-live="polite"></div>
+      <section class="block sets"></section>
+      <section class="block site" data-testid="site-parameters"></section>
+      <section class="block">
+        <h2>${t("lab.parameters")}</h2>
+        <div class="table"></div>
+      </section>
+      <section class="block walks">
+        <h2>${t("lab.walks")}</h2>
+        <div class="row">
+          <input
+            type="search"
+            class="grow"
+            name="filter"
+            placeholder="${t("lab.filter")}"
+            aria-label="${t("lab.filter")}"
+          /><button type="button" data-all>${t("lab.choose_all")}</button
+          ><button type="button" data-none>${t("lab.choose_none")}</button>
+        </div>
+        <div class="scroll list" tabindex="0" role="region" aria-label="${t("lab.walks")}"></div>
+        ${mayTurn && html`<div class="row end"><span class="grow muted chosen"></span><button type="button" class="main-action" data-start>${t("lab.start")}</button></div>`}
+        <div class="under-way" aria-live="polite" data-testid="under-way"></div>
+      </section>
+      <section class="block results">
+        <h2>${t("lab.comparison")}</h2>
+        <div class="room"><p class="muted">${t("lab.nothing_chosen")}</p></div>
+      </section>
+    </div>`,
+  );
   const answer = one(".answer", side);
   /** @type {Map<string, number>} what differs from the default */
   const values = new Map();
   /** @type {Set<string>} */
-  const chosen = new Set(new URLSearchParams(location.hash.split("?")[1] ?? "").get("walks")?.split(",").filter(Boolean) ?? []);
+  const chosen = new Set(
+    new URLSearchParams(location.hash.split("?")[1] ?? "").get("walks")?.split(",").filter(Boolean) ?? [],
+  );
   /** @type {ParameterSet[]} */
   let sets = [];
   /** @type {ParameterSet | null} */
@@ -68,12 +94,22 @@ export function labView(app, side) {
 
   function showSets() {
     const kept = set;
-    render(one(".sets", side), html`<h2>${t("lab.sets")}</h2><div class="row">
-      <select name="set" class="grow" aria-label="${t("lab.sets")}"><option value="">${t("lab.default_set")}</option>${sets.map((s) => html`<option value="${s.id}" ${s.id === kept?.id && "selected"}>${s.name}</option>`)}</select>
-      ${mayTurn && html`<button type="button" data-save ${(kept === null || isSet()) && "disabled"}>${t("lab.save")}</button><button type="button" data-remove-set ${kept === null && "disabled"}>${t("lab.remove")}</button>`}</div>
-      ${kept?.about && html`<p class="muted">${kept.about}</p>`}
-      <p class="state">${values.size === 0 ? t("lab.all_default") : t("lab.changed", { n: values.size })}${kept && !isSet() && html` · <span class="warn">${t("lab.not_saved")}</span>`}</p>
-      ${mayTurn && html`<form class="row new-set"><input name="name" class="grow" maxlength="80" required placeholder="${t("lab.set_name")}" aria-label="${t("lab.set_name")}"><input name="about" class="grow" maxlength="1000" placeholder="${t("lab.set_about")}" aria-label="${t("lab.set_about")}"><button>${t("lab.save_as")}</button></form>`}`);
+    render(
+      one(".sets", side),
+      html`<h2>${t("lab.sets")}</h2>
+        <div class="row">
+          <select name="set" class="grow" aria-label="${t("lab.sets")}">
+            <option value="">${t("lab.default_set")}</option>
+            ${sets.map((s) => html`<option value="${s.id}" ${s.id === kept?.id && "selected"}>${s.name}</option>`)}
+          </select>
+          ${mayTurn && html`<button type="button" data-save ${(kept === null || isSet()) && "disabled"}>${t("lab.save")}</button><button type="button" data-remove-set ${kept === null && "disabled"}>${t("lab.remove")}</button>`}
+        </div>
+        ${kept?.about && html`<p class="muted">${kept.about}</p>`}
+        <p class="state">
+          ${values.size === 0 ? t("lab.all_default") : t("lab.changed", { n: values.size })}${kept && !isSet() && html` · <span class="warn">${t("lab.not_saved")}</span>`}
+        </p>
+        ${mayTurn && html`<form class="row new-set"><input name="name" class="grow" maxlength="80" required placeholder="${t("lab.set_name")}" aria-label="${t("lab.set_name")}" /><input name="about" class="grow" maxlength="1000" placeholder="${t("lab.set_about")}" aria-label="${t("lab.set_about")}" /><button>${t("lab.save_as")}</button></form>`}`,
+    );
     if (site) render(one(".site", side), siteCard(site, sets, kept !== null && isSet() ? kept : null, mayTurn));
   }
 
@@ -98,16 +134,46 @@ export function labView(app, side) {
 
   function showWalks() {
     const wanted = /** @type {HTMLInputElement} */ (one("[name=filter]", side)).value.trim().toLowerCase();
-    const shown = walks.filter((walk) => `${walk.title} ${app.live.inspectors.get(walk.inspector_id)?.name ?? ""} ${walk.started_at}`.toLowerCase().includes(wanted));
-    render(one(".walks .list", side), shown.length === 0 ? html`<p class="muted">${t("lab.no_walks")}</p>` : html`<table data-testid="lab-walks"><tbody>${shown.map((walk) => html`<tr><td><label><input type="checkbox" name="walk" value="${walk.id}" ${chosen.has(walk.id) && "checked"}>${nameOf(walk)}</label></td>
-      <td class="muted">${app.live.inspectors.get(walk.inspector_id)?.name ?? ""}</td><td class="muted">${dateTime(walk.started_at)}</td><td class="num">${length(walk.distance_m)}</td></tr>`)}</tbody></table>`);
+    const shown = walks.filter((walk) =>
+      `${walk.title} ${app.live.inspectors.get(walk.inspector_id)?.name ?? ""} ${walk.started_at}`
+        .toLowerCase()
+        .includes(wanted),
+    );
+    render(
+      one(".walks .list", side),
+      shown.length === 0
+        ? html`<p class="muted">${t("lab.no_walks")}</p>`
+        : html`<table data-testid="lab-walks">
+            <tbody>
+              ${shown.map(
+                (walk) =>
+                  html`<tr>
+                    <td>
+                      <label
+                        ><input
+                          type="checkbox"
+                          name="walk"
+                          value="${walk.id}"
+                          ${chosen.has(walk.id) && "checked"}
+                        />${nameOf(walk)}</label
+                      >
+                    </td>
+                    <td class="muted">${app.live.inspectors.get(walk.inspector_id)?.name ?? ""}</td>
+                    <td class="muted">${dateTime(walk.started_at)}</td>
+                    <td class="num">${length(walk.distance_m)}</td>
+                  </tr>`,
+              )}
+            </tbody>
+          </table>`,
+    );
     showChosen();
   }
 
   function showChosen() {
     if (mayTurn) {
       setText(one(".chosen", side), t("lab.chosen", { n: chosen.size }));
-      /** @type {HTMLButtonElement} */ (one("[data-start]", side)).disabled = chosen.size === 0 || (table?.isWrong() ?? true);
+      /** @type {HTMLButtonElement} */ (one("[data-start]", side)).disabled =
+        chosen.size === 0 || (table?.isWrong() ?? true);
     }
     history.replaceState(null, "", `#/lab${chosen.size > 0 ? `?walks=${[...chosen].join(",")}` : ""}`);
     compare();
@@ -122,19 +188,40 @@ export function labView(app, side) {
     const failed = runs.filter((run) => run.state === "failed" && ended.some((was) => was.id === run.id));
     underWay = runs.filter(isUnderWay);
     showUnderWay();
-    if (failed.length > 0) render(answer, html`${failed.map((run) => html`<div class="problem" role="alert"><b>${t("lab.failed", { run: run.name, walk: walkName(run.session_id) })}</b><p>${run.error ?? ""}</p></div>`)}`);
+    if (failed.length > 0)
+      render(
+        answer,
+        html`${failed.map(
+          (run) =>
+            html`<div class="problem" role="alert">
+              <b>${t("lab.failed", { run: run.name, walk: walkName(run.session_id) })}</b>
+              <p>${run.error ?? ""}</p>
+            </div>`,
+        )}`,
+      );
     if (ended.length > 0) compare();
   }
 
   const walkName = (/** @type {string} */ id) => nameOf(walks.find((walk) => walk.id === id) ?? {});
 
   function showUnderWay() {
-    render(one(".under-way", side), underWay.length === 0 ? html`` : html`<h3>${t("lab.under_way", { n: underWay.length })}</h3>${underWay.map((run) => {
-      const job = app.live.jobs.get(run.job_id);
-      const words = job?.state === "running" ? tOr(`job.stage.${job.stage}`, job.stage ?? "") : t("job.queued");
-      return html`<div class="row" data-run="${run.id}"><span class="grow">${run.name} · ${walkName(run.session_id)}</span><span class="muted">${words}</span><progress max="1" value="${String(job?.progress ?? 0)}" aria-label="${run.name}">${percent(job?.progress ?? 0)}</progress>
-        ${mayTurn && html`<button type="button" data-cancel="${run.id}">${t("cancel")}</button>`}</div>`;
-    })}`);
+    render(
+      one(".under-way", side),
+      underWay.length === 0
+        ? html``
+        : html`<h3>${t("lab.under_way", { n: underWay.length })}</h3>
+            ${underWay.map((run) => {
+              const job = app.live.jobs.get(run.job_id);
+              const words = job?.state === "running" ? tOr(`job.stage.${job.stage}`, job.stage ?? "") : t("job.queued");
+              return html`<div class="row" data-run="${run.id}">
+                <span class="grow">${run.name} · ${walkName(run.session_id)}</span><span class="muted">${words}</span
+                ><progress max="1" value="${String(job?.progress ?? 0)}" aria-label="${run.name}">
+                  ${percent(job?.progress ?? 0)}
+                </progress>
+                ${mayTurn && html`<button type="button" data-cancel="${run.id}">${t("cancel")}</button>`}
+              </div>`;
+            })}`,
+    );
   }
 
   // What they came to.
@@ -149,14 +236,28 @@ export function labView(app, side) {
     try {
       const found = await api.labComparison([...chosen]);
       if (gone || asked !== compared) return;
-      render(room, html`<p class="row end"><a class="button" href="${api.labComparisonFile([...chosen])}" download>${t("lab.csv")}</a></p>${comparisonTable(found, mayTurn)}`);
+      render(
+        room,
+        html`<p class="row end">
+            <a class="button" href="${api.labComparisonFile([...chosen])}" download>${t("lab.csv")}</a>
+          </p>
+          ${comparisonTable(found, mayTurn)}`,
+      );
     } catch (error) {
       if (!gone && asked === compared) render(room, problemBox(error));
     }
   }
 
   async function start() {
-    const runs = await api.startLabRuns({ session_ids: [...chosen], parameters: given(), ...(set && isSet() ? { parameter_set_id: set.id } : values.size > 0 ? { name: set ? `${set.name} *` : t("lab.unnamed") } : {}) });
+    const runs = await api.startLabRuns({
+      session_ids: [...chosen],
+      parameters: given(),
+      ...(set && isSet()
+        ? { parameter_set_id: set.id }
+        : values.size > 0
+          ? { name: set ? `${set.name} *` : t("lab.unnamed") }
+          : {}),
+    });
     underWay = [...underWay, ...runs];
     showUnderWay();
     await look();
@@ -200,9 +301,21 @@ export function labView(app, side) {
     if (cancel) attempt(() => api.cancelLabRun(cancel).then(look));
     if (removed && confirm(t("lab.remove_sure"))) attempt(() => api.removeLabRun(removed).then(compare));
     const kept = set;
-    if (kept && read("save") !== null) attempt(() => api.changeParameterSet(kept.id, { name: kept.name, about: kept.about, parameters: given(), version: kept.version }).then(loadSets));
-    if (kept && read("make-site") !== null && confirm(t("lab.make_site_sure", { name: kept.name }))) attempt(() => api.chooseSiteParameters({ parameter_set_id: kept.id, version: kept.version }).finally(loadSets));
-    if (read("site-default") !== null && confirm(t("lab.site_default_sure"))) attempt(() => api.chooseSiteParameters({ parameter_set_id: null }).then(loadSets));
+    if (kept && read("save") !== null)
+      attempt(() =>
+        api
+          .changeParameterSet(kept.id, {
+            name: kept.name,
+            about: kept.about,
+            parameters: given(),
+            version: kept.version,
+          })
+          .then(loadSets),
+      );
+    if (kept && read("make-site") !== null && confirm(t("lab.make_site_sure", { name: kept.name })))
+      attempt(() => api.chooseSiteParameters({ parameter_set_id: kept.id, version: kept.version }).finally(loadSets));
+    if (read("site-default") !== null && confirm(t("lab.site_default_sure")))
+      attempt(() => api.chooseSiteParameters({ parameter_set_id: null }).then(loadSets));
     if (kept && read("remove-set") !== null && confirm(t("lab.remove_set_sure", { name: kept.name }))) {
       attempt(async () => {
         await api.removeParameterSet(kept.id);
@@ -217,7 +330,11 @@ export function labView(app, side) {
     event.preventDefault();
     const data = new FormData(/** @type {HTMLFormElement} */ (event.target));
     attempt(async () => {
-      set = await api.addParameterSet({ name: String(data.get("name")), about: String(data.get("about")), parameters: given() });
+      set = await api.addParameterSet({
+        name: String(data.get("name")),
+        about: String(data.get("about")),
+        parameters: given(),
+      });
       await loadSets();
     });
   }
@@ -225,7 +342,7 @@ export function labView(app, side) {
   attempt(async () => {
     const [schema, rows] = await Promise.all([api.labParameters(), api.sessions(), loadSets()]);
     if (gone) return;
-    table = makeParameterTable(one(".table", side), schema.parameters, values, () => {
+    table = makeParameterTable(one(".table", side), systemNamed(), schema.parameters, values, () => {
       showSets();
       showChosen();
     });
@@ -239,7 +356,12 @@ export function labView(app, side) {
     update(changed) {
       if (changed.has("job") && underWay.length > 0) {
         showUnderWay();
-        if (underWay.some((run) => ["finished", "failed", "cancelled"].includes(app.live.jobs.get(run.job_id)?.state ?? ""))) look();
+        if (
+          underWay.some((run) =>
+            ["finished", "failed", "cancelled"].includes(app.live.jobs.get(run.job_id)?.state ?? ""),
+          )
+        )
+          look();
       }
     },
     close() {

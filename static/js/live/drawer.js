@@ -4,9 +4,10 @@
 import { dateTime, duration, elapsed, heading, length, number, percent, shortDuration } from "../format.js";
 import { rankPlaces } from "../geometry.js";
 import { html, one, render, setAttribute, setText } from "../html.js";
-import { t, translate, tOr } from "../i18n.js";
+import { t, translate } from "../i18n.js";
 import { offBefore, visitOutcome, visitTime } from "../state/findings.js";
 import { standCards, standClicked } from "../stands/list.js";
+import { aboutAnomaly, streamOf, systemOf, word } from "../systems/index.js";
 import { sentence } from "../told.js";
 import { problemBox } from "../ui/problem.js";
 import { presenceGlyph } from "../ui/signs.js";
@@ -34,7 +35,10 @@ export function makeDrawer(app, el) {
     const asked = person?.session ? standClicked(target, person.session.id) : null;
     if (asked) {
       const problem = one(".stand-problem", el);
-      asked.then(() => render(problem, html``), (error) => render(problem, problemBox(error)));
+      asked.then(
+        () => render(problem, html``),
+        (error) => render(problem, problemBox(error)),
+      );
     } else if (place) {
       const node = app.grid.named(place);
       if (node) {
@@ -64,14 +68,41 @@ export function makeDrawer(app, el) {
 
   /** @param {import("../state/attention.js").Person} person */
   function build(person) {
-    render(el, html`
-      <header data-id="${person.inspector.id}"><span class="state"></span><h2></h2><button type="button" class="quiet icon" data-close-drawer data-t-label="close">✕</button></header>
-      <section class="actions"><button type="button" data-follow data-t="map.follow"></button><button type="button" data-report data-testid="report-fault" data-t="fault.report"></button></section>
-      <section><h3 data-t="drawer.position"></h3><div class="enu"></div><dl class="facts"></dl></section>
-      <section class="near"><h3 data-t="drawer.near"></h3>${Array.from({ length: CANDIDATES }, () => html`<div class="candidate"><button type="button" data-place=""></button><progress max="1" value="0" aria-hidden="true"></progress><span class="num p"></span><span class="num d"></span></div>`)}<p class="muted near-rest"></p></section>
-      <section><h3 data-t="stand.title"></h3><div class="stands"></div><div class="stand-problem"></div></section>
-      <section><h3 data-t="drawer.visits"></h3><div class="visits"></div></section>
-      <section><h3 data-t="drawer.anomalies"></h3><div class="anomalies"></div></section>`);
+    render(
+      el,
+      html` <header data-id="${person.inspector.id}">
+          <span class="state"></span>
+          <h2></h2>
+          <button type="button" class="quiet icon" data-close-drawer data-t-label="close">✕</button>
+        </header>
+        <section class="actions">
+          <button type="button" data-follow data-t="map.follow"></button
+          ><button type="button" data-report data-testid="report-fault" data-t="fault.report"></button>
+        </section>
+        <section>
+          <h3 data-t="drawer.position"></h3>
+          <div class="enu"></div>
+          <dl class="facts"></dl>
+        </section>
+        <section class="near">
+          <h3 data-t="drawer.near"></h3>
+          ${Array.from({ length: CANDIDATES }, () => html`<div class="candidate"><button type="button" data-place=""></button><progress max="1" value="0" aria-hidden="true"></progress><span class="num p"></span><span class="num d"></span></div>`)}
+          <p class="muted near-rest"></p>
+        </section>
+        <section>
+          <h3 data-t="stand.title"></h3>
+          <div class="stands"></div>
+          <div class="stand-problem"></div>
+        </section>
+        <section>
+          <h3 data-t="drawer.visits"></h3>
+          <div class="visits"></div>
+        </section>
+        <section>
+          <h3 data-t="drawer.anomalies"></h3>
+          <div class="anomalies"></div>
+        </section>`,
+    );
     translate(el);
   }
 
@@ -84,16 +115,36 @@ export function makeDrawer(app, el) {
     const writes = app.writesFor(person.inspector.id);
     one("[data-report]", el).hidden = !writes;
     setAttribute(one("[data-report]", el), "disabled", position ? null : "");
-    render(one(".enu", el), html`${["east", "north", "up"].map((axis, i) => html`
-      <div><small>${t(`axis.${axis}`)}</small><b>${number(position?.position_m[i], 1)}</b><small>± ${number(position?.sigma_m[i], 1)} m</small></div>`)}`);
+    render(
+      one(".enu", el),
+      html`${["east", "north", "up"].map(
+        (axis, i) =>
+          html` <div>
+            <small>${t(`axis.${axis}`)}</small><b>${number(position?.position_m[i], 1)}</b
+            ><small>± ${number(position?.sigma_m[i], 1)} m</small>
+          </div>`,
+      )}`,
+    );
     const session = person.session;
-    render(one(".facts", el), html`
-      <dt>${t("drawer.state")}</dt><dd>${t(`presence.${person.presence}`)}${(person.age_s ?? 0) >= 3 && html` · ${t("live.ago", { age: shortDuration(person.age_s) })}`}</dd>
-      <dt>${t("drawer.sigma")}</dt><dd class="${person.poor ? "warn" : ""}">${length(person.sigma_m)}</dd>
-      <dt>${t("drawer.heading")}</dt><dd>${heading(position?.heading_rad)} · ${number(position?.speed_m_s, 1)} m/s</dd>
-      <dt>${t("drawer.since_marker")}</dt><dd class="${person.overdue ? "warn" : ""}">${length(position?.since_marker_m)} · ${duration(position?.since_marker_s)}</dd>
-      <dt>${t("drawer.walked")}</dt><dd>${length(position?.distance_m)}${position && html` · ${duration(position.t_ns / 1e9)}`}</dd>
-      <dt>${t("drawer.started")}</dt><dd>${session?.started_at ? dateTime(session.started_at) : "–"}</dd>`);
+    render(
+      one(".facts", el),
+      html` <dt>${t("drawer.state")}</dt>
+        <dd>
+          ${t(`presence.${person.presence}`)}${(person.age_s ?? 0) >= 3 && html` · ${t("live.ago", { age: shortDuration(person.age_s) })}`}
+        </dd>
+        <dt>${t("drawer.sigma")}</dt>
+        <dd class="${person.poor ? "warn" : ""}">${length(person.sigma_m)}</dd>
+        <dt>${t("drawer.heading")}</dt>
+        <dd>${heading(position?.heading_rad)} · ${number(position?.speed_m_s, 1)} m/s</dd>
+        <dt>${t("drawer.since_marker")}</dt>
+        <dd class="${person.overdue ? "warn" : ""}">
+          ${length(position?.since_marker_m)} · ${duration(position?.since_marker_s)}
+        </dd>
+        <dt>${t("drawer.walked")}</dt>
+        <dd>${length(position?.distance_m)}${position && html` · ${duration(position.t_ns / 1e9)}`}</dd>
+        <dt>${t("drawer.started")}</dt>
+        <dd>${session?.started_at ? dateTime(session.started_at) : "–"}</dd>`,
+    );
 
     const near = candidates(person);
     [...el.querySelectorAll(".near .candidate")].forEach((line, i) => {
@@ -108,18 +159,38 @@ export function makeDrawer(app, el) {
       setText(one(".d", line), length(candidate.distance_m));
     });
     const named = near.reduce((sum, candidate) => sum + candidate.probability, 0);
-    setText(one(".near-rest", el), near.length > 0 ? t("drawer.near_rest", { share: percent(Math.max(0, 1 - named)) }) : t("drawer.near_none"));
+    setText(
+      one(".near-rest", el),
+      near.length > 0 ? t("drawer.near_rest", { share: percent(Math.max(0, 1 - named)) }) : t("drawer.near_none"),
+    );
 
     // The newest first; a button stays the same element as long as nothing of the stands changes.
     const stands = (session?.stands ?? []).slice(-STANDS).reverse();
-    render(one(".stands", el), html`${stands.length === 0 && html`<p class="muted">${t("drawer.none")}</p>`}${standCards(stands, session?.visits ?? [], writes)}`);
+    render(
+      one(".stands", el),
+      html`${stands.length === 0 && html`<p class="muted">${t("drawer.none")}</p>`}${standCards(stands, session?.visits ?? [], writes)}`,
+    );
 
     const visits = (session?.visits ?? []).slice(-3).reverse();
-    render(one(".visits", el), html`${visits.length === 0 && html`<p class="muted">${t("drawer.none")}</p>`}${visits.map(visitLine)}`);
+    render(
+      one(".visits", el),
+      html`${visits.length === 0 && html`<p class="muted">${t("drawer.none")}</p>`}${visits.map(visitLine)}`,
+    );
+    const system = systemOf(session);
     const anomalies = (session?.anomalies ?? []).slice(-4).reverse();
-    render(one(".anomalies", el), html`${anomalies.length === 0 && html`<p class="muted">${t("drawer.none")}</p>`}${anomalies.map(
-      (a) => html`<p class="alert-line"><b>${tOr(`anomaly.${a.anomaly}`, a.anomaly)}</b>${a.foot && html` · ${t(`foot.${a.foot}`)}`} <span class="muted">${elapsed(a.t_start_ns / 1e9)} · ${tOr(`anomaly.about.${a.anomaly}`, "")} ${sentence(`anomaly.told.${a.anomaly}`, a)}</span></p>`,
-    )}`);
+    render(
+      one(".anomalies", el),
+      html`${anomalies.length === 0 && html`<p class="muted">${t("drawer.none")}</p>`}${anomalies.map(
+        (a) =>
+          html`<p class="alert-line">
+            <b>${word(system, `anomaly.${a.anomaly}`)}</b>${streamOf(system, a) && ` · ${streamOf(system, a)}`}
+            <span class="muted"
+              >${elapsed(a.t_start_ns / 1e9)} · ${aboutAnomaly(system, a.anomaly)}
+              ${sentence(system, `anomaly.told.${a.anomaly}`, a)}</span
+            >
+          </p>`,
+      )}`,
+    );
   }
 
   return {
@@ -153,6 +224,10 @@ const TONES = { accepted: "good", rejected: "bad", waiting: "" };
 function visitLine(visit) {
   const outcome = visitOutcome(visit);
   const off = offBefore(visit);
-  return html`<p class="alert-line"><b>${visit.marker}</b> <span class="tag ${TONES[outcome]}">${t(`visit.${outcome}`)}</span>
-    <span class="muted">${elapsed(visitTime(visit))}${off !== null && html` · ${t("visit.moved", { m: length(off) })}`}</span></p>`;
+  return html`<p class="alert-line">
+    <b>${visit.marker}</b> <span class="tag ${TONES[outcome]}">${t(`visit.${outcome}`)}</span>
+    <span class="muted"
+      >${elapsed(visitTime(visit))}${off !== null && html` · ${t("visit.moved", { m: length(off) })}`}</span
+    >
+  </p>`;
 }

@@ -19,7 +19,10 @@ export class LiveLayers {
     this.app = app;
     const { stage, plan } = app;
     const ground = drawPlan(plan);
-    const actuators = drawActuators(() => app.places, () => ({ named: this.near, goal: app.ui.goal }));
+    const actuators = drawActuators(
+      () => app.places,
+      () => ({ named: this.near, goal: app.ui.goal }),
+    );
     this.site = stage.canvas("site", (g, paper) => {
       ground(g, paper);
       actuators(g, paper);
@@ -28,7 +31,10 @@ export class LiveLayers {
     this.walks = new Trails(() => ({ walked: this.walked(), seconds: app.ui.trail_s }));
     this.past = stage.canvas("trails", this.walks.drawPast);
     this.trails = stage.canvas("trails", this.walks.drawRecent);
-    this.runs = stage.canvas("trails", drawRuns(() => app.runs));
+    this.runs = stage.canvas(
+      "trails",
+      drawRuns(() => app.runs),
+    );
     /** The markers' own, made by their screen. @type {import("../map/canvas.js").EastNorthCanvas | null} */
     this.survey = null;
     const faults = drawFaults(() => ({ faults: this.faultsShown(), selected: app.ui.fault }));
@@ -79,12 +85,14 @@ export class LiveLayers {
     const { app } = this;
     return this.present().flatMap(({ inspector, session, presence }) =>
       session?.position
-        ? [{
-            position: session.position,
-            colour: app.colour(inspector.id),
-            selected: inspector.id === app.ui.selected,
-            stale: presence === "lost" || presence === "silent",
-          }]
+        ? [
+            {
+              position: session.position,
+              colour: app.colour(inspector.id),
+              selected: inspector.id === app.ui.selected,
+              stale: presence === "lost" || presence === "silent",
+            },
+          ]
         : [],
     );
   }
@@ -162,7 +170,9 @@ export class LiveLayers {
   markNear() {
     const { app } = this;
     const position = app.people().find((p) => p.inspector.id === app.ui.selected)?.session?.position;
-    const near = position ? app.grid.nearest(position.position_m[0], position.position_m[1], NEAR).map((n) => n.place.name) : [];
+    const near = position
+      ? app.grid.nearest(position.position_m[0], position.position_m[1], NEAR).map((n) => n.place.name)
+      : [];
     if (near.length === this.near.size && near.every((name) => this.near.has(name))) return;
     this.near = new Set(near);
     this.site.invalidate();

@@ -69,8 +69,14 @@ export class PeopleList {
     item.append(row);
     const find = (/** @type {string} */ selector) => /** @type {Element} */ (row.querySelector(selector));
     const parts = {
-      glyph: find(".glyph"), name: find(".name"), faults: find(".faults-n"), sub: find(".sub"), sigma: find(".sigma"),
-      bars: find(".bars"), sinceM: find(".since-m"), sinceS: find(".since-s"),
+      glyph: find(".glyph"),
+      name: find(".name"),
+      faults: find(".faults-n"),
+      sub: find(".sub"),
+      sigma: find(".sigma"),
+      bars: find(".bars"),
+      sinceM: find(".since-m"),
+      sinceS: find(".since-s"),
     };
     const made = { item, row, parts };
     this.rows.set(id, made);
@@ -112,8 +118,10 @@ export class PeopleList {
 /** @param {import("../state/attention.js").Person} person */
 function subLine(person) {
   const words = [t(`presence.${person.presence}`)];
-  if (person.presence === "lost" || person.presence === "silent") words.push(t("live.ago", { age: shortDuration(person.age_s) }));
-  else if (person.presence === "walking" && !person.poor && !person.overdue) words.push(`${number(person.session?.position?.speed_m_s, 1)} m/s`);
+  if (person.presence === "lost" || person.presence === "silent")
+    words.push(t("live.ago", { age: shortDuration(person.age_s) }));
+  else if (person.presence === "walking" && !person.poor && !person.overdue)
+    words.push(`${number(person.session?.position?.speed_m_s, 1)} m/s`);
   if (person.poor) words.push(t("live.poor"));
   else if (person.overdue) words.push(t("live.overdue"));
   return words.join(" · ");

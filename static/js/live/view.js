@@ -9,20 +9,37 @@ import { PeopleList } from "./people_list.js";
 
 /** @type {import("../ui/router.js").MakeView} */
 export function liveView(app, side) {
-  render(side, html`
-    <div class="side-head">
-      <h1 class="unseen" data-t="live.title"></h1>
-      <input type="search" id="search" data-t-hint="live.search" data-t-label="live.search" autocomplete="off" value="${app.ui.search}">
-      <p class="summary" data-testid="summary"></p>
-    </div>
-    <div class="columns" aria-hidden="true"><span></span><span data-t="live.who"></span><span class="num" data-t="live.sigma"></span><span class="num" data-t="live.since_marker"></span></div>
-    <ol class="people" data-testid="people" data-t-label="live.title"></ol>
-    <div class="list-title"><h2 data-t="live.open_faults"></h2><a href="#/faults" data-t="live.all_faults"></a></div>
-    <div class="faults" data-testid="live-faults"></div>`);
+  render(
+    side,
+    html` <div class="side-head">
+        <h1 class="unseen" data-t="live.title"></h1>
+        <input
+          type="search"
+          id="search"
+          data-t-hint="live.search"
+          data-t-label="live.search"
+          autocomplete="off"
+          value="${app.ui.search}"
+        />
+        <p class="summary" data-testid="summary"></p>
+      </div>
+      <div class="columns" aria-hidden="true">
+        <span></span><span data-t="live.who"></span><span class="num" data-t="live.sigma"></span
+        ><span class="num" data-t="live.since_marker"></span>
+      </div>
+      <ol class="people" data-testid="people" data-t-label="live.title"></ol>
+      <div class="list-title">
+        <h2 data-t="live.open_faults"></h2>
+        <a href="#/faults" data-t="live.all_faults"></a>
+      </div>
+      <div class="faults" data-testid="live-faults"></div>`,
+  );
   translate(side);
-  render(one("#legend"), html`
-    ${["walking", "standing", "silent", "lost"].map((p) => html`<span>${presenceGlyph(p)}${t(`presence.${p}`)}</span>`)}
-    ${["low", "medium", "high"].map((s) => html`<span>${severitySign(s)}${t(`severity.${s}`)}</span>`)}`);
+  render(
+    one("#legend"),
+    html` ${["walking", "standing", "silent", "lost"].map((p) => html`<span>${presenceGlyph(p)}${t(`presence.${p}`)}</span>`)}
+    ${["low", "medium", "high"].map((s) => html`<span>${severitySign(s)}${t(`severity.${s}`)}</span>`)}`,
+  );
 
   const list = new PeopleList(app, one(".people", side));
   const drawer = makeDrawer(app, one("#drawer"));
@@ -72,9 +89,10 @@ function showSummary(app, el) {
   const faults = app.layers.openFaults().length;
   const part = (/** @type {string} */ key, /** @type {number} */ n, tone = "") =>
     html`<span class="${n > 0 ? tone : ""}"><b>${n}</b> ${t(key)}</span>`;
-  render(el, html`
-    ${part("live.out", count("walking", "standing", "silent", "lost", "starting"))}
-    ${silent > 0 && part("presence.silent", silent, "warn")}
-    ${lost > 0 && part("presence.lost", lost, "bad")}
-    ${part("live.faults_open", faults)}`);
+  render(
+    el,
+    html` ${part("live.out", count("walking", "standing", "silent", "lost", "starting"))}
+    ${silent > 0 && part("presence.silent", silent, "warn")} ${lost > 0 && part("presence.lost", lost, "bad")}
+    ${part("live.faults_open", faults)}`,
+  );
 }

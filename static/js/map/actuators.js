@@ -67,7 +67,12 @@ export function drawActuators(places, marked) {
  */
 function cross(g, x, y, r) {
   g.beginPath();
-  for (const [dx, dy] of [[1, 0], [-1, 0], [0, 1], [0, -1]]) {
+  for (const [dx, dy] of [
+    [1, 0],
+    [-1, 0],
+    [0, 1],
+    [0, -1],
+  ]) {
     g.moveTo(x + dx * r, y + dy * r);
     g.lineTo(x + dx * (r + 8), y + dy * (r + 8));
   }

@@ -105,7 +105,11 @@ export class EastNorthCanvas {
     const x = (/** @type {number} */ e_m) => (e_m - west) * scale;
     const y = (/** @type {number} */ n_m) => (north - n_m) * scale;
     this.draw(context, {
-      x, y, scale, width, height,
+      x,
+      y,
+      scale,
+      width,
+      height,
       ink: inkOf(),
       sees: (e_m, n_m, margin_px = 20) =>
         x(e_m) > -margin_px && x(e_m) < width + margin_px && y(n_m) > -margin_px && y(n_m) < height + margin_px,
@@ -120,7 +124,15 @@ export class EastNorthCanvas {
     const { map } = this;
     const pane = map.getPane("mapPane");
     if (!pane) return;
-    const origin = map.project(center, zoom).subtract(map.getSize().divideBy(2)).add(L.DomUtil.getPosition(pane)).round();
-    L.DomUtil.setTransform(this.canvas, map.project(this.topLeft, zoom).subtract(origin), map.getZoomScale(zoom, this.zoom));
+    const origin = map
+      .project(center, zoom)
+      .subtract(map.getSize().divideBy(2))
+      .add(L.DomUtil.getPosition(pane))
+      .round();
+    L.DomUtil.setTransform(
+      this.canvas,
+      map.project(this.topLeft, zoom).subtract(origin),
+      map.getZoomScale(zoom, this.zoom),
+    );
   }
 }

@@ -10,7 +10,11 @@ export function drawEllipses(content) {
   return (g, { x, y, scale, ink }) => {
     for (const { position, colour, selected, stale } of content()) {
       const [e, n] = position.position_m;
-      const { major_m, minor_m, angle_rad } = ellipse(position.sigma_m[0] ** 2, position.sigma_m[1] ** 2, position.covariance_en_m2);
+      const { major_m, minor_m, angle_rad } = ellipse(
+        position.sigma_m[0] ** 2,
+        position.sigma_m[1] ** 2,
+        position.covariance_en_m2,
+      );
       g.beginPath();
       // The canvas' y points down: an angle anticlockwise on the ground is negative here.
       g.ellipse(x(e), y(n), major_m * scale, minor_m * scale, -angle_rad, 0, 2 * Math.PI);

@@ -45,8 +45,19 @@ export function drawFaults(content) {
  * @param {number} r
  */
 function sign(g, severity, x, y, r) {
-  if (severity === "high") polygon(g, [[x, y - r], [x + r, y], [x, y + r], [x - r, y]]);
-  else if (severity === "medium") polygon(g, [[x, y - r], [x + r, y + r * 0.8], [x - r, y + r * 0.8]]);
+  if (severity === "high")
+    polygon(g, [
+      [x, y - r],
+      [x + r, y],
+      [x, y + r],
+      [x - r, y],
+    ]);
+  else if (severity === "medium")
+    polygon(g, [
+      [x, y - r],
+      [x + r, y + r * 0.8],
+      [x - r, y + r * 0.8],
+    ]);
   else g.arc(x, y, r, 0, 2 * Math.PI);
 }
 

@@ -42,14 +42,12 @@ export function inkOf() {
 }
 
 /**
- * The colour of a name: one of the above, `left` and `right` for the feet, or a number for the colours of people.
+ * The colour of a name: one of the above, or a number for the colours of people.
  * @param {string} name
  * @returns {string}
  */
 export function inkNamed(name) {
   const all = inkOf();
-  if (name === "left") return all.people[0];
-  if (name === "right") return all.people[1];
   const colour = all.people[Number(name)] ?? /** @type {Record<string, unknown>} */ (all)[name];
   return typeof colour === "string" ? colour : all.text;
 }

@@ -31,7 +31,8 @@ export function drawRuns(content) {
       dot(g, x(startX), y(startY), 5, ink.halo, inkNamed(last.ink));
       dot(g, x(endX), y(endY), 5, inkNamed(last.ink), ink.halo);
     }
-    if (runs.arrows) for (const correction of runs.corrections) arrow(g, paper, correction, correction.marker === runs.selected);
+    if (runs.arrows)
+      for (const correction of runs.corrections) arrow(g, paper, correction, correction.marker === runs.selected);
     for (const cursor of runs.cursors) {
       const [cx, cy] = [x(cursor.place[0]), y(cursor.place[1])];
       dot(g, cx, cy, 7, inkNamed(cursor.ink), ink.halo);
@@ -112,7 +113,8 @@ function arrow(g, { x, y, scale, ink }, correction, selected) {
     g.fill();
   }
   dot(g, bx, by, selected ? 5 : 3.2, colour, ink.halo);
-  if (scale >= 1.2 || selected) words(g, { ink }, `${correction.marker} · ${correction.length_m.toFixed(1)} m`, bx + 8, by);
+  if (scale >= 1.2 || selected)
+    words(g, { ink }, `${correction.marker} · ${correction.length_m.toFixed(1)} m`, bx + 8, by);
 }
 
 /**

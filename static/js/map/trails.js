@@ -39,7 +39,13 @@ export class Trails {
       // A line of one pixel is drawn six times as fast as a wider one, and fifty pasts are half an hour long each.
       pen(g, paper.ink.people[colour], selected ? 3 : 1, selected ? 0.6 : 0.62);
       // The first recent point closes the gap between the two canvases.
-      line(g, paper, session.trail, firstAt(session.trail, end(session) - seconds * 1e9), firstAt(session.trail, split) + 1);
+      line(
+        g,
+        paper,
+        session.trail,
+        firstAt(session.trail, end(session) - seconds * 1e9),
+        firstAt(session.trail, split) + 1,
+      );
     }
     g.globalAlpha = 1;
   };

@@ -46,32 +46,92 @@ export function makeDetails(app, on) {
     app.stage.map.invalidateSize({ animate: false });
     if (mode === "none") return render(el, html``);
     const name = marker?.name ?? "";
-    const head = html`<header><h2>${mode === "add" ? t("markers.add") : name}</h2>${mode === "show" && app.may("survey") && html`<button type="button" class="main-action" data-do="edit">${t("markers.edit")}</button>`}<button type="button" class="quiet icon" data-do="close" aria-label="${t("close")}">✕</button></header>`;
+    const head = html`<header>
+      <h2>${mode === "add" ? t("markers.add") : name}</h2>
+      ${mode === "show" && app.may("survey") && html`<button type="button" class="main-action" data-do="edit">${t("markers.edit")}</button>`}<button
+        type="button"
+        class="quiet icon"
+        data-do="close"
+        aria-label="${t("close")}"
+      >
+        ✕
+      </button>
+    </header>`;
     if (mode === "show" && marker) {
       const found = on.residualsOf(name);
-      return render(el, html`${head}
-        <section><dl class="facts">
-          <dt>${t("axis.east_m")}</dt><dd>${number(marker.e_m, 3)}</dd><dt>${t("axis.north_m")}</dt><dd>${number(marker.n_m, 3)}</dd>
-          <dt>${t("axis.up_m")}</dt><dd>${marker.u_m === null ? t("markers.no_height") : number(marker.u_m, 3)}</dd><dt>${t("markers.updated")}</dt><dd>${dateTime(marker.updated_at)}</dd>
-        </dl></section>
-        <section data-testid="residuals"><h3>${t("markers.residuals")}</h3>${residualFigures(found)}<div class="each"></div></section>
-        <section data-testid="history"><h3>${t("markers.history")}</h3><div class="changes"><p class="muted">…</p></div></section>`);
+      return render(
+        el,
+        html`${head}
+          <section>
+            <dl class="facts">
+              <dt>${t("axis.east_m")}</dt>
+              <dd>${number(marker.e_m, 3)}</dd>
+              <dt>${t("axis.north_m")}</dt>
+              <dd>${number(marker.n_m, 3)}</dd>
+              <dt>${t("axis.up_m")}</dt>
+              <dd>${marker.u_m === null ? t("markers.no_height") : number(marker.u_m, 3)}</dd>
+              <dt>${t("markers.updated")}</dt>
+              <dd>${dateTime(marker.updated_at)}</dd>
+            </dl>
+          </section>
+          <section data-testid="residuals">
+            <h3>${t("markers.residuals")}</h3>
+            ${residualFigures(found)}
+            <div class="each"></div>
+          </section>
+          <section data-testid="history">
+            <h3>${t("markers.history")}</h3>
+            <div class="changes"><p class="muted">…</p></div>
+          </section>`,
+      );
     }
-    return render(el, html`${head}
-      <form data-testid="marker-form"><section>
-        ${mode === "add" && html`<label class="field"><span>${t("markers.name")}</span><input name="name" required maxlength="100" autocomplete="off" spellcheck="false"></label>`}
-        <div class="three">
-          ${[["e_m", "axis.east_m", marker?.e_m], ["n_m", "axis.north_m", marker?.n_m], ["u_m", "axis.up_m", marker?.u_m]].map(([key, label, now]) => html`<label class="field"><span>${t(String(label))}</span><input name="${key}" inputmode="decimal" autocomplete="off"${key !== "u_m" && html` required`} pattern="\\s*[\\-−+]?[0-9]*[.]?[0-9]+\\s*" value="${now ?? ""}"></label>`)}
-        </div>
-        <div class="row">
-          <button type="button" data-do="drag" aria-pressed="false" data-testid="drag">${t("markers.drag")}</button>
-          <button type="button" data-do="undo" disabled data-testid="undo-drag">${t("markers.undo")}</button>
-          <span class="muted moved" aria-live="polite"></span>
-        </div></section>
-        <section><label class="field"><span>${t("markers.reason")}</span><input name="reason" required maxlength="500" autocomplete="off"></label>
-        <div class="answer" aria-live="polite"></div>
-        <div class="row end">${mode === "edit" && html`<button type="button" class="danger" data-do="remove">${t("markers.remove")}</button>`}<button type="button" data-do="cancel">${t("cancel")}</button><button class="main-action" data-testid="save-marker">${t("markers.save")}</button></div></section>
-      </form>`);
+    return render(
+      el,
+      html`${head}
+        <form data-testid="marker-form">
+          <section>
+            ${mode === "add" && html`<label class="field"><span>${t("markers.name")}</span><input name="name" required maxlength="100" autocomplete="off" spellcheck="false" /></label>`}
+            <div class="three">
+              ${[
+                ["e_m", "axis.east_m", marker?.e_m],
+                ["n_m", "axis.north_m", marker?.n_m],
+                ["u_m", "axis.up_m", marker?.u_m],
+              ].map(
+                ([key, label, now]) =>
+                  html`<label class="field"
+                    ><span>${t(String(label))}</span
+                    ><input
+                      name="${key}"
+                      inputmode="decimal"
+                      autocomplete="off"
+                      ${key !== "u_m" && html` required`}
+                      pattern="\\s*[\\-−+]?[0-9]*[.]?[0-9]+\\s*"
+                      value="${now ?? ""}"
+                  /></label>`,
+              )}
+            </div>
+            <div class="row">
+              <button type="button" data-do="drag" aria-pressed="false" data-testid="drag">${t("markers.drag")}</button>
+              <button type="button" data-do="undo" disabled data-testid="undo-drag">${t("markers.undo")}</button>
+              <span class="muted moved" aria-live="polite"></span>
+            </div>
+          </section>
+          <section>
+            <label class="field"
+              ><span>${t("markers.reason")}</span><input name="reason" required maxlength="500" autocomplete="off"
+            /></label>
+            <div class="answer" aria-live="polite"></div>
+            <div class="row end">
+              ${mode === "edit" && html`<button type="button" class="danger" data-do="remove">${t("markers.remove")}</button>`}<button
+                type="button"
+                data-do="cancel"
+              >
+                ${t("cancel")}</button
+              ><button class="main-action" data-testid="save-marker">${t("markers.save")}</button>
+            </div>
+          </section>
+        </form>`,
+    );
   }
 
   async function fetchRecord() {
@@ -94,7 +154,10 @@ export function makeDetails(app, on) {
     const name = marker?.name ?? (mode === "add" ? field("name").value : "");
     on.preview(known ? { name, e_m: e, n_m: n } : marker);
     const moved = known && marker ? Math.hypot(e - marker.e_m, n - marker.n_m) : null;
-    render(one(".moved", el), html`${moved !== null && moved > 0 && t("markers.moved_by", { metres: number(moved, 2) })}`);
+    render(
+      one(".moved", el),
+      html`${moved !== null && moved > 0 && t("markers.moved_by", { metres: number(moved, 2) })}`,
+    );
     /** @type {HTMLButtonElement} */ (one("[data-do=undo]", el)).disabled = !drag.canUndo();
   }
 
@@ -108,7 +171,10 @@ export function makeDetails(app, on) {
       await on.changed(name);
     } catch (error) {
       buttons.forEach((button) => (button.disabled = false));
-      const current = error instanceof api.Problem && ["marker_changed", "marker_exists"].includes(error.code) ? error.current : undefined;
+      const current =
+        error instanceof api.Problem && ["marker_changed", "marker_exists"].includes(error.code)
+          ? error.current
+          : undefined;
       theirs = /** @type {Marker | null | undefined} */ (current);
       render(one(".answer", el), theirs ? conflict(theirs) : problemBox(error));
     }
@@ -117,11 +183,31 @@ export function makeDetails(app, on) {
   /** @param {Marker} now */
   function conflict(now) {
     const row = (/** @type {string} */ label, /** @type {number | null} */ their, /** @type {number | null} */ mine) =>
-      html`<tr><th scope="row">${label}</th><td class="num">${number(their, 3)}</td><td class="num">${number(mine, 3)}</td></tr>`;
-    return html`<div class="problem" role="alert" data-testid="conflict"><b>${t("markers.conflict")}</b><p>${t("markers.conflict_explain", { time: dateTime(now.updated_at) })}</p>
-      <table><thead><tr><th><span class="unseen">${t("markers.axis")}</span></th><th class="num">${t("markers.theirs")}</th><th class="num">${t("markers.mine")}</th></tr></thead>
-        <tbody>${row(t("axis.east_m"), now.e_m, value("e_m"))}${row(t("axis.north_m"), now.n_m, value("n_m"))}${row(t("axis.up_m"), now.u_m, value("u_m"))}</tbody></table>
-      <div class="row end"><button type="button" data-do="theirs">${t("markers.keep_theirs")}</button><button type="button" data-do="mine">${t("markers.put_mine")}</button></div></div>`;
+      html`<tr>
+        <th scope="row">${label}</th>
+        <td class="num">${number(their, 3)}</td>
+        <td class="num">${number(mine, 3)}</td>
+      </tr>`;
+    return html`<div class="problem" role="alert" data-testid="conflict">
+      <b>${t("markers.conflict")}</b>
+      <p>${t("markers.conflict_explain", { time: dateTime(now.updated_at) })}</p>
+      <table>
+        <thead>
+          <tr>
+            <th><span class="unseen">${t("markers.axis")}</span></th>
+            <th class="num">${t("markers.theirs")}</th>
+            <th class="num">${t("markers.mine")}</th>
+          </tr>
+        </thead>
+        <tbody>
+          ${row(t("axis.east_m"), now.e_m, value("e_m"))}${row(t("axis.north_m"), now.n_m, value("n_m"))}${row(t("axis.up_m"), now.u_m, value("u_m"))}
+        </tbody>
+      </table>
+      <div class="row end">
+        <button type="button" data-do="theirs">${t("markers.keep_theirs")}</button
+        ><button type="button" data-do="mine">${t("markers.put_mine")}</button>
+      </div>
+    </div>`;
   }
 
   function save() {

@@ -20,7 +20,9 @@ export function makeDrag(app, onMove) {
   /** @param {import("../geometry.js").EastNorth} place */
   function move(place) {
     // A map is no survey: the hand's place is good to a centimetre at best.
-    const rounded = /** @type {import("../geometry.js").EastNorth} */ (place.map((metres) => Math.round(metres * 100) / 100));
+    const rounded = /** @type {import("../geometry.js").EastNorth} */ (
+      place.map((metres) => Math.round(metres * 100) / 100)
+    );
     handle?.setLatLng(at(rounded));
     onMove(rounded);
   }
@@ -32,7 +34,14 @@ export function makeDrag(app, onMove) {
     start(place) {
       before = [];
       const icon = L.divIcon({ className: "drag-handle", iconSize: [34, 34], iconAnchor: [17, 17] });
-      handle = L.marker(at(place), { icon, draggable: true, keyboard: true, pane: "people", title: t("markers.drag_handle"), alt: t("markers.drag_handle") });
+      handle = L.marker(at(place), {
+        icon,
+        draggable: true,
+        keyboard: true,
+        pane: "people",
+        title: t("markers.drag_handle"),
+        alt: t("markers.drag_handle"),
+      });
       handle.on("dragstart", () => {
         if (handle) before.push(eastNorth(handle.getLatLng()));
       });

@@ -51,10 +51,21 @@ export function makeFiles(app, el, on) {
   function draw() {
     on.shown(file?.state === "compared" ? file.differences : []);
     // The field for a file stays the same element: a list that comes late must not take away what was just chosen.
-    render(el, html`<div class="list-title"><h2></h2><button type="button" data-step="back"></button></div>
-      <div class="wizard" data-testid="wizard"><div class="answer" aria-live="polite"></div>
-        <label class="drop"><b>${t("markers.drop")}</b><span class="muted">${t("markers.drop_explain")}</span><input type="file" accept=".csv,text/csv" data-testid="markers-file"></label>
-        <div class="step"></div></div>`);
+    render(
+      el,
+      html`<div class="list-title">
+          <h2></h2>
+          <button type="button" data-step="back"></button>
+        </div>
+        <div class="wizard" data-testid="wizard">
+          <div class="answer" aria-live="polite"></div>
+          <label class="drop"
+            ><b>${t("markers.drop")}</b><span class="muted">${t("markers.drop_explain")}</span
+            ><input type="file" accept=".csv,text/csv" data-testid="markers-file"
+          /></label>
+          <div class="step"></div>
+        </div>`,
+    );
     setText(one("h2", el), file ? file_name(file) : t("markers.import"));
     setText(one("[data-step=back]", el), t(file ? "markers.another_file" : "markers.back"));
     one(".drop", el).hidden = file !== null;
@@ -63,16 +74,37 @@ export function makeFiles(app, el, on) {
   }
 
   function past() {
-    return html`
-      <h3>${t("markers.files")}</h3>
+    return html` <h3>${t("markers.files")}</h3>
       ${list.length === 0 && html`<p class="muted">${t("markers.no_files")}</p>`}
-      ${list.map((one) => html`<div class="card" data-testid="import-row" data-state="${one.state}">
-        <span class="line"><b class="grow">${file_name(one)}</b><span class="tag${one.state === "applied" && " good"}">${t(`markers.state.${one.state}`)}</span></span>
-        <span class="sub">${counts(one)}</span>
-        <span class="sub">${dateTime(one.reverted_at ?? one.applied_at ?? one.created_at)}${one.applied_by && html` · <bdi>${one.applied_by}</bdi>`}${one.reason && html` · <bdi>${one.reason}</bdi>`}</span>
-        <span class="row end">${one.state === "applied" && one.id !== reverting && html`<button type="button" data-revert="${one.id}">${t("markers.revert")}</button>`}${one.state === "compared" && html`<button type="button" data-open="${one.id}">${t("markers.go_on")}</button>`}</span>
-        ${one.state === "applied" && one.id === reverting && html`<form class="revert"><label class="field"><span>${t("markers.reason")}</span><input name="reason" required maxlength="500" autocomplete="off"></label>
-          <div class="row end"><button type="button" data-step="keep">${t("cancel")}</button><button class="main-action" data-testid="revert-import">${t("markers.revert")}</button></div></form>`}</div>`)}`;
+      ${list.map(
+        (one) =>
+          html`<div class="card" data-testid="import-row" data-state="${one.state}">
+            <span class="line"
+              ><b class="grow">${file_name(one)}</b
+              ><span class="tag${one.state === "applied" && " good"}">${t(`markers.state.${one.state}`)}</span></span
+            >
+            <span class="sub">${counts(one)}</span>
+            <span class="sub"
+              >${dateTime(one.reverted_at ?? one.applied_at ?? one.created_at)}${one.applied_by && html` · <bdi>${one.applied_by}</bdi>`}${one.reason && html` · <bdi>${one.reason}</bdi>`}</span
+            >
+            <span class="row end"
+              >${one.state === "applied" && one.id !== reverting && html`<button type="button" data-revert="${one.id}">${t("markers.revert")}</button>`}${one.state === "compared" && html`<button type="button" data-open="${one.id}">${t("markers.go_on")}</button>`}</span
+            >
+            ${
+              one.state === "applied" &&
+              one.id === reverting &&
+              html`<form class="revert">
+                <label class="field"
+                  ><span>${t("markers.reason")}</span><input name="reason" required maxlength="500" autocomplete="off"
+                /></label>
+                <div class="row end">
+                  <button type="button" data-step="keep">${t("cancel")}</button
+                  ><button class="main-action" data-testid="revert-import">${t("markers.revert")}</button>
+                </div>
+              </form>`
+            }
+          </div>`,
+      )}`;
   }
 
   const counts = (/** @type {Import} */ one) => KINDS.map((k) => t(`markers.n.${k}`, { n: one[k] })).join(" · ");
@@ -81,51 +113,145 @@ export function makeFiles(app, el, on) {
   function steps(view) {
     const errors = view.findings.some((finding) => finding.level === "error");
     const warnings = view.findings.some((finding) => finding.level === "warning");
-    return html`
-      <section data-testid="mapping"><h3>1 · ${t("markers.step.columns")}</h3>
+    return html` <section data-testid="mapping">
+        <h3>1 · ${t("markers.step.columns")}</h3>
         <p class="muted">${t("markers.read_as", { rows: view.rows, encoding: view.encoding })}</p>
-        <form class="mapping">${mapping(view)}
-          <label class="check"><input type="checkbox" name="whole_table"${view.whole_table && html` checked`}> ${t("markers.whole_table")}</label></form>
-        <div class="scroll sample" tabindex="0" role="region" aria-label="${t("markers.sample")}"><table><thead><tr>${view.columns.map((column) => html`<th scope="col">${column || "–"}</th>`)}</tr></thead><tbody>${view.sample.slice(0, 3).map((row) => html`<tr>${row.map((cell) => html`<td>${cell}</td>`)}</tr>`)}</tbody></table></div>
+        <form class="mapping">
+          ${mapping(view)}
+          <label class="check"
+            ><input type="checkbox" name="whole_table" ${view.whole_table && html` checked`} />
+            ${t("markers.whole_table")}</label
+          >
+        </form>
+        <div class="scroll sample" tabindex="0" role="region" aria-label="${t("markers.sample")}">
+          <table>
+            <thead>
+              <tr>
+                ${view.columns.map((column) => html`<th scope="col">${column || "–"}</th>`)}
+              </tr>
+            </thead>
+            <tbody>
+              ${view.sample.slice(0, 3).map(
+                (row) =>
+                  html`<tr>
+                    ${row.map((cell) => html`<td>${cell}</td>`)}
+                  </tr>`,
+              )}
+            </tbody>
+          </table>
+        </div>
       </section>
-      <section data-testid="findings"><h3>2 · ${t("markers.step.check")}</h3>
+      <section data-testid="findings">
+        <h3>2 · ${t("markers.step.check")}</h3>
         ${view.findings.length === 0 ? html`<p><span class="tag good">${t("markers.nothing_odd")}</span></p>` : findings(view)}
       </section>
-      <section data-testid="difference"><h3>3 · ${t("markers.step.difference")}</h3>${errors ? html`<p class="muted">${t("markers.after_errors")}</p>` : differences(view)}</section>
-      <section><h3>4 · ${t("markers.step.apply")}</h3>
+      <section data-testid="difference">
+        <h3>3 · ${t("markers.step.difference")}</h3>
+        ${errors ? html`<p class="muted">${t("markers.after_errors")}</p>` : differences(view)}
+      </section>
+      <section>
+        <h3>4 · ${t("markers.step.apply")}</h3>
         <form class="apply">
-          <label class="field"><span>${t("markers.reason")}</span><input name="reason" required maxlength="500" autocomplete="off"></label>
-          ${warnings && html`<label class="check"><input type="checkbox" name="accept" required> ${t("markers.accept_warnings")}</label>`}
-          <div class="row end"><button type="button" data-step="give-up">${t("markers.give_up")}</button><button class="main-action" data-testid="apply-import"${(errors || view.added + view.changed + view.removed === 0) && html` disabled`}>${t("markers.apply")}</button></div>
-        </form></section>`;
+          <label class="field"
+            ><span>${t("markers.reason")}</span><input name="reason" required maxlength="500" autocomplete="off"
+          /></label>
+          ${warnings && html`<label class="check"><input type="checkbox" name="accept" required /> ${t("markers.accept_warnings")}</label>`}
+          <div class="row end">
+            <button type="button" data-step="give-up">${t("markers.give_up")}</button
+            ><button
+              class="main-action"
+              data-testid="apply-import"
+              ${(errors || view.added + view.changed + view.removed === 0) && html` disabled`}
+            >
+              ${t("markers.apply")}
+            </button>
+          </div>
+        </form>
+      </section>`;
   }
 
   /** @param {ImportView} view */
   function mapping({ columns, mapping }) {
     const frame = mapping?.frame ?? "local";
-    const select = (/** @type {string} */ field, optional = false) => html`<label class="field"><span>${t(`markers.column.${field}`)}</span><select name="${field}">${(optional || mapping === null) && html`<option value="">–</option>`}${columns.map((column, i) => html`<option value="${i}"${mapping?.[field] === i && html` selected`}>${column || t("markers.column_number", { n: i + 1 })}</option>`)}</select></label>`;
-    return html`<fieldset><legend>${t("markers.frame")}</legend><div class="choices">${Object.keys(FRAMES).map((f) => html`<label><input type="radio" name="frame" value="${f}"${f === frame && html` checked`}>${t(`markers.frame.${f}`)}</label>`)}</div></fieldset>
+    const select = (/** @type {string} */ field, optional = false) =>
+      html`<label class="field"
+        ><span>${t(`markers.column.${field}`)}</span
+        ><select name="${field}">
+          ${(optional || mapping === null) && html`<option value="">–</option>`}${columns.map((column, i) => html`<option value="${i}" ${mapping?.[field] === i && html` selected`}>${column || t("markers.column_number", { n: i + 1 })}</option>`)}
+        </select></label
+      >`;
+    return html`<fieldset>
+        <legend>${t("markers.frame")}</legend>
+        <div class="choices">
+          ${Object.keys(FRAMES).map((f) => html`<label><input type="radio" name="frame" value="${f}" ${f === frame && html` checked`} />${t(`markers.frame.${f}`)}</label>`)}
+        </div>
+      </fieldset>
       <div class="two">${select("name")}${FRAMES[frame].map((field, i) => select(field, i === 2))}</div>`;
   }
 
   /** @param {ImportView} view */
   function findings(view) {
-    return html`<ul class="findings">${view.findings.slice(0, MOST_ROWS).map((finding) => html`<li data-level="${finding.level}">
-        <span class="tag ${finding.level === "error" ? "bad" : "warn"}">${t(`markers.level.${finding.level}`)}</span>
-        <b>${tOr(`markers.finding.${finding.code}`, finding.code)}</b>
-        <span class="muted">${finding.line !== null && t("markers.line", { line: finding.line })} ${finding.marker}</span>
-        <p>${tOr(`markers.todo.${finding.code}`, "")} <span class="muted">${sentence(`markers.told.${finding.code}`, finding)}</span></p>
-        ${finding.suggested && html`<button type="button" data-suggested="${JSON.stringify(finding.suggested)}">${t("markers.use_suggestion")}</button>`}</li>`)}</ul>
-      ${Object.entries(view.finding_counts).filter(([code, n]) => n > view.findings.filter((f) => f.code === code).length).map(([code, n]) => html`<p class="muted">${t("markers.more_findings", { n, what: tOr(`markers.finding.${code}`, code) })}</p>`)}`;
+    return html`<ul class="findings">
+        ${view.findings.slice(0, MOST_ROWS).map(
+          (finding) =>
+            html`<li data-level="${finding.level}">
+              <span class="tag ${finding.level === "error" ? "bad" : "warn"}"
+                >${t(`markers.level.${finding.level}`)}</span
+              >
+              <b>${tOr(`markers.finding.${finding.code}`, finding.code)}</b>
+              <span class="muted"
+                >${finding.line !== null && t("markers.line", { line: finding.line })} ${finding.marker}</span
+              >
+              <p>
+                ${tOr(`markers.todo.${finding.code}`, "")}
+                <span class="muted">${sentence(null, `markers.told.${finding.code}`, finding)}</span>
+              </p>
+              ${finding.suggested && html`<button type="button" data-suggested="${JSON.stringify(finding.suggested)}">${t("markers.use_suggestion")}</button>`}
+            </li>`,
+        )}
+      </ul>
+      ${Object.entries(view.finding_counts)
+        .filter(([code, n]) => n > view.findings.filter((f) => f.code === code).length)
+        .map(
+          ([code, n]) =>
+            html`<p class="muted">${t("markers.more_findings", { n, what: tOr(`markers.finding.${code}`, code) })}</p>`,
+        )}`;
   }
 
   /** @param {ImportView} view */
   function differences(view) {
     const rows = view.differences.filter((d) => kind === "" || d.change === kind);
-    return html`
-      <div class="choices">${KINDS.map((k) => html`<button type="button" data-kind="${k}" aria-pressed="${String(kind === k)}"${(view[k] === 0 || k === "unchanged") && html` disabled`}>${t(`markers.n.${k}`, { n: view[k] })}</button>`)}</div>
-      ${rows.length > 0 && html`<div class="scroll" tabindex="0" role="region" aria-label="${t("markers.step.difference")}"><table><thead><tr><th>${t("markers.name")}</th><th>${t("markers.what")}</th><th class="num">${t("markers.moves_m")}</th><th class="num">${t("markers.rises_m")}</th><th class="num">${t("markers.line_short")}</th></tr></thead>
-        <tbody>${rows.slice(0, MOST_ROWS).map((d) => html`<tr><td><button type="button" class="quiet name" data-difference="${d.name}">${d.name}</button></td><td>${t(`markers.change.${d.change}`)}</td><td class="num${(d.moved_m ?? 0) > 1 && " warn"}">${number(d.moved_m, 3)}</td><td class="num">${number(d.raised_m, 3)}</td><td class="num">${d.line}</td></tr>`)}</tbody></table></div>`}
+    return html` <div class="choices">
+        ${KINDS.map((k) => html`<button type="button" data-kind="${k}" aria-pressed="${String(kind === k)}" ${(view[k] === 0 || k === "unchanged") && html` disabled`}>${t(`markers.n.${k}`, { n: view[k] })}</button>`)}
+      </div>
+      ${
+        rows.length > 0 &&
+        html`<div class="scroll" tabindex="0" role="region" aria-label="${t("markers.step.difference")}">
+          <table>
+            <thead>
+              <tr>
+                <th>${t("markers.name")}</th>
+                <th>${t("markers.what")}</th>
+                <th class="num">${t("markers.moves_m")}</th>
+                <th class="num">${t("markers.rises_m")}</th>
+                <th class="num">${t("markers.line_short")}</th>
+              </tr>
+            </thead>
+            <tbody>
+              ${rows.slice(0, MOST_ROWS).map(
+                (d) =>
+                  html`<tr>
+                    <td><button type="button" class="quiet name" data-difference="${d.name}">${d.name}</button></td>
+                    <td>${t(`markers.change.${d.change}`)}</td>
+                    <td class="num${(d.moved_m ?? 0) > 1 && " warn"}">${number(d.moved_m, 3)}</td>
+                    <td class="num">${number(d.raised_m, 3)}</td>
+                    <td class="num">${d.line}</td>
+                  </tr>`,
+              )}
+            </tbody>
+          </table>
+        </div>`
+      }
       ${rows.length > MOST_ROWS && html`<p class="muted">${t("markers.shown_of", { shown: MOST_ROWS, all: rows.length })}</p>`}`;
   }
 
@@ -138,9 +264,14 @@ export function makeFiles(app, el, on) {
     } catch (error) {
       answer = problemBox(error);
       if (error instanceof api.Problem && error.code === "table_moved_on" && file) {
-        answer = html`${answer}<div class="row end"><button type="button" data-step="again">${t("markers.compare_again")}</button></div>`;
+        answer = html`${answer}
+          <div class="row end"><button type="button" data-step="again">${t("markers.compare_again")}</button></div>`;
       } else if (error instanceof api.Problem && error.code === "changed_since" && Array.isArray(error.current)) {
-        answer = html`${answer}<ul>${error.current.map((c) => html`<li><b>${c.name}</b></li>`)}</ul><div class="row end"><button type="button" data-step="skip">${t("markers.revert_others")}</button></div>`;
+        answer = html`${answer}
+          <ul>
+            ${error.current.map((c) => html`<li><b>${c.name}</b></li>`)}
+          </ul>
+          <div class="row end"><button type="button" data-step="skip">${t("markers.revert_others")}</button></div>`;
       }
     }
     el.removeAttribute("aria-busy");
@@ -148,11 +279,12 @@ export function makeFiles(app, el, on) {
   }
 
   /** The file once more, as the form or a suggestion has it. @param {Mapping | null} mapping */
-  const readAgain = (mapping) => run(async () => {
-    if (!file) return;
-    const whole_table = /** @type {HTMLInputElement} */ (one("[name=whole_table]", el)).checked;
-    file = await api.readImport(file.id, { mapping, whole_table });
-  });
+  const readAgain = (mapping) =>
+    run(async () => {
+      if (!file) return;
+      const whole_table = /** @type {HTMLInputElement} */ (one("[name=whole_table]", el)).checked;
+      file = await api.readImport(file.id, { mapping, whole_table });
+    });
 
   /** @returns {Mapping | null} null while a column is missing */
   function chosenMapping() {
@@ -176,12 +308,13 @@ export function makeFiles(app, el, on) {
   const fetchList = async () => {
     list = await api.markerImports();
   };
-  const revert = (skip = false) => run(async () => {
-    await api.revertImport(reverting, { reason: why, skip_changed: skip });
-    reverting = "";
-    await Promise.all([fetchList(), on.changed()]);
-    answer = html`<div class="done" role="status">${t("markers.reverted")}</div>`;
-  });
+  const revert = (skip = false) =>
+    run(async () => {
+      await api.revertImport(reverting, { reason: why, skip_changed: skip });
+      reverting = "";
+      await Promise.all([fetchList(), on.changed()]);
+      answer = html`<div class="done" role="status">${t("markers.reverted")}</div>`;
+    });
 
   const onClick = (/** @type {Event} */ event) => {
     const target = /** @type {HTMLElement} */ (event.target).closest("button");
@@ -194,7 +327,10 @@ export function makeFiles(app, el, on) {
       return el.querySelector(/** @type {"input"} */ ("form.revert input"))?.focus();
     }
     if (step === "skip") return revert(true);
-    if (open) return run(async () => { file = await api.markerImport(open); });
+    if (open)
+      return run(async () => {
+        file = await api.markerImport(open);
+      });
     if (suggested) return readAgain(JSON.parse(suggested));
     if (asked) {
       kind = kind === asked ? "" : asked;
@@ -207,11 +343,12 @@ export function makeFiles(app, el, on) {
       return;
     }
     if (step === "again") return readAgain(file?.mapping ?? null);
-    if (step === "give-up") return run(async () => {
-      if (file) await api.giveUpImport(file.id);
-      file = null;
-      await fetchList();
-    });
+    if (step === "give-up")
+      return run(async () => {
+        if (file) await api.giveUpImport(file.id);
+        file = null;
+        await fetchList();
+      });
     if (step === "back") {
       if (!file) return on.closed();
       file = null;
@@ -226,7 +363,13 @@ export function makeFiles(app, el, on) {
         kind = "";
         file = await api.sendImport(chosen, chosen.name);
         input.value = "";
-        app.stage.show(file.differences.flatMap(({ before, after }) => [before, after].flatMap((place) => (place ? [/** @type {import("../geometry.js").EastNorth} */ ([place.e_m, place.n_m])] : []))));
+        app.stage.show(
+          file.differences.flatMap(({ before, after }) =>
+            [before, after].flatMap((place) =>
+              place ? [/** @type {import("../geometry.js").EastNorth} */ ([place.e_m, place.n_m])] : [],
+            ),
+          ),
+        );
       });
     }
     if (input.closest("form.mapping")) {
@@ -245,10 +388,15 @@ export function makeFiles(app, el, on) {
     if (!form.matches("form.apply") || !file) return;
     const { id } = file;
     run(async () => {
-      const applied = await api.applyImport(id, { reason: data.get("reason"), accept_warnings: data.get("accept") === "on" });
+      const applied = await api.applyImport(id, {
+        reason: data.get("reason"),
+        accept_warnings: data.get("accept") === "on",
+      });
       file = null;
       await Promise.all([fetchList(), on.changed()]);
-      answer = html`<div class="done" role="status">${t("markers.imported", { file: applied.file_name ?? "", added: applied.added, changed: applied.changed, removed: applied.removed, unchanged: applied.unchanged })}</div>`;
+      answer = html`<div class="done" role="status">
+        ${t("markers.imported", { file: applied.file_name ?? "", added: applied.added, changed: applied.changed, removed: applied.removed, unchanged: applied.unchanged })}
+      </div>`;
     });
   };
   el.addEventListener("click", onClick);

@@ -24,23 +24,58 @@ const REACH_PX = 14;
 
 /** @type {import("../ui/router.js").MakeView} */
 export function markersView(app, side) {
-  render(side, html`
-    <div class="side-head">
-      <div class="row"><h1 class="grow" data-t="nav.markers"></h1>${app.may("survey") && html`<button type="button" data-action="add" data-t="markers.add"></button><button type="button" data-action="files" data-t="markers.import" data-testid="import-markers"></button>`}<a class="button" href="${api.markersFile}" download data-t="markers.export"></a></div>
-      <div class="row filters for-table">
-        <input type="search" class="grow" data-t-hint="markers.search" data-t-label="markers.search" autocomplete="off">
-        <select data-filter="sector" data-t-label="markers.sector"></select>
-        <button type="button" data-action="suspects" aria-pressed="false" data-testid="suspects"></button>
+  render(
+    side,
+    html` <div class="side-head">
+        <div class="row">
+          <h1 class="grow" data-t="nav.markers"></h1>
+          ${app.may("survey") && html`<button type="button" data-action="add" data-t="markers.add"></button><button type="button" data-action="files" data-t="markers.import" data-testid="import-markers"></button>`}<a
+            class="button"
+            href="${api.markersFile}"
+            download
+            data-t="markers.export"
+          ></a>
+        </div>
+        <div class="row filters for-table">
+          <input
+            type="search"
+            class="grow"
+            data-t-hint="markers.search"
+            data-t-label="markers.search"
+            autocomplete="off"
+          />
+          <select data-filter="sector" data-t-label="markers.sector"></select>
+          <button type="button" data-action="suspects" aria-pressed="false" data-testid="suspects"></button>
+        </div>
+        <p class="muted count for-table" aria-live="polite"></p>
       </div>
-      <p class="muted count for-table" aria-live="polite"></p>
-    </div>
-    <div class="answer"></div>
-    <div class="list"><table class="markers" data-testid="markers"><thead><tr>
-      <th data-t="markers.name"></th><th class="num" data-t="axis.east_m"></th><th class="num" data-t="axis.north_m"></th><th class="num" data-t="axis.up_m"></th><th class="num" data-t="markers.visits"></th><th class="num" data-t="markers.off"></th>
-    </tr></thead><tbody></tbody></table></div>
-    <div class="files" hidden></div>`);
+      <div class="answer"></div>
+      <div class="list">
+        <table class="markers" data-testid="markers">
+          <thead>
+            <tr>
+              <th data-t="markers.name"></th>
+              <th class="num" data-t="axis.east_m"></th>
+              <th class="num" data-t="axis.north_m"></th>
+              <th class="num" data-t="axis.up_m"></th>
+              <th class="num" data-t="markers.visits"></th>
+              <th class="num" data-t="markers.off"></th>
+            </tr>
+          </thead>
+          <tbody></tbody>
+        </table>
+      </div>
+      <div class="files" hidden></div>`,
+  );
   translate(side);
-  render(one("#legend"), html`<span><svg viewBox="0 0 16 16" aria-hidden="true"><rect x="3" y="3" width="10" height="10" fill="none" stroke="currentColor" stroke-width="2"/></svg>${t("markers.suspect_survey")}</span>`);
+  render(
+    one("#legend"),
+    html`<span
+      ><svg viewBox="0 0 16 16" aria-hidden="true">
+        <rect x="3" y="3" width="10" height="10" fill="none" stroke="currentColor" stroke-width="2" /></svg
+      >${t("markers.suspect_survey")}</span
+    >`,
+  );
 
   /** @type {Marker[]} */
   let markers = [];
@@ -52,13 +87,20 @@ export function markersView(app, side) {
   let gone = false;
   const survey = /** @type {import("../map/survey.js").Survey} */ ({ selected: null, suspects: [], differences: [] });
   app.survey = survey;
-  const canvas = (app.layers.survey ??= app.stage.canvas("trails", drawSurvey(() => app.survey)));
+  const canvas = (app.layers.survey ??= app.stage.canvas(
+    "trails",
+    drawSurvey(() => app.survey),
+  ));
   canvas.setShown(true);
 
   const search = /** @type {HTMLInputElement} */ (one("input[type=search]", side));
   const sector = /** @type {HTMLSelectElement} */ (one("[data-filter=sector]", side));
   const suspectsButton = one("[data-action=suspects]", side);
-  render(sector, html`<option value="">${t("markers.all_sectors")}</option>${app.plan.sectors.map((s) => html`<option value="${s.name}">${t("markers.in_sector", { sector: s.name })}</option>`)}`);
+  render(
+    sector,
+    html`<option value="">${t("markers.all_sectors")}</option>
+      ${app.plan.sectors.map((s) => html`<option value="${s.name}">${t("markers.in_sector", { sector: s.name })}</option>`)}`,
+  );
   const sectorOf = new Map(app.plan.nodes.map((node) => [node.name, node.sector]));
 
   const details = makeDetails(app, {
@@ -99,22 +141,34 @@ export function markersView(app, side) {
 
   function show() {
     const wanted = search.value.trim().toUpperCase();
-    const hits = markers.filter((m) =>
-      m.name.toUpperCase().includes(wanted)
-      && (sector.value === "" || (sectorOf.get(m.name) ?? m.name[0]) === sector.value)
-      && (!onlySuspects || residuals.get(m.name)?.suspect));
+    const hits = markers.filter(
+      (m) =>
+        m.name.toUpperCase().includes(wanted) &&
+        (sector.value === "" || (sectorOf.get(m.name) ?? m.name[0]) === sector.value) &&
+        (!onlySuspects || residuals.get(m.name)?.suspect),
+    );
     const suspects = markers.filter((m) => residuals.get(m.name)?.suspect);
-    survey.suspects = suspects.map((m) => ({ e_m: m.e_m, n_m: m.n_m, mean_m: residuals.get(m.name)?.mean_m ?? [0, 0] }));
+    survey.suspects = suspects.map((m) => ({
+      e_m: m.e_m,
+      n_m: m.n_m,
+      mean_m: residuals.get(m.name)?.mean_m ?? [0, 0],
+    }));
     canvas.invalidate();
     suspectsButton.textContent = t("markers.suspects", { n: suspects.length });
     setAttribute(suspectsButton, "aria-pressed", String(onlySuspects));
-    render(one(".count", side), html`${t("markers.count", { shown: Math.min(hits.length, MOST_ROWS), hits: hits.length, all: markers.length })}`);
-    render(one(".markers tbody", side), html`${hits.slice(0, MOST_ROWS).map((m) => {
-      const found = residuals.get(m.name);
-      return html`<tr${m.name === chosen && html` aria-selected="true"`}><td><button type="button" class="quiet name" data-marker="${m.name}"${m.name === chosen && html` aria-current="true"`}>${m.name}</button></td>
+    render(
+      one(".count", side),
+      html`${t("markers.count", { shown: Math.min(hits.length, MOST_ROWS), hits: hits.length, all: markers.length })}`,
+    );
+    render(
+      one(".markers tbody", side),
+      html`${hits.slice(0, MOST_ROWS).map((m) => {
+        const found = residuals.get(m.name);
+        return html`<tr${m.name === chosen && html` aria-selected="true"`}><td><button type="button" class="quiet name" data-marker="${m.name}"${m.name === chosen && html` aria-current="true"`}>${m.name}</button></td>
         <td class="num">${number(m.e_m, 3)}</td><td class="num">${number(m.n_m, 3)}</td><td class="num">${number(m.u_m, 3)}</td>
         <td class="num">${found ? found.visits : ""}</td><td class="num${found?.suspect && " warn"}">${found && html`${number(found.mean_length_m, 2)}${found.suspect && html` <b title="${t("markers.suspect_survey")}">!</b>`}`}</td></tr>`;
-    })}`);
+      })}`,
+    );
   }
 
   /** @param {string | null} name */
@@ -168,7 +222,10 @@ export function markersView(app, side) {
     if (details.busy()) return;
     const reach_m = REACH_PX / 2 ** app.stage.map.getZoom();
     const [e, n] = [event.latlng.lng, event.latlng.lat];
-    const near = markers.map((m) => ({ m, d: Math.hypot(m.e_m - e, m.n_m - n) })).filter(({ d }) => d <= reach_m).sort((a, b) => a.d - b.d)[0];
+    const near = markers
+      .map((m) => ({ m, d: Math.hypot(m.e_m - e, m.n_m - n) }))
+      .filter(({ d }) => d <= reach_m)
+      .sort((a, b) => a.d - b.d)[0];
     choose(near ? near.m.name : null);
   };
   app.stage.map.on("click", onMapClick);

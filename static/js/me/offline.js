@@ -10,7 +10,9 @@ export async function keepShell() {
   try {
     await navigator.serviceWorker.register("/sw.js");
     const { active } = await navigator.serviceWorker.ready;
-    const loaded = performance.getEntriesByType("resource").map((entry) => new URL(entry.name).pathname + new URL(entry.name).search);
+    const loaded = performance
+      .getEntriesByType("resource")
+      .map((entry) => new URL(entry.name).pathname + new URL(entry.name).search);
     active?.postMessage({ type: "keep", paths: ["/", ...loaded] });
     return active !== null;
   } catch {

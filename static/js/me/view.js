@@ -34,7 +34,10 @@ export function meView(app, side) {
     onSent(entry, answer) {
       if (entry.kind !== "visit") return;
       const keyed = mine.keyed.find((k) => k.id === entry.id);
-      const visit = answer?.visits?.find((/** @type {any} */ v) => v.marker === entry.body.marker && Math.abs(v.t_start_ns - entry.body.t_start_s * 1e9) < 1e6);
+      const visit = answer?.visits?.find(
+        (/** @type {any} */ v) =>
+          v.marker === entry.body.marker && Math.abs(v.t_start_ns - entry.body.t_start_s * 1e9) < 1e6,
+      );
       if (!keyed || !visit) return;
       keyed.visit_id = visit.id;
       save();
@@ -44,26 +47,79 @@ export function meView(app, side) {
   });
 
   const letters = firstLetters(app.plan.nodes.map((node) => node.name));
-  const key = (/** @type {string} */ name, /** @type {string} */ label, /** @type {string} */ words) => html`<button type="button" class="key" data-key="${name}" ${words && html`aria-label="${t(words)}"`}>${label}</button>`;
-  render(side, html`<div class="me" data-testid="me">
-    <h1 class="unseen" data-t="me.title"></h1>
-    ${mayNot(app, "walk")}
-    <section class="who"><label class="field"><span data-t="me.who"></span><select name="who" data-testid="me-who"></select></label>
-      <div class="walk-state"><p class="state" role="status" data-testid="me-state"></p><button type="button" class="walk" data-testid="me-walk"></button></div></section>
-    <section class="at"><h2 data-t="me.at"></h2>
-      <div class="chips" data-testid="me-chips"></div>
-      <div class="said"><output class="typed" data-testid="me-typed"></output><p class="check" role="status" data-testid="me-check"></p></div>
-      <div class="pad">${letters.length > 0 && html`<div class="letters">${letters.map((l) => key(l, l, ""))}</div>`}
-        <div class="digits">${["1", "2", "3", "4", "5", "6", "7", "8", "9"].map((d) => key(d, d, ""))}${key("clear", "C", "me.clear")}${key("0", "0", "")}${key("back", "⌫", "me.back")}</div>
-        <button type="button" class="main-action enter" data-testid="me-enter"></button></div></section>
-    <section class="told"><h2 data-t="me.told"></h2><ul class="keyed" data-testid="me-keyed"></ul></section>
-    <section class="fault"><details data-testid="me-fault"><summary data-t="me.fault"></summary><form novalidate>
-      <label class="field"><span data-t="fault.kind"></span><select name="kind">${FAULT_KINDS.map((k) => html`<option value="${k}">${t(`fault.kind.${k}`)}</option>`)}</select></label>
-      <fieldset><legend data-t="fault.severity"></legend><div class="choices">${SEVERITIES.map((s) => html`<label><input type="radio" name="severity" value="${s}" ${s === "medium" && "checked"}><span>${t(`severity.${s}`)}</span></label>`)}</div></fieldset>
-      <label class="field"><span data-t="me.fault_marker"></span><input name="marker" autocomplete="off" autocapitalize="characters" spellcheck="false"></label>
-      <label class="field"><span data-t="fault.text"></span><textarea name="text" maxlength="2000" rows="3"></textarea></label>
-      <p class="answer" role="status"></p><button class="main-action" data-testid="me-report" data-t="fault.send"></button></form></details></section>
-    <section class="outbox" data-testid="me-outbox"><p class="waits" role="status"></p><ul></ul><p class="muted offline"></p></section></div>`);
+  const key = (/** @type {string} */ name, /** @type {string} */ label, /** @type {string} */ words) =>
+    html`<button type="button" class="key" data-key="${name}" ${words && html`aria-label="${t(words)}"`}>
+      ${label}
+    </button>`;
+  render(
+    side,
+    html`<div class="me" data-testid="me">
+      <h1 class="unseen" data-t="me.title"></h1>
+      ${mayNot(app, "walk")}
+      <section class="who">
+        <label class="field"
+          ><span data-t="me.who"></span
+          ><select name="who" data-testid="me-who"></select
+        ></label>
+        <div class="walk-state">
+          <p class="state" role="status" data-testid="me-state"></p>
+          <button type="button" class="walk" data-testid="me-walk"></button>
+        </div>
+      </section>
+      <section class="at">
+        <h2 data-t="me.at"></h2>
+        <div class="chips" data-testid="me-chips"></div>
+        <div class="said">
+          <output class="typed" data-testid="me-typed"></output>
+          <p class="check" role="status" data-testid="me-check"></p>
+        </div>
+        <div class="pad">
+          ${letters.length > 0 && html`<div class="letters">${letters.map((l) => key(l, l, ""))}</div>`}
+          <div class="digits">
+            ${["1", "2", "3", "4", "5", "6", "7", "8", "9"].map((d) => key(d, d, ""))}${key("clear", "C", "me.clear")}${key("0", "0", "")}${key("back", "⌫", "me.back")}
+          </div>
+          <button type="button" class="main-action enter" data-testid="me-enter"></button>
+        </div>
+      </section>
+      <section class="told">
+        <h2 data-t="me.told"></h2>
+        <ul class="keyed" data-testid="me-keyed"></ul>
+      </section>
+      <section class="fault">
+        <details data-testid="me-fault">
+          <summary data-t="me.fault"></summary>
+          <form novalidate>
+            <label class="field"
+              ><span data-t="fault.kind"></span
+              ><select name="kind">
+                ${FAULT_KINDS.map((k) => html`<option value="${k}">${t(`fault.kind.${k}`)}</option>`)}
+              </select></label
+            >
+            <fieldset>
+              <legend data-t="fault.severity"></legend>
+              <div class="choices">
+                ${SEVERITIES.map((s) => html`<label><input type="radio" name="severity" value="${s}" ${s === "medium" && "checked"} /><span>${t(`severity.${s}`)}</span></label>`)}
+              </div>
+            </fieldset>
+            <label class="field"
+              ><span data-t="me.fault_marker"></span
+              ><input name="marker" autocomplete="off" autocapitalize="characters" spellcheck="false"
+            /></label>
+            <label class="field"
+              ><span data-t="fault.text"></span><textarea name="text" maxlength="2000" rows="3"></textarea>
+            </label>
+            <p class="answer" role="status"></p>
+            <button class="main-action" data-testid="me-report" data-t="fault.send"></button>
+          </form>
+        </details>
+      </section>
+      <section class="outbox" data-testid="me-outbox">
+        <p class="waits" role="status"></p>
+        <ul></ul>
+        <p class="muted offline"></p>
+      </section>
+    </div>`,
+  );
   translate(side);
 
   const who = /** @type {HTMLSelectElement} */ (one("[name=who]", side));
@@ -74,7 +130,8 @@ export function meView(app, side) {
   const save = () => rememberMine(storage, mine);
   const now = () => serverNow(app.live, Date.now());
   /** The walk that a device streams for this inspector, if it does. */
-  const liveSession = () => people(app.live, Date.now()).find((p) => p.inspector.id === mine.inspector_id)?.session ?? null;
+  const liveSession = () =>
+    people(app.live, Date.now()).find((p) => p.inspector.id === mine.inspector_id)?.session ?? null;
 
   /** The walk that visits belong to: the streamed one before one that was begun here. */
   function walk() {
@@ -100,7 +157,11 @@ export function meView(app, side) {
     const list = [...app.live.inspectors.values()];
     const names = (list.length > 0 ? list : storedInspectors()).filter((i) => app.writesFor(i.id));
     if (list.length > 0) storage.remember("inspectors", JSON.stringify(list.map(({ id, name }) => ({ id, name }))));
-    render(who, html`<option value="">${t("me.choose")}</option>${names.map((i) => html`<option value="${i.id}">${i.name}</option>`)}`);
+    render(
+      who,
+      html`<option value="">${t("me.choose")}</option>
+        ${names.map((i) => html`<option value="${i.id}">${i.name}</option>`)}`,
+    );
     if (names.some((i) => i.id === mine.inspector_id)) who.value = mine.inspector_id;
   }
 
@@ -108,7 +169,18 @@ export function meView(app, side) {
     const current = walk();
     const { position, last, stand } = known();
     const state = one(".state", side);
-    setText(state, !mine.inspector_id ? t("me.state.nobody") : !current ? (mine.ended ? t("me.state.ended") : t("me.state.idle")) : t(current.live ? "me.state.live" : "me.state.walking", { time: duration((now() - current.started_ms) / 1000) }));
+    setText(
+      state,
+      !mine.inspector_id
+        ? t("me.state.nobody")
+        : !current
+          ? mine.ended
+            ? t("me.state.ended")
+            : t("me.state.idle")
+          : t(current.live ? "me.state.live" : "me.state.walking", {
+              time: duration((now() - current.started_ms) / 1000),
+            }),
+    );
     walkButton.hidden = current?.live ?? false;
     walkButton.disabled = !mine.inspector_id;
     setText(walkButton, t(current ? "me.stop" : "me.start"));
@@ -118,17 +190,26 @@ export function meView(app, side) {
     const place = app.grid.named(typed);
     const check = one(".check", side);
     const against = place ? doubt(place, { position, last }) : null;
-    const words = typed === "" ? (current ? "" : t("me.start_hint"))
-      : !place ? t("me.unknown", { marker: typed })
-      : against ? t(`me.doubt.${against.key}`, { metres: length(against.metres) })
-      : t("me.known", { e: place.e_m.toFixed(1), n: place.n_m.toFixed(1) });
+    const words =
+      typed === ""
+        ? current
+          ? ""
+          : t("me.start_hint")
+        : !place
+          ? t("me.unknown", { marker: typed })
+          : against
+            ? t(`me.doubt.${against.key}`, { metres: length(against.metres) })
+            : t("me.known", { e: place.e_m.toFixed(1), n: place.n_m.toFixed(1) });
     setText(check, words);
     setAttribute(check, "data-tone", typed && !place ? "bad" : against ? "warn" : null);
     setText(enter, t(against && doubted === typed ? "me.enter_anyway" : "me.enter"));
     enter.disabled = !place || !current;
 
     const near = position ? position.position_m : last ? [last.place.e_m, last.place.n_m] : null;
-    render(one(".chips", side), html`${chips(stand, near, (e, n, k) => app.grid.nearest(e, n, k)).map((c) => html`<button type="button" class="chip" data-chip="${c.marker}"><b>${c.marker}</b> <small>${c.distance_m !== null && length(c.distance_m)}${c.probability !== null && ` ${percent(c.probability)}`}</small></button>`)}`);
+    render(
+      one(".chips", side),
+      html`${chips(stand, near, (e, n, k) => app.grid.nearest(e, n, k)).map((c) => html`<button type="button" class="chip" data-chip="${c.marker}"><b>${c.marker}</b> <small>${c.distance_m !== null && length(c.distance_m)}${c.probability !== null && ` ${percent(c.probability)}`}</small></button>`)}`,
+    );
     showKeyed(current);
     showOutbox();
   }
@@ -136,16 +217,33 @@ export function meView(app, side) {
   /** @param {ReturnType<typeof walk>} current */
   function showKeyed(current) {
     const waiting = new Set(outbox.entries().map((entry) => entry.id));
-    const rows = mine.keyed.filter((k) => !current || k.session_id === current.id).slice(-5).reverse();
-    render(one(".keyed", side), html`${rows.map((k) => {
-      const left_s = Math.ceil((UNDO_MS - (now() - k.at_ms)) / 1000);
-      const visit = app.live.sessions.get(k.session_id)?.visits.find((v) => v.id === k.visit_id);
-      const rejected = !k.undone && visit?.accepted === false;
-      const word = k.undone ? "undone" : rejected ? "rejected" : waiting.has(k.id) ? "waits" : visit?.accepted ? "accepted" : "sent";
-      return html`<li data-state="${word}"><b>${k.marker}</b> <span class="tag ${rejected ? "bad" : word === "accepted" ? "good" : ""}">${t(`me.keyed.${word}`)}</span>
-        ${rejected && html`<p class="warning" role="alert">${t("me.not_here", { marker: k.marker, reason: visit?.reason ?? "" })}</p>`}
-        ${!k.undone && left_s > 0 && html`<button type="button" data-undo="${k.id}">${t("me.undo", { s: left_s })}</button>`}</li>`;
-    })}`);
+    const rows = mine.keyed
+      .filter((k) => !current || k.session_id === current.id)
+      .slice(-5)
+      .reverse();
+    render(
+      one(".keyed", side),
+      html`${rows.map((k) => {
+        const remaining_s = Math.ceil((UNDO_MS - (now() - k.at_ms)) / 1000);
+        const visit = app.live.sessions.get(k.session_id)?.visits.find((v) => v.id === k.visit_id);
+        const rejected = !k.undone && visit?.accepted === false;
+        const word = k.undone
+          ? "undone"
+          : rejected
+            ? "rejected"
+            : waiting.has(k.id)
+              ? "waits"
+              : visit?.accepted
+                ? "accepted"
+                : "sent";
+        return html`<li data-state="${word}">
+          <b>${k.marker}</b>
+          <span class="tag ${rejected ? "bad" : word === "accepted" ? "good" : ""}">${t(`me.keyed.${word}`)}</span>
+          ${rejected && html`<p class="warning" role="alert">${t("me.not_here", { marker: k.marker, reason: visit?.reason ?? "" })}</p>`}
+          ${!k.undone && remaining_s > 0 && html`<button type="button" data-undo="${k.id}">${t("me.undo", { s: remaining_s })}</button>`}
+        </li>`;
+      })}`,
+    );
     one(".told", side).hidden = rows.length === 0;
   }
 
@@ -153,8 +251,20 @@ export function meView(app, side) {
     const entries = outbox.entries();
     setText(one(".waits", side), entries.length === 0 ? t("me.all_sent") : t("me.waits", { n: entries.length }));
     setAttribute(one(".outbox", side), "data-waiting", entries.length > 0 ? "yes" : null);
-    render(one(".outbox ul", side), html`${entries.map((entry) => html`<li data-entry="${entry.kind}">${t(`me.entry.${entry.kind}`)} ${entry.body.marker ?? ""}
-      ${entry.refused && html`<p class="warning" role="alert">${entry.refused}</p><button type="button" data-drop="${entry.id}">${t("me.drop")}</button>`}</li>`)}`);
+    render(
+      one(".outbox ul", side),
+      html`${entries.map(
+        (entry) =>
+          html`<li data-entry="${entry.kind}">
+            ${t(`me.entry.${entry.kind}`)} ${entry.body.marker ?? ""}
+            ${
+              entry.refused &&
+              html`<p class="warning" role="alert">${entry.refused}</p>
+                <button type="button" data-drop="${entry.id}">${t("me.drop")}</button>`
+            }
+          </li>`,
+      )}`,
+    );
   }
 
   function startWalk() {
@@ -165,7 +275,16 @@ export function meView(app, side) {
     mine.ended = null;
     mine.keyed = [];
     save();
-    outbox.add({ id, kind: "walk", at_ms: started_ms, body: { inspector_id: mine.inspector_id, started_at: new Date(started_ms).toISOString(), ...(place ? { start: { marker: place.name } } : {}) } });
+    outbox.add({
+      id,
+      kind: "walk",
+      at_ms: started_ms,
+      body: {
+        inspector_id: mine.inspector_id,
+        started_at: new Date(started_ms).toISOString(),
+        ...(place ? { start: { marker: place.name } } : {}),
+      },
+    });
     typed = "";
     show();
   }
@@ -192,7 +311,15 @@ export function meView(app, side) {
     const at_ms = now();
     const times = visitTimes(current.started_ms, at_ms, stand ? [stand] : []);
     const id = newId();
-    mine.keyed.push({ id, marker: place.name, at_ms, session_id: current.id, t_start_ns: times.t_start_s * 1e9, visit_id: null, undone: false });
+    mine.keyed.push({
+      id,
+      marker: place.name,
+      at_ms,
+      session_id: current.id,
+      t_start_ns: times.t_start_s * 1e9,
+      visit_id: null,
+      undone: false,
+    });
     save();
     typed = "";
     doubted = "";
@@ -214,7 +341,12 @@ export function meView(app, side) {
   function sendTakeBack(keyed) {
     // Under way still: its answer takes it back.
     if (keyed.visit_id === null) return;
-    outbox.add({ id: newId(), kind: "take_back", at_ms: now(), body: { session_id: keyed.session_id, visit_id: keyed.visit_id, marker: keyed.marker } });
+    outbox.add({
+      id: newId(),
+      kind: "take_back",
+      at_ms: now(),
+      body: { session_id: keyed.session_id, visit_id: keyed.visit_id, marker: keyed.marker },
+    });
   }
 
   function reportFault() {
@@ -227,11 +359,19 @@ export function meView(app, side) {
     const at_ms = now();
     const current = walk();
     const text = String(data.get("text") ?? "").trim();
-    outbox.add({ id: newId(), kind: "fault", at_ms, body: {
-      ...(current ? { session_id: current.id } : { inspector_id: mine.inspector_id }),
-      reported_at: new Date(at_ms).toISOString(), kind: data.get("kind"), severity: data.get("severity"),
-      ...(text ? { text } : {}), ...(place ? { marker: place.name } : {}),
-    } });
+    outbox.add({
+      id: newId(),
+      kind: "fault",
+      at_ms,
+      body: {
+        ...(current ? { session_id: current.id } : { inspector_id: mine.inspector_id }),
+        reported_at: new Date(at_ms).toISOString(),
+        kind: data.get("kind"),
+        severity: data.get("severity"),
+        ...(text ? { text } : {}),
+        ...(place ? { marker: place.name } : {}),
+      },
+    });
     form.reset();
     setText(answer, t("me.fault_taken"));
     show();

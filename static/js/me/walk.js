@@ -25,7 +25,9 @@ export function recallMine(storage) {
   const empty = { inspector_id: "", walk: null, ended: null, keyed: [] };
   try {
     const found = JSON.parse(storage.recall(KEY) ?? "null");
-    return found && typeof found.inspector_id === "string" && Array.isArray(found.keyed) ? { ...empty, ...found } : empty;
+    return found && typeof found.inspector_id === "string" && Array.isArray(found.keyed)
+      ? { ...empty, ...found }
+      : empty;
   } catch {
     return empty;
   }
@@ -84,9 +86,16 @@ export function doubt(place, { position, last }) {
  */
 export function chips(stand, near, nearest) {
   const named = (stand?.candidates ?? []).filter((c) => c.marker !== null);
-  if (named.length > 0) return named.slice(0, 6).map((c) => ({ marker: c.marker ?? "", distance_m: c.distance_m, probability: c.probability }));
+  if (named.length > 0)
+    return named
+      .slice(0, 6)
+      .map((c) => ({ marker: c.marker ?? "", distance_m: c.distance_m, probability: c.probability }));
   if (!near) return [];
-  return nearest(near[0], near[1], 6).map(({ place, distance_m }) => ({ marker: place.name, distance_m, probability: null }));
+  return nearest(near[0], near[1], 6).map(({ place, distance_m }) => ({
+    marker: place.name,
+    distance_m,
+    probability: null,
+  }));
 }
 
 /** The letters that the names of markers begin with: keys of the pad. @param {Iterable<string>} names */

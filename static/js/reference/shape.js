@@ -18,7 +18,8 @@ export function shapeLines(schema, document, depth = 0) {
   const choices = schema.anyOf ?? schema.oneOf;
   if (choices) {
     const [first, ...others] = choices.map((/** @type {any} */ one) => shapeLines(one, document, depth));
-    if ([first, ...others].every((lines) => lines.length === 1)) return [[first, ...others].map((lines) => lines[0]).join(" | ")];
+    if ([first, ...others].every((lines) => lines.length === 1))
+      return [[first, ...others].map((lines) => lines[0]).join(" | ")];
     return [first, ...others].flatMap((lines, i) => (i === 0 ? lines : ["or", ...lines]));
   }
   if (schema.enum) return [schema.enum.map((/** @type {any} */ word) => JSON.stringify(word)).join(" | ")];
@@ -28,8 +29,12 @@ export function shapeLines(schema, document, depth = 0) {
     const lines = Object.entries(schema.properties).flatMap(([name, property]) => {
       const needed = schema.required?.includes(name) ? "" : "?";
       const [first, ...rest] = shapeLines(property, document, depth + 1);
-      const words = property.description ?? document.components?.schemas?.[property.$ref?.split("/").at(-1)]?.description;
-      return [`  ${name}${needed}: ${first}${words && rest.length === 0 ? `   ${words.split("\n")[0]}` : ""}`, ...rest.map((line) => `  ${line}`)];
+      const words =
+        property.description ?? document.components?.schemas?.[property.$ref?.split("/").at(-1)]?.description;
+      return [
+        `  ${name}${needed}: ${first}${words && rest.length === 0 ? `   ${words.split("\n")[0]}` : ""}`,
+        ...rest.map((line) => `  ${line}`),
+      ];
     });
     return ["{", ...lines, "}"];
   }

@@ -5,20 +5,30 @@ import { openapi } from "../api.js";
 import { html, one, render } from "../html.js";
 import { t, translate } from "../i18n.js";
 import { problemBox } from "../ui/problem.js";
-import { clients } from "./clients.js";
+import { keyOf, systemNamed } from "../systems/index.js";
 import { shapeLines } from "./shape.js";
 
 /** @typedef {{method: string, path: string, about: string, right: string, takes: any, gives: any, parameters: any[]}} Route */
 
 /** @type {import("../ui/router.js").MakeView} */
 export function referenceView(_app, side) {
-  render(side, html`<div class="page reference">
-    <h1 data-t="reference.title"></h1>
-    <p class="lead"><span data-t="reference.lead"></span> <a href="/api/v1/openapi.json" download data-t="reference.file"></a></p>
-    <div class="block"><h2 data-t="reference.client"></h2><p class="muted" data-t="reference.client_how"></p>
-      ${clients(location.origin).map(([name, lines]) => html`<h3>${name}</h3><pre class="mono" tabindex="0">${lines}</pre>`)}</div>
-    <input type="search" data-t-hint="reference.search" data-t-label="reference.search" autocomplete="off">
-    <div class="routes" data-testid="routes"><p class="muted" data-t="loading"></p></div></div>`);
+  const system = systemNamed();
+  render(
+    side,
+    html`<div class="page reference">
+      <h1 data-t="reference.title"></h1>
+      <p class="lead">
+        <span data-t="reference.lead"></span> <a href="/api/v1/openapi.json" download data-t="reference.file"></a>
+      </p>
+      <div class="block" ${system.clients === null && "hidden"}>
+        <h2 data-t="reference.client"></h2>
+        <p class="muted" data-t="${keyOf(system, "reference.client_how")}"></p>
+        <div class="clients"></div>
+      </div>
+      <input type="search" data-t-hint="reference.search" data-t-label="reference.search" autocomplete="off" />
+      <div class="routes" data-testid="routes"><p class="muted" data-t="loading"></p></div>
+    </div>`,
+  );
   translate(side);
   const search = /** @type {HTMLInputElement} */ (one("input", side));
   /** @type {Route[]} */
@@ -27,19 +37,60 @@ export function referenceView(_app, side) {
   let document_ = {};
   let gone = false;
 
+  system.clients?.().then(
+    ({ clients }) =>
+      gone ||
+      render(
+        one(".clients", side),
+        html`${clients(location.origin).map(
+          ([name, lines]) =>
+            html`<h3>${name}</h3>
+              <pre class="mono" tabindex="0">${lines}</pre>`,
+        )}`,
+      ),
+    (error) => gone || render(one(".clients", side), problemBox(error)),
+  );
+
   function show() {
     const wanted = search.value.trim().toLowerCase();
     const found = routes.filter((r) => `${r.method} ${r.path} ${r.about}`.toLowerCase().includes(wanted));
-    render(one(".routes", side), html`${found.map((r) => html`<details class="block"><summary><b class="mono">${r.method}</b> <span class="mono">${r.path}</span><span class="muted"> ${r.about}</span></summary>
-      <p>${t("reference.who")}: ${r.right ? t(`right.${r.right}`) : t("reference.anybody")}</p>
-      ${r.parameters.length > 0 && html`<h3>${t("reference.parameters")}</h3><pre class="mono">${r.parameters.map((p) => `${p.name}${p.required ? "" : "?"}  ${shapeLines(p.schema, document_).join(" ")}  ${p.description ?? ""}`).join("\n")}</pre>`}
-      ${r.takes && html`<h3>${t("reference.takes")}</h3>${bodyOf(r.takes)}`}
-      ${r.gives && html`<h3>${t("reference.gives")}</h3>${bodyOf(r.gives)}`}</details>`)}`);
+    render(
+      one(".routes", side),
+      html`${found.map(
+        (r) =>
+          html`<details class="block">
+            <summary>
+              <b class="mono">${r.method}</b> <span class="mono">${r.path}</span><span class="muted"> ${r.about}</span>
+            </summary>
+            <p>${t("reference.who")}: ${r.right ? t(`right.${r.right}`) : t("reference.anybody")}</p>
+            ${
+              r.parameters.length > 0 &&
+              html`<h3>${t("reference.parameters")}</h3>
+                <pre class="mono">
+${r.parameters.map((p) => `${p.name}${p.required ? "" : "?"}  ${shapeLines(p.schema, document_).join(" ")}  ${p.description ?? ""}`).join("\n")}</pre>`
+            }
+            ${
+              r.takes &&
+              html`<h3>${t("reference.takes")}</h3>
+                ${bodyOf(r.takes)}`
+            }
+            ${
+              r.gives &&
+              html`<h3>${t("reference.gives")}</h3>
+                ${bodyOf(r.gives)}`
+            }
+          </details>`,
+      )}`,
+    );
   }
 
   /** @param {Record<string, {schema: any}>} content */
   function bodyOf(content) {
-    return Object.entries(content).map(([kind, { schema }]) => html`<pre class="mono" tabindex="0">${kind === "application/json" ? shapeLines(schema, document_).join("\n") : kind}</pre>`);
+    return Object.entries(content).map(
+      ([kind, { schema }]) =>
+        html`<pre class="mono" tabindex="0">
+${kind === "application/json" ? shapeLines(schema, document_).join("\n") : kind}</pre>`,
+    );
   }
 
   search.addEventListener("input", show);
@@ -49,9 +100,15 @@ export function referenceView(_app, side) {
       document_ = found;
       routes = Object.entries(found.paths).flatMap(([path, methods]) =>
         Object.entries(/** @type {Record<string, any>} */ (methods)).map(([method, o]) => ({
-          method: method.toUpperCase(), path, about: o.summary, right: o["x-right"] ?? "", parameters: o.parameters ?? [],
-          takes: o.requestBody?.content, gives: o.responses["2XX"]?.content,
-        })));
+          method: method.toUpperCase(),
+          path,
+          about: o.summary,
+          right: o["x-right"] ?? "",
+          parameters: o.parameters ?? [],
+          takes: o.requestBody?.content,
+          gives: o.responses["2XX"]?.content,
+        })),
+      );
       show();
     },
     (error) => {

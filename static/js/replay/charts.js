@@ -2,12 +2,12 @@
 
 import { number } from "../format.js";
 import { html, one, render, setText } from "../html.js";
-import { t } from "../i18n.js";
 import { valueAt, wrapDegrees } from "./lines.js";
 import { inkNamed } from "../map/ink.js";
 import { LEFT, drawPlot } from "./plot.js";
-import { FIRST_GROUPS, GROUPS, PLOTS, chartsOf, groupName } from "./plots.js";
+import * as kit from "./plots.js";
 import { watchPointer } from "./pointer.js";
+import { FIRST, word } from "../systems/index.js";
 import { recall, remember } from "../ui/remembered.js";
 
 /** More than the view is fetched, so that a small move shows no bare edge. */
@@ -29,21 +29,34 @@ const LEAST_SPAN_S = 0.5;
 
 /**
  * @param {HTMLElement} el
+ * @param {import("../systems/index.js").System} system
  * @param {Ways} ways
  */
-export function makeCharts(el, ways) {
-  render(el, html`
-    <div class="plot-groups" role="group" data-t-label="plots.label">${GROUPS.map((group) => html`<button type="button" data-group="${group}" aria-pressed="false">${groupName(group)}</button>`)}
-      <span class="spacer"></span>
-      <button type="button" data-zoom="in" data-t-label="plots.zoom_in">+</button><button type="button" data-zoom="out" data-t-label="plots.zoom_out">−</button>
-      <button type="button" data-zoom="loop" data-t="plots.zoom_loop"></button><button type="button" data-zoom="all" data-t="plots.zoom_all"></button></div>
-    <div class="plots" tabindex="0" role="region" data-t-label="plots.label"><div class="plots-inner"><div class="plot-list"></div><div class="plots-cursor" hidden></div></div></div>`);
+export function makeCharts(el, system, ways) {
+  render(
+    el,
+    html`<div class="plot-groups" role="group" data-t-label="plots.label">
+        <span class="of-system"></span>
+        <span class="spacer"></span>
+        <button type="button" data-zoom="in" data-t-label="plots.zoom_in">+</button
+        ><button type="button" data-zoom="out" data-t-label="plots.zoom_out">−</button>
+        <button type="button" data-zoom="loop" data-t="plots.zoom_loop"></button
+        ><button type="button" data-zoom="all" data-t="plots.zoom_all"></button>
+      </div>
+      <div class="plots" tabindex="0" role="region" data-t-label="plots.label">
+        <div class="plots-inner">
+          <div class="plot-list"></div>
+          <div class="plots-cursor" hidden></div>
+        </div>
+      </div>`,
+  );
   const list = one(".plot-list", el);
   const cursor = one(".plots-cursor", el);
   const room = one(".plots", el);
   /** Plots that show what they should. @type {Set<string>} */
   const drawn = new Set();
-  const groups = new Set((recall("plots") ?? FIRST_GROUPS.join(",")).split(",").filter((group) => GROUPS.includes(group)));
+  let plots = system.plots(kit);
+  let groups = chosenGroups(system);
   /** @type {Map<string, import("./lines.js").Line>} */
   let lines = new Map();
   /** @type {import("./lines.js").Limit[]} */
@@ -54,13 +67,33 @@ export function makeCharts(el, ways) {
   let frame = 0;
 
   const line = (/** @type {string} */ chart, /** @type {string} */ series) => lines.get(`${chart} ${series}`);
-  const shown = () => PLOTS.filter((plot) => groups.has(plot.group));
+  const shown = () => plots.filter((plot) => groups.has(plot.group));
 
   function layOut() {
-    for (const button of el.querySelectorAll("[data-group]")) button.setAttribute("aria-pressed", String(groups.has(button.getAttribute("data-group") ?? "")));
-    render(list, html`${shown().map((plot) => html`<div class="plot" data-plot="${plot.id}">
-      <p class="plot-head"><b>${t(plot.title)}${plot.unit && ` · ${plot.unit}`}</b>${plot.lines.map((l, i) => html`<span class="key" data-line="${String(i)}" hidden><svg viewBox="0 0 14 8" aria-hidden="true"><line x1="0" y1="4" x2="14" y2="4"/></svg>${t(l.label)} <b class="mono"></b></span>`)}</p>
-      <canvas aria-hidden="true"></canvas></div>`)}`);
+    render(
+      one(".of-system", el),
+      html`${system.plotGroups.map((group) => html`<button type="button" data-group="${group}" aria-pressed="false">${word(system, `plots.${group}`)}</button>`)}`,
+    );
+    for (const button of el.querySelectorAll("[data-group]"))
+      button.setAttribute("aria-pressed", String(groups.has(button.getAttribute("data-group") ?? "")));
+    render(
+      list,
+      html`${shown().map(
+        (plot) =>
+          html`<div class="plot" data-plot="${plot.id}">
+            <p class="plot-head">
+              <b>${word(system, plot.title)}${plot.unit && ` · ${plot.unit}`}</b>${plot.lines.map(
+                (l, i) =>
+                  html`<span class="key" data-line="${String(i)}" hidden
+                    ><svg viewBox="0 0 14 8" aria-hidden="true"><line x1="0" y1="4" x2="14" y2="4" /></svg
+                    >${word(system, l.label)} <b class="mono"></b
+                  ></span>`,
+              )}
+            </p>
+            <canvas aria-hidden="true"></canvas>
+          </div>`,
+      )}`,
+    );
     draw();
   }
 
@@ -97,10 +130,21 @@ export function makeCharts(el, ways) {
       const box = /** @type {HTMLElement | null} */ (list.querySelector(`[data-plot="${plot.id}"]`));
       const canvas = box?.querySelector("canvas");
       if (!box || !canvas || box.hidden || drawn.has(plot.id)) continue;
-      if (box.offsetTop > scrollTop + clientHeight + SIGHT_PX || box.offsetTop + box.offsetHeight < scrollTop - SIGHT_PX) continue;
+      if (
+        box.offsetTop > scrollTop + clientHeight + SIGHT_PX ||
+        box.offsetTop + box.offsetHeight < scrollTop - SIGHT_PX
+      )
+        continue;
       drawn.add(plot.id);
       const charts = new Set(plot.lines.map((l) => l.chart));
-      drawPlot(canvas, { plot, line, limits: limits.filter((limit) => charts.has(limit.chart)), dots: ways.dots(plot), from_s, to_s });
+      drawPlot(canvas, {
+        plot,
+        line,
+        limits: limits.filter((limit) => charts.has(limit.chart)),
+        dots: ways.dots(plot),
+        from_s,
+        to_s,
+      });
     }
   }
 
@@ -130,7 +174,7 @@ export function makeCharts(el, ways) {
     const width = Math.max(200, (whole ? innerWidth * 0.7 : list.clientWidth) - LEFT);
     const buckets = Math.min(4000, Math.ceil(whole ? width : (width * (b_s - a_s)) / (to_s - from_s)));
     try {
-      const answer = await ways.fetch(whole ? null : [a_s, b_s], buckets, chartsOf(groups));
+      const answer = await ways.fetch(whole ? null : [a_s, b_s], buckets, kit.chartsOf(shown(), system.readouts));
       // Somebody has moved on meanwhile: a later answer is on its way.
       if (mine !== asked) return;
       lines = new Map(answer.series.map((found) => [`${found.chart} ${found.series}`, found]));
@@ -161,15 +205,20 @@ export function makeCharts(el, ways) {
    * @param {number} about_s stays where it is
    */
   const zoom = (by, about_s) => setView(about_s - (about_s - from_s) * by, about_s + (to_s - about_s) * by);
-  const timeAt = (/** @type {number} */ px) => from_s + ((px - LEFT) / Math.max(1, list.clientWidth - LEFT)) * (to_s - from_s);
+  const timeAt = (/** @type {number} */ px) =>
+    from_s + ((px - LEFT) / Math.max(1, list.clientWidth - LEFT)) * (to_s - from_s);
 
   watchPointer(list, { timeAt, seek: ways.seek, select: ways.select });
-  el.addEventListener("wheel", (event) => {
-    // The plain wheel scrolls the list of charts.
-    if (!event.ctrlKey && !event.metaKey) return;
-    event.preventDefault();
-    zoom(event.deltaY > 0 ? 1.4 : 1 / 1.4, timeAt(event.clientX - list.getBoundingClientRect().left));
-  }, { passive: false });
+  el.addEventListener(
+    "wheel",
+    (event) => {
+      // The plain wheel scrolls the list of charts.
+      if (!event.ctrlKey && !event.metaKey) return;
+      event.preventDefault();
+      zoom(event.deltaY > 0 ? 1.4 : 1 / 1.4, timeAt(event.clientX - list.getBoundingClientRect().left));
+    },
+    { passive: false },
+  );
   /** @type {(() => import("./clock.js").Stretch | null)} */
   let loop = () => null;
   el.addEventListener("click", (event) => {
@@ -177,7 +226,7 @@ export function makeCharts(el, ways) {
     const group = target.closest("[data-group]")?.getAttribute("data-group");
     if (group) {
       if (!groups.delete(group)) groups.add(group);
-      remember("plots", [...groups].join(","));
+      remember(`plots.${system.name}`, [...groups].join(","));
       layOut();
       load();
     }
@@ -202,6 +251,13 @@ export function makeCharts(el, ways) {
     draw,
     load,
     setView,
+    /** The walk has proved to be of another system. @param {import("../systems/index.js").System} other */
+    setSystem(other) {
+      system = other;
+      plots = system.plots(kit);
+      groups = chosenGroups(system);
+      layOut();
+    },
     view: () => /** @type {import("./clock.js").Stretch} */ ([from_s, to_s]),
     /** @param {() => import("./clock.js").Stretch | null} asked */
     setLoop(asked) {
@@ -232,6 +288,14 @@ export function makeCharts(el, ways) {
       asked = -1;
     },
   };
+}
+
+/** The groups that were chosen last, else those shown at first. @param {import("../systems/index.js").System} system */
+function chosenGroups({ name, plotGroups, firstPlotGroups }) {
+  // What was chosen before there were several systems was this one's.
+  const kept = recall(`plots.${name}`) ?? (name === FIRST ? recall("plots") : null);
+  const chosen = kept?.split(",") ?? firstPlotGroups;
+  return new Set(chosen.filter((group) => plotGroups.includes(group)));
 }
 
 /**

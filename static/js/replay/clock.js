@@ -119,5 +119,11 @@ export function gapsOf(t_s, longest_s) {
  * @returns {Stretch[]}
  */
 export function inAll(lists) {
-  return lists.reduce((all, list) => all.flatMap(([a, b]) => list.flatMap(([c, d]) => (Math.max(a, c) < Math.min(b, d) ? [/** @type {Stretch} */ ([Math.max(a, c), Math.min(b, d)])] : []))));
+  return lists.reduce((all, list) =>
+    all.flatMap(([a, b]) =>
+      list.flatMap(([c, d]) =>
+        Math.max(a, c) < Math.min(b, d) ? [/** @type {Stretch} */ ([Math.max(a, c), Math.min(b, d)])] : [],
+      ),
+    ),
+  );
 }

@@ -44,16 +44,30 @@ export function makeKeys(replay) {
     if (event.altKey) return null;
     switch (event.key) {
       // A button or a box that has the focus is what the space bar means.
-      case " ": return target.closest("button, a, input, summary") ? null : () => replay.toggle();
-      case "[": return () => replay.speed(-1);
-      case "]": return () => replay.speed(1);
-      case "Home": return () => replay.toStart();
-      case "End": return () => replay.toEnd();
-      case "l": case "L": return () => replay.live();
-      case "f": case "F": return () => replay.follow();
-      case "a": case "A": return () => replay.loopFrom();
-      case "b": case "B": return () => replay.loopTo();
-      default: return null;
+      case " ":
+        return target.closest("button, a, input, summary") ? null : () => replay.toggle();
+      case "[":
+        return () => replay.speed(-1);
+      case "]":
+        return () => replay.speed(1);
+      case "Home":
+        return () => replay.toStart();
+      case "End":
+        return () => replay.toEnd();
+      case "l":
+      case "L":
+        return () => replay.live();
+      case "f":
+      case "F":
+        return () => replay.follow();
+      case "a":
+      case "A":
+        return () => replay.loopFrom();
+      case "b":
+      case "B":
+        return () => replay.loopTo();
+      default:
+        return null;
     }
   }
 }

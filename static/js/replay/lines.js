@@ -57,7 +57,8 @@ export function ticks(least, most) {
   const decade = 10 ** Math.floor(Math.log10(rough));
   const step = decade * ([1, 2, 5, 10].find((k) => k * decade >= rough) ?? 10);
   const found = [];
-  for (let k = Math.ceil(least / step - 1e-9); k * step <= most + step * 1e-9; k++) found.push(Number((k * step).toPrecision(12)));
+  for (let k = Math.ceil(least / step - 1e-9); k * step <= most + step * 1e-9; k++)
+    found.push(Number((k * step).toPrecision(12)));
   return found;
 }
 
@@ -67,7 +68,11 @@ export function ticks(least, most) {
  * @param {number} most how many marks there is room for
  */
 export function timeStep(span_s, most) {
-  return [0.1, 0.2, 0.5, 1, 2, 5, 10, 15, 30, 60, 120, 300, 600, 900, 1800, 3600, 7200, 14400].find((step) => span_s / step <= most) ?? 86400;
+  return (
+    [0.1, 0.2, 0.5, 1, 2, 5, 10, 15, 30, 60, 120, 300, 600, 900, 1800, 3600, 7200, 14400].find(
+      (step) => span_s / step <= most,
+    ) ?? 86400
+  );
 }
 
 /**

@@ -17,7 +17,7 @@ import { extremes, ticks, wrapDegrees } from "./lines.js";
 export const LEFT = 46;
 const BOTTOM = 3;
 const TOP = 3;
-const STANCE_PX = 5;
+const STRIP_PX = 5;
 /** Values so close in time are joined, s. */
 const JOINED_S = 0.15;
 
@@ -40,7 +40,8 @@ export function range(picture) {
     const both = found && extremes(found, from_s, to_s);
     if (both) take(both[0] * plot.factor, both[1] * plot.factor);
   }
-  for (const dot of dots) if (dot.t_s >= from_s && dot.t_s <= to_s) take(dot.value * plot.factor, dot.value * plot.factor);
+  for (const dot of dots)
+    if (dot.t_s >= from_s && dot.t_s <= to_s) take(dot.value * plot.factor, dot.value * plot.factor);
   const largest = Math.max(...limits.map((limit) => limit.value * plot.factor));
   if (limits.length > 0 && least <= most) {
     if (plot.cap) most = Math.min(Math.max(most, largest), largest * 1.25);
@@ -84,7 +85,7 @@ export function drawPlot(canvas, picture) {
   const { plot, from_s, to_s, limits } = picture;
   const ink = inkOf();
   const [least, most] = range(picture);
-  const bottom = height - BOTTOM - (plot.stance ? 2 * STANCE_PX : 0);
+  const bottom = height - BOTTOM - (plot.strips?.length ?? 0) * STRIP_PX;
   const x = (/** @type {number} */ s) => LEFT + ((s - from_s) / (to_s - from_s)) * (width - LEFT);
   const y = (/** @type {number} */ v) => bottom - ((v - least) / (most - least)) * (bottom - TOP);
 
@@ -107,7 +108,9 @@ export function drawPlot(canvas, picture) {
   g.beginPath();
   g.rect(LEFT, 0, width - LEFT, height);
   g.clip();
-  if (plot.stance) ["left", "right"].forEach((foot, i) => drawStance(g, picture.line("stance", foot), x, height - STANCE_PX * (2 - i), inkNamed(foot)));
+  (plot.strips ?? []).forEach((strip, i, { length }) =>
+    drawStrip(g, picture.line(strip.chart, strip.series), x, height - STRIP_PX * (length - i), inkNamed(strip.ink)),
+  );
   for (const limit of limits) {
     g.strokeStyle = limit.name === "gate" ? ink.bad : ink.warn;
     g.setLineDash([5, 4]);
@@ -126,8 +129,7 @@ export function drawPlot(canvas, picture) {
     if (line.dots) drawDots(g, found, plot, most, x, y);
     else {
       g.lineWidth = 1.3;
-      // Two feet in one chart: what is behind shows through.
-      g.globalAlpha = line.series === "right" ? 0.7 : 1;
+      g.globalAlpha = line.translucent ? 0.7 : 1;
       g.setLineDash(line.dash ?? []);
       drawLine(g, found, plot, turns, x, y, from_s, to_s);
       g.setLineDash([]);
@@ -231,14 +233,14 @@ function drawBand(g, line, sigma, factor, x, y) {
 }
 
 /**
- * A strip: full where the foot stands, thin where it both stood and swung within the step.
+ * A strip: full where the line is 1, thin where it is both 1 and 0 within the step.
  * @param {CanvasRenderingContext2D} g
  * @param {Line | undefined} line
  * @param {(s: number) => number} x
  * @param {number} top
  * @param {string} ink
  */
-function drawStance(g, line, x, top, ink) {
+function drawStrip(g, line, x, top, ink) {
   if (!line) return;
   const width_px = Math.max(1, x(line.step_s) - x(0) + 0.5);
   g.fillStyle = ink;
@@ -246,7 +248,7 @@ function drawStance(g, line, x, top, ink) {
     const high = (line.high ?? line.low)[i];
     if (!high) return;
     g.globalAlpha = low ? 0.75 : 0.3;
-    g.fillRect(x(line.start_s + i * line.step_s), top, width_px, STANCE_PX - 1);
+    g.fillRect(x(line.start_s + i * line.step_s), top, width_px, STRIP_PX - 1);
   });
   g.globalAlpha = 1;
 }

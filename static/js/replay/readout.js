@@ -2,9 +2,9 @@
 
 import { clock as timeOfDay, duration, elapsed, heading, length, number } from "../format.js";
 import { html, one, setText } from "../html.js";
-import { t } from "../i18n.js";
 import { visitTime } from "../state/findings.js";
 import { indexAt, placeAt } from "../sessions/track.js";
+import { word } from "../systems/index.js";
 import { valueAt } from "./lines.js";
 
 /** An actuator is named when it is within this, m. */
@@ -13,28 +13,45 @@ const NEAR_M = 40;
 /** The cursor may be this far beyond the ends of a walk and still mean its end, s. */
 const LEAVE_S = 1;
 
-const FIGURES = ["time", "clock", "e", "n", "u", "sigma", "speed", "heading", "stance", "marker", "near"];
+/** @param {import("../systems/index.js").System} system */
+const figures = ({ readouts }) => [
+  ...["time", "clock", "e", "n", "u", "sigma", "speed", "heading"],
+  ...readouts.map(({ name }) => name),
+  ...["marker", "near"],
+];
 
-export function readoutRow() {
-  return html`<dl class="replay-readout" data-testid="readout">${FIGURES.map((name) => html`<div><dt>${t(`readout.${name}`)}</dt><dd class="mono" data-figure="${name}">–</dd></div>`)}</dl>`;
+/** @param {import("../systems/index.js").System} system */
+export function readoutFigures(system) {
+  const own = new Set(system.readouts.map(({ name }) => name));
+  return html`${figures(system).map(
+    (name) =>
+      html`<div>
+        <dt>${word(system, `readout.${name}`)}</dt>
+        <dd class="mono" data-figure="${name}" ${own.has(name) && "data-of-system"}>–</dd>
+      </div>`,
+  )}`;
 }
 
 /**
  * @param {HTMLElement} dock
  * @param {import("../app.js").App} app
  * @param {{
- *   walk: import("./screen.js").Walk, detail: import("../sessions/track.js").Track | null, t_s: number,
+ *   system: import("../systems/index.js").System, walk: import("./screen.js").Walk,
+ *   detail: import("../sessions/track.js").Track | null, t_s: number,
  *   line: (chart: string, series: string) => import("./lines.js").Line | undefined, visits: import("../state/findings.js").Visit[],
  * }} moment
  */
-export function showReadout(dock, app, { walk, detail, t_s, line, visits }) {
+export function showReadout(dock, app, { system, walk, detail, t_s, line, visits }) {
   const close = detail !== null && t_s >= detail.t_s[0] && t_s <= detail.t_s[detail.t_s.length - 1];
   const track = close ? detail : walk.track;
   if (track.t_s.length === 0) return;
-  const show = (/** @type {string} */ name, /** @type {string} */ words) => setText(one(`[data-figure=${name}]`, dock), words);
+  const show = (/** @type {string} */ name, /** @type {string} */ words) =>
+    setText(one(`[data-figure=${name}]`, dock), words);
   if (t_s < walk.track.t_s[0] - LEAVE_S || t_s > walk.track.t_s[walk.track.t_s.length - 1] + LEAVE_S) {
     // Another walk goes on, or has begun, without this one.
-    FIGURES.slice(2).forEach((name) => show(name, "–"));
+    figures(system)
+      .slice(2)
+      .forEach((name) => show(name, "–"));
     showTimes();
     return;
   }
@@ -48,8 +65,18 @@ export function showReadout(dock, app, { walk, detail, t_s, line, visits }) {
   const speed_m_s = valueAt(line("speed", "main"), t_s);
   show("speed", speed_m_s === null ? "–" : `${number(speed_m_s, 1)} m/s`);
   show("heading", heading(track.heading_rad[i]));
-  show("stance", ["left", "right"].map((foot) => stance(track, foot, i, close, line, t_s)).join(" · "));
-  const last = visits.filter((visit) => visit.accepted && visitTime(visit) <= t_s).reduce((/** @type {typeof visits[0] | null} */ best, visit) => (!best || visitTime(visit) > visitTime(best) ? visit : best), null);
+  const moment = {
+    point: (/** @type {string} */ column) => (close ? (track.more[column]?.[i] ?? NaN) : null),
+    chart: (/** @type {string} */ chart, /** @type {string} */ series) => valueAt(line(chart, series), t_s, 0),
+  };
+  for (const { name, words } of system.readouts) show(name, words(moment));
+  const last = visits
+    .filter((visit) => visit.accepted && visitTime(visit) <= t_s)
+    .reduce(
+      (/** @type {typeof visits[0] | null} */ best, visit) =>
+        !best || visitTime(visit) > visitTime(best) ? visit : best,
+      null,
+    );
   show("marker", last ? `${last.marker} · ${duration(t_s - visitTime(last))}` : "–");
   const near = app.grid.nearest(e_m, n_m, 1, NEAR_M)[0];
   show("near", near ? `${near.place.name} · ${length(near.distance_m)}` : "–");
@@ -59,19 +86,4 @@ export function showReadout(dock, app, { walk, detail, t_s, line, visits }) {
     show("time", `${t_s < 0 ? "−" : ""}${elapsed(Math.abs(t_s) + 1e-7)}.${tenth}`);
     show("clock", timeOfDay(walk.started_ms + t_s * 1000));
   }
-}
-
-/**
- * Whether a foot stands: by the point at the cursor, else by the chart, which may be too coarse to say.
- * @param {import("../sessions/track.js").Track} track
- * @param {string} foot
- * @param {number} i
- * @param {boolean} close
- * @param {(chart: string, series: string) => import("./lines.js").Line | undefined} line
- * @param {number} t_s
- */
-function stance(track, foot, i, close, line, t_s) {
-  const letter = t(`readout.${foot}`);
-  const known = close ? (foot === "left" ? track.left_stance : track.right_stance)[i] : (valueAt(line("stance", foot), t_s, 0) ?? NaN);
-  return `${letter} ${known === 1 ? t("readout.stands") : known === 0 ? t("readout.swings") : "–"}`;
 }

@@ -3,28 +3,29 @@
 
 /** @typedef {"main" | "filtered" | "without_markers"} StoredRun */
 
-/** The aids that a run may be computed with, in the order in which they are built up. */
-export const AIDS = ["zupt", "heading", "maru", "separation", "altimeter", "markers"];
-
-/** Runs that show what each aid brings. */
-export const LADDER = [["zupt"], ["zupt", "heading"], ["zupt", "heading", "maru"], ["zupt", "heading", "maru", "separation"]];
+/** @typedef {Pick<import("../systems/index.js").System, "aids">} OfAids */
 
 /** @type {StoredRun[]} */
 export const STORED = ["main", "filtered", "without_markers"];
 
 /**
  * A run by chosen aids has a name that says which: it stands in the address.
+ * @param {OfAids} system
  * @param {string[]} aids
  */
-export const runByAids = (aids) => `aids:${AIDS.filter((aid) => aids.includes(aid)).join("+")}`;
+export const runByAids = (system, aids) => `aids:${system.aids.filter((aid) => aids.includes(aid)).join("+")}`;
 
 /**
+ * @param {OfAids} system
  * @param {string} run
  * @returns {string[] | null} null for one that is no run by aids alone
  */
-export function aidsOf(run) {
+export function aidsOf(system, run) {
   if (!run.startsWith("aids:")) return null;
-  const aids = run.slice(5).split("+").filter((aid) => AIDS.includes(aid));
+  const aids = run
+    .slice(5)
+    .split("+")
+    .filter((aid) => system.aids.includes(aid));
   return aids.length > 0 ? aids : null;
 }
 
@@ -36,14 +37,22 @@ export const isOwn = (run) => /** @type {string[]} */ (STORED).includes(run);
 
 /**
  * Of the runs of a walk the newest that stands for a name in the address.
+ * @param {OfAids} system
  * @param {import("../lab/view.js").LabRun[]} runs
  * @param {string} name
  */
-export function runNamed(runs, name) {
-  const aids = aidsOf(name);
-  return runs.findLast((run) => run.state === "finished" && (aids
-    ? run.solution === "filtered" && Object.keys(run.parameters).length === 0 && run.aids !== null && runByAids(run.aids) === runByAids(aids)
-    : labName(run.id) === name));
+export function runNamed(system, runs, name) {
+  const aids = aidsOf(system, name);
+  return runs.findLast(
+    (run) =>
+      run.state === "finished" &&
+      (aids
+        ? run.solution === "filtered" &&
+          Object.keys(run.parameters).length === 0 &&
+          run.aids !== null &&
+          runByAids(system, run.aids) === runByAids(system, aids)
+        : labName(run.id) === name),
+  );
 }
 
 /**

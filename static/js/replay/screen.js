@@ -11,7 +11,7 @@ import { problemBox } from "../ui/problem.js";
 import { makeCharts } from "./charts.js";
 import { Clock, SPEEDS, gapsOf, inAll } from "./clock.js";
 import { makeKeys } from "./keys.js";
-import { readoutRow, showReadout } from "./readout.js";
+import { readoutFigures, showReadout } from "./readout.js";
 import { makeTimeBar } from "./time_bar.js";
 import { nearestIndex, placeAt } from "../sessions/track.js";
 
@@ -48,36 +48,51 @@ export function walkOf(id, name, started_at, offset_s, ink, track, visits) {
  * @param {import("../app.js").App} app
  * @param {HTMLElement} dock
  * @param {string} id of the walk that the screen is about
+ * @param {import("../systems/index.js").System} system
  * @param {{
  *   runs: import("../map/runs.js").Runs, walks: () => Walk[], moved: (t_s: number) => void,
  *   visits: () => import("../state/findings.js").Visit[], isLive: () => boolean,
  *   detail: (from_s: number, to_s: number) => Promise<Track>,
  * }} ways `walks`: the screen's own first
  */
-export function makeReplay(app, dock, id, ways) {
+export function makeReplay(app, dock, id, system, ways) {
   const clock = new Clock();
-  render(dock, html`
-    <div class="transport">
-      <button type="button" data-do="back" data-t-label="replay.marker_before"><svg viewBox="0 0 20 20" aria-hidden="true"><path d="M5 4V16M15 4 7 10 15 16Z"/></svg></button>
-      <button type="button" data-do="play" class="main-action" data-testid="play" data-t-label="replay.play"><svg viewBox="0 0 20 20" aria-hidden="true"><path class="to-play" d="M6 3 16 10 6 17Z"/><path class="to-pause" d="M6 4H8V16H6ZM12 4H14V16H12Z"/></svg></button>
-      <button type="button" data-do="on" data-t-label="replay.marker_next"><svg viewBox="0 0 20 20" aria-hidden="true"><path d="M15 4V16M5 4 13 10 5 16Z"/></svg></button>
-      <select data-t-label="replay.speed" data-testid="speed">${SPEEDS.map((speed) => html`<option value="${String(speed)}">${String(speed)}×</option>`)}</select>
-      <button type="button" data-do="loop_from" data-t-label="replay.loop_from">A</button><button type="button" data-do="loop_to" data-t-label="replay.loop_to">B</button>
-      <button type="button" data-do="loop_off" data-t="replay.loop_off" hidden></button>
-      <label><input type="checkbox" name="skip" checked><span data-t="replay.skip_gaps"></span></label>
-      <label><input type="checkbox" name="follow"><span data-t="map.follow"></span></label>
-      <button type="button" data-do="live" data-t="replay.live" hidden></button>
-    </div>
-    <canvas class="replay-bar" role="slider" tabindex="0" data-t-label="session.time" data-testid="time-bar"></canvas>
-    ${readoutRow()}
-    <div class="chart-problem" hidden></div>
-    <div class="chart-room"></div>`);
+  render(
+    dock,
+    html`<div class="transport">
+        <button type="button" data-do="back" data-t-label="replay.marker_before">
+          <svg viewBox="0 0 20 20" aria-hidden="true"><path d="M5 4V16M15 4 7 10 15 16Z" /></svg>
+        </button>
+        <button type="button" data-do="play" class="main-action" data-testid="play" data-t-label="replay.play">
+          <svg viewBox="0 0 20 20" aria-hidden="true">
+            <path class="to-play" d="M6 3 16 10 6 17Z" />
+            <path class="to-pause" d="M6 4H8V16H6ZM12 4H14V16H12Z" />
+          </svg>
+        </button>
+        <button type="button" data-do="on" data-t-label="replay.marker_next">
+          <svg viewBox="0 0 20 20" aria-hidden="true"><path d="M15 4V16M5 4 13 10 5 16Z" /></svg>
+        </button>
+        <select data-t-label="replay.speed" data-testid="speed">
+          ${SPEEDS.map((speed) => html`<option value="${String(speed)}">${String(speed)}×</option>`)}
+        </select>
+        <button type="button" data-do="loop_from" data-t-label="replay.loop_from">A</button
+        ><button type="button" data-do="loop_to" data-t-label="replay.loop_to">B</button>
+        <button type="button" data-do="loop_off" data-t="replay.loop_off" hidden></button>
+        <label><input type="checkbox" name="skip" checked /><span data-t="replay.skip_gaps"></span></label>
+        <label><input type="checkbox" name="follow" /><span data-t="map.follow"></span></label>
+        <button type="button" data-do="live" data-t="replay.live" hidden></button>
+      </div>
+      <canvas class="replay-bar" role="slider" tabindex="0" data-t-label="session.time" data-testid="time-bar"></canvas>
+      <dl class="replay-readout" data-testid="readout">${readoutFigures(system)}</dl>
+      <div class="chart-problem" hidden></div>
+      <div class="chart-room"></div>`,
+  );
   const speed = /** @type {HTMLSelectElement} */ (one("select", dock));
   const play = one("[data-do=play]", dock);
   const follow = /** @type {HTMLInputElement} */ (one("[name=follow]", dock));
   speed.value = String(clock.speed);
 
-  const charts = makeCharts(one(".chart-room", dock), {
+  const charts = makeCharts(one(".chart-room", dock), system, {
     fetch: (stretch, buckets, names) => api.charts(id, stretch, buckets, names),
     seek,
     select: (a_s, b_s) => setLoop(a_s, b_s),
@@ -92,7 +107,11 @@ export function makeReplay(app, dock, id, ways) {
       render(box, problemBox(error));
     },
     dots: (plot) => {
-      if (plot.visits) return ways.visits().filter((v) => v.nis !== undefined && v.nis !== null).map((v) => ({ t_s: visitTime(v), value: Number(v.nis), bad: !v.accepted }));
+      if (plot.visits)
+        return ways
+          .visits()
+          .filter((v) => v.nis !== undefined && v.nis !== null)
+          .map((v) => ({ t_s: visitTime(v), value: Number(v.nis), bad: !v.accepted }));
       if (!plot.heights) return [];
       return ways.visits().flatMap((v) => {
         const u_m = app.grid.named(v.marker)?.u_m;
@@ -101,15 +120,18 @@ export function makeReplay(app, dock, id, ways) {
     },
   });
   const bar = makeTimeBar(/** @type {HTMLCanvasElement} */ (one(".replay-bar", dock)), clock, {
-    lanes: () => ways.walks().map((walk) => {
-      const at = (/** @type {number} */ s) => s + walk.offset_s;
-      const { t_s } = walk.track;
-      return {
-        from_s: at(t_s[0] ?? 0), to_s: at(t_s[t_s.length - 1] ?? 0), colour: inkNamed(walk.ink),
-        gaps: walk.gaps.map(([a, b]) => /** @type {import("./clock.js").Stretch} */ ([at(a), at(b)])),
-        marks: walk.visits.map((v) => ({ t_s: at(visitTime(v)), bad: v.accepted === false })),
-      };
-    }),
+    lanes: () =>
+      ways.walks().map((walk) => {
+        const at = (/** @type {number} */ s) => s + walk.offset_s;
+        const { t_s } = walk.track;
+        return {
+          from_s: at(t_s[0] ?? 0),
+          to_s: at(t_s[t_s.length - 1] ?? 0),
+          colour: inkNamed(walk.ink),
+          gaps: walk.gaps.map(([a, b]) => /** @type {import("./clock.js").Stretch} */ ([at(a), at(b)])),
+          marks: walk.visits.map((v) => ({ t_s: at(visitTime(v)), bad: v.accepted === false })),
+        };
+      }),
     view: charts.view,
     seek,
     select: (a_s, b_s) => setLoop(a_s, b_s),
@@ -143,8 +165,13 @@ export function makeReplay(app, dock, id, ways) {
       const t_s = clock.t_s - walk.offset_s;
       const last_s = walk.track.t_s[walk.track.t_s.length - 1];
       if (walk !== walks[0] && (t_s < walk.track.t_s[0] || t_s > last_s)) return [];
-      const close = walk === walks[0] && detail && t_s >= detail.t_s[0] && t_s <= detail.t_s[detail.t_s.length - 1] ? detail : walk.track;
-      return [{ place: placeAt(close, t_s), ink: walk === walks[0] ? "accent" : walk.ink, label: alone ? "" : walk.name }];
+      const close =
+        walk === walks[0] && detail && t_s >= detail.t_s[0] && t_s <= detail.t_s[detail.t_s.length - 1]
+          ? detail
+          : walk.track;
+      return [
+        { place: placeAt(close, t_s), ink: walk === walks[0] ? "accent" : walk.ink, label: alone ? "" : walk.name },
+      ];
     });
     app.layers.runs.invalidate();
     if (follow.checked && ways.runs.cursors.length > 0) app.stage.keepInView(ways.runs.cursors[0].place);
@@ -157,7 +184,8 @@ export function makeReplay(app, dock, id, ways) {
 
   function showFigures() {
     const walk = own();
-    if (walk) showReadout(dock, app, { walk, detail, t_s: clock.t_s, line: charts.line, visits: ways.visits() });
+    if (walk)
+      showReadout(dock, app, { system, walk, detail, t_s: clock.t_s, line: charts.line, visits: ways.visits() });
   }
 
   /** What is stored of the track near the cursor, for figures that are not between two points. */
@@ -217,7 +245,10 @@ export function makeReplay(app, dock, id, ways) {
     step: (/** @type {number} */ by_s) => seek(clock.t_s + by_s),
     /** To the next visit, or the one before. @param {number} by */
     marker(by) {
-      const times = ways.visits().map(visitTime).sort((a, b) => a - b);
+      const times = ways
+        .visits()
+        .map(visitTime)
+        .sort((a, b) => a - b);
       const found = by > 0 ? times.find((s) => s > clock.t_s + 0.05) : times.findLast((s) => s < clock.t_s - 0.05);
       if (found !== undefined) seek(found);
     },
@@ -273,16 +304,32 @@ export function makeReplay(app, dock, id, ways) {
     seek,
     now: () => clock.t_s,
     charts,
+    /** The walk has proved to be of another system. @param {import("../systems/index.js").System} other */
+    setSystem(other) {
+      system = other;
+      render(one(".replay-readout", dock), readoutFigures(system));
+      charts.setSystem(system);
+      charts.load(true);
+    },
     /** Walks have come, gone or grown. */
     walksChanged() {
       const walks = ways.walks().filter((walk) => walk.track.t_s.length > 0);
       if (walks.length === 0) return;
-      const ends = walks.map((walk) => [walk.track.t_s[0] + walk.offset_s, walk.track.t_s[walk.track.t_s.length - 1] + walk.offset_s]);
+      const ends = walks.map((walk) => [
+        walk.track.t_s[0] + walk.offset_s,
+        walk.track.t_s[walk.track.t_s.length - 1] + walk.offset_s,
+      ]);
       const first = clock.to_s === 0;
       detail = null;
-      clock.gaps = inAll(walks.map((walk, i) => [
-        [-Infinity, ends[i][0]], ...walk.gaps.map(([a, b]) => [a + walk.offset_s, b + walk.offset_s]), [ends[i][1], Infinity],
-      ].map(([a, b]) => /** @type {import("./clock.js").Stretch} */ ([a, b])))).filter(([a, b]) => Number.isFinite(a) && Number.isFinite(b));
+      clock.gaps = inAll(
+        walks.map((walk, i) =>
+          [
+            [-Infinity, ends[i][0]],
+            ...walk.gaps.map(([a, b]) => [a + walk.offset_s, b + walk.offset_s]),
+            [ends[i][1], Infinity],
+          ].map(([a, b]) => /** @type {import("./clock.js").Stretch} */ ([a, b])),
+        ),
+      ).filter(([a, b]) => Number.isFinite(a) && Number.isFinite(b));
       clock.setSpan(Math.min(...ends.map(([a]) => a)), Math.max(...ends.map(([, b]) => b)));
       if (first && ways.isLive()) clock.goLive();
       charts.setSpan(ends[0][0], ends[0][1]);

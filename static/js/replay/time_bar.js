@@ -23,7 +23,11 @@ const RIGHT = 10;
 export function makeTimeBar(canvas, clock, ways) {
   let frame = 0;
   const span = () => Math.max(1e-3, clock.to_s - clock.from_s);
-  watchPointer(canvas, { timeAt: (px) => clock.from_s + ((px - LEFT) / Math.max(1, canvas.clientWidth - LEFT - RIGHT)) * span(), seek: ways.seek, select: ways.select });
+  watchPointer(canvas, {
+    timeAt: (px) => clock.from_s + ((px - LEFT) / Math.max(1, canvas.clientWidth - LEFT - RIGHT)) * span(),
+    seek: ways.seek,
+    select: ways.select,
+  });
   const sized = new ResizeObserver(draw);
   sized.observe(canvas);
 

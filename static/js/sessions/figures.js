@@ -8,4 +8,5 @@ import { t } from "../i18n.js";
  * @param {string} key of the words below it
  * @param {"" | "good" | "warn" | "bad"} [tone]
  */
-export const figure = (value, key, tone = "") => html`<div><b class="${tone}">${value}</b><small>${t(key)}</small></div>`;
+export const figure = (value, key, tone = "") =>
+  html`<div><b class="${tone}">${value}</b><small>${t(key)}</small></div>`;

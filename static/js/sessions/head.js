@@ -16,16 +16,25 @@ import { stateTag } from "./list.js";
 export function showHead(el, row, name, visits) {
   const used = visits.filter((v) => v.accepted);
   const offs = used.map((v) => offBefore(v) ?? 0);
-  render(el, html`
-    <h1>${row.title || name}</h1>
-    <p class="muted">${row.title && html`<bdi>${name}</bdi> · `}${dateTime(row.started_at)} ${t("zone")} ${stateTag(row.state)}</p>
-    ${row.error && html`<div class="problem"><b>${t("problem.failed")}</b><p>${typeof row.error === "string" ? row.error : (row.error.detail ?? row.error.title)}</p></div>`}
-    <div class="figures" data-testid="figures">
-      ${figure(length(row.distance_m), "session.distance")}
-      ${figure(elapsed(row.duration_s), "session.duration")}
-      ${figure(`${used.length} / ${visits.length}`, "session.visits_used")}
-      ${figure(offs.length > 0 ? length(offs.reduce((a, b) => a + b, 0) / offs.length) : "–", "session.mean_off")}
-      ${figure(offs.length > 0 ? length(Math.max(...offs)) : "–", "session.largest_off")}
-      ${figure(row.samples ? Number(row.samples).toLocaleString("en") : "–", "session.samples")}
-    </div>`);
+  render(
+    el,
+    html` <h1>${row.title || name}</h1>
+      <p class="muted">
+        ${row.title && html`<bdi>${name}</bdi> · `}${dateTime(row.started_at)} ${t("zone")} ${stateTag(row.state)}
+      </p>
+      ${
+        row.error &&
+        html`<div class="problem">
+          <b>${t("problem.failed")}</b>
+          <p>${typeof row.error === "string" ? row.error : (row.error.detail ?? row.error.title)}</p>
+        </div>`
+      }
+      <div class="figures" data-testid="figures">
+        ${figure(length(row.distance_m), "session.distance")} ${figure(elapsed(row.duration_s), "session.duration")}
+        ${figure(`${used.length} / ${visits.length}`, "session.visits_used")}
+        ${figure(offs.length > 0 ? length(offs.reduce((a, b) => a + b, 0) / offs.length) : "–", "session.mean_off")}
+        ${figure(offs.length > 0 ? length(Math.max(...offs)) : "–", "session.largest_off")}
+        ${figure(row.samples ? Number(row.samples).toLocaleString("en") : "–", "session.samples")}
+      </div>`,
+  );
 }

@@ -20,26 +20,72 @@ export const stateTag = (state) => html`<span class="tag ${TONES[state] ?? ""}">
 /** @type {import("../ui/router.js").MakeView} */
 export function sessionsView(app, side) {
   const wanted = readWanted(location.hash);
-  const option = (/** @type {string} */ value, /** @type {string} */ words, /** @type {string} */ chosen) => html`<option value="${value}" ${value === chosen && "selected"}>${words}</option>`;
-  render(side, html`
-    <div class="side-head"><h1 data-t="nav.sessions"></h1>
-      <form class="session-filter">
-        <input type="search" name="text" data-t-hint="sessions.search" data-t-label="sessions.search" autocomplete="off" value="${wanted.text}">
-        <details ${writeWanted({ ...wanted, text: "", page: 0 }) !== "#/sessions" && "open"}><summary data-t="sessions.filter"></summary>
-          <div class="two">
-            <label class="field"><span data-t="sessions.inspector"></span><select name="inspector_id">${option("", "–", wanted.inspector_id)}${[...app.live.inspectors.values()].map((i) => option(i.id, i.name, wanted.inspector_id))}</select></label>
-            <label class="field"><span data-t="sessions.state"></span><select name="state">${option("", "–", wanted.state)}${STATES.map((state) => option(state, t(`session.state.${state}`), wanted.state))}</select></label>
-            <label class="field"><span data-t="sessions.from"></span><input type="date" name="from" value="${wanted.from}"></label>
-            <label class="field"><span data-t="sessions.to"></span><input type="date" name="to" value="${wanted.to}"></label>
-            <label class="field"><span data-t="sessions.mode"></span><select name="mode">${option("", "–", wanted.mode)}${MODES.map((mode) => option(mode, t(`sessions.mode.${mode}`), wanted.mode))}</select></label>
-            <label class="field"><span data-t="sessions.sort"></span><select name="sort">${SORTS.flatMap((sort) => [option(sort, t(`sessions.sort.${sort}`), wanted.sort), option(`-${sort}`, `${t(`sessions.sort.${sort}`)} ↑`, wanted.sort)])}</select></label>
-          </div>
-          <fieldset><legend data-t="sessions.flags"></legend><div class="choices">${FLAGS.map((flag) => html`<label><input type="checkbox" name="flags" value="${flag}" ${wanted.flags.includes(flag) && "checked"}><span>${t(`sessions.flag.${flag}`)}</span></label>`)}</div></fieldset>
-          <button type="button" data-clear data-t="sessions.clear"></button>
-        </details></form>
-      <p class="summary" aria-live="polite"></p></div>
-    <div class="rows" data-testid="sessions"><p class="empty" data-t="loading"></p></div>
-    <nav class="row pages" data-t-label="sessions.pages" hidden><button type="button" data-page="-1" data-t="sessions.before"></button><span class="grow muted"></span><button type="button" data-page="1" data-t="sessions.next"></button></nav>`);
+  const option = (/** @type {string} */ value, /** @type {string} */ words, /** @type {string} */ chosen) =>
+    html`<option value="${value}" ${value === chosen && "selected"}>${words}</option>`;
+  render(
+    side,
+    html` <div class="side-head">
+        <h1 data-t="nav.sessions"></h1>
+        <form class="session-filter">
+          <input
+            type="search"
+            name="text"
+            data-t-hint="sessions.search"
+            data-t-label="sessions.search"
+            autocomplete="off"
+            value="${wanted.text}"
+          />
+          <details ${writeWanted({ ...wanted, text: "", page: 0 }) !== "#/sessions" && "open"}>
+            <summary data-t="sessions.filter"></summary>
+            <div class="two">
+              <label class="field"
+                ><span data-t="sessions.inspector"></span
+                ><select name="inspector_id">
+                  ${option("", "–", wanted.inspector_id)}${[...app.live.inspectors.values()].map((i) => option(i.id, i.name, wanted.inspector_id))}
+                </select></label
+              >
+              <label class="field"
+                ><span data-t="sessions.state"></span
+                ><select name="state">
+                  ${option("", "–", wanted.state)}${STATES.map((state) => option(state, t(`session.state.${state}`), wanted.state))}
+                </select></label
+              >
+              <label class="field"
+                ><span data-t="sessions.from"></span><input type="date" name="from" value="${wanted.from}"
+              /></label>
+              <label class="field"
+                ><span data-t="sessions.to"></span><input type="date" name="to" value="${wanted.to}"
+              /></label>
+              <label class="field"
+                ><span data-t="sessions.mode"></span
+                ><select name="mode">
+                  ${option("", "–", wanted.mode)}${MODES.map((mode) => option(mode, t(`sessions.mode.${mode}`), wanted.mode))}
+                </select></label
+              >
+              <label class="field"
+                ><span data-t="sessions.sort"></span
+                ><select name="sort">
+                  ${SORTS.flatMap((sort) => [option(sort, t(`sessions.sort.${sort}`), wanted.sort), option(`-${sort}`, `${t(`sessions.sort.${sort}`)} ↑`, wanted.sort)])}
+                </select></label
+              >
+            </div>
+            <fieldset>
+              <legend data-t="sessions.flags"></legend>
+              <div class="choices">
+                ${FLAGS.map((flag) => html`<label><input type="checkbox" name="flags" value="${flag}" ${wanted.flags.includes(flag) && "checked"} /><span>${t(`sessions.flag.${flag}`)}</span></label>`)}
+              </div>
+            </fieldset>
+            <button type="button" data-clear data-t="sessions.clear"></button>
+          </details>
+        </form>
+        <p class="summary" aria-live="polite"></p>
+      </div>
+      <div class="rows" data-testid="sessions"><p class="empty" data-t="loading"></p></div>
+      <nav class="row pages" data-t-label="sessions.pages" hidden>
+        <button type="button" data-page="-1" data-t="sessions.before"></button><span class="grow muted"></span
+        ><button type="button" data-page="1" data-t="sessions.next"></button>
+      </nav>`,
+  );
   translate(side);
   const form = /** @type {HTMLFormElement} */ (one("form", side));
   let gone = false;
@@ -62,12 +108,31 @@ export function sessionsView(app, side) {
   /** @param {import("./wanted.js").Page} found */
   function show(found) {
     setText(one(".summary", side), t("sessions.summary", { n: found.total, size: bytes(found.stored_bytes) }));
-    render(one(".rows", side), found.sessions.length === 0
-      ? html`<p class="empty">${t("sessions.none")} <a href="#/upload">${t("nav.upload")}</a></p>`
-      : html`${found.sessions.map((s) => html`<a class="card" href="#/sessions/${encodeURIComponent(s.id)}" data-testid="session-card" data-state="${s.state}">
-          <span class="line"><b class="grow">${s.starred && html`<span class="star" role="img" aria-label="${t("sessions.flag.starred")}">★</span> `}${s.title || s.inspector}</b>${stateTag(s.state)}</span>
-          <span class="sub">${s.title && html`<bdi>${s.inspector}</bdi> · `}${dateTime(s.started_at)} · ${length(s.distance_m)} · ${duration(s.duration_s)}${s.stored_bytes > 0 && html` · ${bytes(s.stored_bytes)}`}</span>
-          ${flagsOf(s)}${s.note && html`<span class="sub note">${s.note}</span>`}</a>`)}`);
+    render(
+      one(".rows", side),
+      found.sessions.length === 0
+        ? html`<p class="empty">${t("sessions.none")} <a href="#/upload">${t("nav.upload")}</a></p>`
+        : html`${found.sessions.map(
+            (s) =>
+              html`<a
+                class="card"
+                href="#/sessions/${encodeURIComponent(s.id)}"
+                data-testid="session-card"
+                data-state="${s.state}"
+              >
+                <span class="line"
+                  ><b class="grow"
+                    >${s.starred && html`<span class="star" role="img" aria-label="${t("sessions.flag.starred")}">★</span> `}${s.title || s.inspector}</b
+                  >${stateTag(s.state)}</span
+                >
+                <span class="sub"
+                  >${s.title && html`<bdi>${s.inspector}</bdi> · `}${dateTime(s.started_at)} · ${length(s.distance_m)} ·
+                  ${duration(s.duration_s)}${s.stored_bytes > 0 && html` · ${bytes(s.stored_bytes)}`}</span
+                >
+                ${flagsOf(s)}${s.note && html`<span class="sub note">${s.note}</span>`}</a
+              >`,
+          )}`,
+    );
     const pages = one(".pages", side);
     pages.hidden = found.total <= PAGE;
     const last = Math.max(1, Math.ceil(found.total / PAGE));
@@ -85,7 +150,8 @@ export function sessionsView(app, side) {
   form.addEventListener("submit", (event) => event.preventDefault());
   form.addEventListener("input", () => {
     const data = new FormData(form);
-    for (const name of /** @type {const} */ (["text", "inspector_id", "state", "from", "to", "mode", "sort"])) wanted[name] = String(data.get(name) ?? "");
+    for (const name of /** @type {const} */ (["text", "inspector_id", "state", "from", "to", "mode", "sort"]))
+      wanted[name] = String(data.get(name) ?? "");
     wanted.flags = data.getAll("flags").map(String);
     wanted.page = 0;
     changed();
@@ -134,5 +200,8 @@ function flagsOf(s) {
     s.gaps > 0 && t("sessions.has.gap", { n: s.gaps }),
     s.anomalies > s.gaps && t("sessions.has.anomalies", { n: s.anomalies - s.gaps }),
   ].filter(Boolean);
-  return flags.length > 0 && html`<span class="sub flags">${flags.map((words) => html`<span class="tag warn">${words}</span>`)}</span>`;
+  return (
+    flags.length > 0 &&
+    html`<span class="sub flags">${flags.map((words) => html`<span class="tag warn">${words}</span>`)}</span>`
+  );
 }

@@ -14,11 +14,35 @@ export async function showNote(app, box, id) {
   const said = await api.sessionNote(id).catch(() => null);
   if (!said || !box.isConnected) return;
   if (!app.may("walk_for_others")) {
-    render(box, html`${(said.starred || said.note) && html`<p data-testid="note">${said.starred && "★ "}${said.note}</p>`}`);
+    render(
+      box,
+      html`${(said.starred || said.note) && html`<p data-testid="note">${said.starred && "★ "}${said.note}</p>`}`,
+    );
     return;
   }
-  render(box, html`<form class="row" data-testid="note"><button type="button" class="star" aria-pressed="${String(said.starred)}" aria-label="${t("sessions.star")}" title="${t("sessions.star")}">${said.starred ? "★" : "☆"}</button>
-    <input name="note" class="grow" maxlength="500" value="${said.note}" placeholder="${t("sessions.note")}" aria-label="${t("sessions.note")}"><button>${t("sessions.keep")}</button></form><div class="answer" aria-live="polite"></div>`);
+  render(
+    box,
+    html`<form class="row" data-testid="note">
+        <button
+          type="button"
+          class="star"
+          aria-pressed="${String(said.starred)}"
+          aria-label="${t("sessions.star")}"
+          title="${t("sessions.star")}"
+        >
+          ${said.starred ? "★" : "☆"}
+        </button>
+        <input
+          name="note"
+          class="grow"
+          maxlength="500"
+          value="${said.note}"
+          placeholder="${t("sessions.note")}"
+          aria-label="${t("sessions.note")}"
+        /><button>${t("sessions.keep")}</button>
+      </form>
+      <div class="answer" aria-live="polite"></div>`,
+  );
   const form = one("form", box);
   const text = () => /** @type {HTMLInputElement} */ (one("[name=note]", box)).value;
   const save = async (/** @type {boolean} */ starred) => {

@@ -11,8 +11,14 @@ export const LEAST_RATE_HZ = 1;
 
 /** Modules that the screen would only find out about one after the other. */
 const DEEPER = [
-  () => import("../replay/screen.js"), () => import("../replay/charts.js"), () => import("../replay/plot.js"), () => import("../replay/plots.js"),
-  () => import("../replay/time_bar.js"), () => import("../replay/readout.js"), () => import("../replay/keys.js"), () => import("./figures.js"),
+  () => import("../replay/screen.js"),
+  () => import("../replay/charts.js"),
+  () => import("../replay/plot.js"),
+  () => import("../replay/plots.js"),
+  () => import("../replay/time_bar.js"),
+  () => import("../replay/readout.js"),
+  () => import("../replay/keys.js"),
+  () => import("./figures.js"),
 ];
 const SCREEN = () => import("./view.js");
 

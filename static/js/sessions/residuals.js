@@ -20,7 +20,11 @@ export const REQUIRED_M = 11;
  * @returns {Residuals | null} of the visits that were used; null where there are none
  */
 export function residualsOf(visits) {
-  const offs = visits.filter((v) => v.accepted).map((v) => offBefore(v)).filter((m) => m !== null).sort((a, b) => a - b);
+  const offs = visits
+    .filter((v) => v.accepted)
+    .map((v) => offBefore(v))
+    .filter((m) => m !== null)
+    .sort((a, b) => a - b);
   if (offs.length === 0) return null;
   const largest_m = offs[offs.length - 1];
   const bin_m = [0.25, 0.5, 1, 2, 5].find((width) => largest_m / width <= 14) ?? 10;
@@ -39,12 +43,13 @@ export function residualsOf(visits) {
 
 /** @param {Residuals | null} found */
 export function residualCard(found) {
-  if (!found) return html`<h2>${t("residuals.title")}</h2><p class="muted">${t("residuals.none")}</p>`;
+  if (!found)
+    return html`<h2>${t("residuals.title")}</h2>
+      <p class="muted">${t("residuals.none")}</p>`;
   const passed = found.largest_m < REQUIRED_M;
   return html`<h2>${t("residuals.title")}</h2>
     <div class="figures" data-testid="residuals">
-      ${figure(length(found.mean_m), "residuals.mean")}
-      ${figure(length(found.rms_m), "residuals.rms")}
+      ${figure(length(found.mean_m), "residuals.mean")} ${figure(length(found.rms_m), "residuals.rms")}
       ${figure(length(found.within_95_m), "residuals.within_95")}
       ${figure(length(found.largest_m), "residuals.largest")}
       ${figure(t(passed ? "residuals.passed" : "residuals.failed"), "residuals.required", passed ? "good" : "bad")}
@@ -63,10 +68,27 @@ function histogram({ bins, bin_m, count }) {
   const step = (WIDTH - LEFT) / bins.length;
   const y = (/** @type {number} */ n) => HEIGHT - BOTTOM - (n / most) * (HEIGHT - BOTTOM - 14);
   const said = bins.map((n, i) => `${number(i * bin_m, 2)}–${number((i + 1) * bin_m, 2)} m: ${n}`).join("; ");
-  return html`<svg class="histogram" viewBox="0 0 ${String(WIDTH)} ${String(HEIGHT)}" role="img" aria-label="${t("residuals.histogram", { count })}: ${said}" data-testid="histogram">
-    <line class="axis" x1="${String(LEFT)}" y1="${String(y(0))}" x2="${String(WIDTH)}" y2="${String(y(0))}"/>
-    ${bins.map((n, i) => html`<rect x="${(LEFT + i * step + 1).toFixed(1)}" y="${y(n).toFixed(1)}" width="${(step - 2).toFixed(1)}" height="${(y(0) - y(n)).toFixed(1)}"/>
-      ${n > 0 && html`<text x="${(LEFT + (i + 0.5) * step).toFixed(1)}" y="${(y(n) - 3).toFixed(1)}">${String(n)}</text>`}
-      <text class="edge" x="${(LEFT + i * step).toFixed(1)}" y="${String(HEIGHT - BOTTOM + 13)}">${String(i * bin_m)}</text>`)}
-    <text class="edge" x="${String((LEFT + WIDTH) / 2)}" y="${String(HEIGHT - 3)}">${t("residuals.axis")}</text></svg>`;
+  return html`<svg
+    class="histogram"
+    viewBox="0 0 ${String(WIDTH)} ${String(HEIGHT)}"
+    role="img"
+    aria-label="${t("residuals.histogram", { count })}: ${said}"
+    data-testid="histogram"
+  >
+    <line class="axis" x1="${String(LEFT)}" y1="${String(y(0))}" x2="${String(WIDTH)}" y2="${String(y(0))}" />
+    ${bins.map(
+      (n, i) =>
+        html`<rect
+            x="${(LEFT + i * step + 1).toFixed(1)}"
+            y="${y(n).toFixed(1)}"
+            width="${(step - 2).toFixed(1)}"
+            height="${(y(0) - y(n)).toFixed(1)}"
+          />
+          ${n > 0 && html`<text x="${(LEFT + (i + 0.5) * step).toFixed(1)}" y="${(y(n) - 3).toFixed(1)}">${String(n)}</text>`}
+          <text class="edge" x="${(LEFT + i * step).toFixed(1)}" y="${String(HEIGHT - BOTTOM + 13)}"
+            >${String(i * bin_m)}</text
+          >`,
+    )}
+    <text class="edge" x="${String((LEFT + WIDTH) / 2)}" y="${String(HEIGHT - 3)}">${t("residuals.axis")}</text>
+  </svg>`;
 }

@@ -9,7 +9,10 @@ import { t } from "../i18n.js";
  * @param {string[]} names
  */
 export function makeTabs(el, root, names) {
-  render(el, html`${names.map((name) => html`<button type="button" role="tab" id="tab-${name}" aria-controls="panel-${name}" data-tab="${name}">${t(`session.tab.${name}`)}</button>`)}`);
+  render(
+    el,
+    html`${names.map((name) => html`<button type="button" role="tab" id="tab-${name}" aria-controls="panel-${name}" data-tab="${name}">${t(`session.tab.${name}`)}</button>`)}`,
+  );
   el.setAttribute("role", "tablist");
   for (const panel of panels()) {
     panel.id = `panel-${panel.dataset.panel}`;

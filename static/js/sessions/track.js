@@ -2,15 +2,16 @@
 
 /**
  * @typedef {{run: string, columns: string[], rows: (number | boolean | null)[][]}} TrackTable
- * @typedef {{t_s: Float64Array, e_m: Float64Array, n_m: Float64Array, u_m: Float64Array, heading_rad: Float64Array, sigma_m: Float64Array, left_stance: Float64Array, right_stance: Float64Array}} Track
- *   `sigma_m` is the root of both horizontal variances together; a stance is 1, 0 or not a number
+ * @typedef {{t_s: Float64Array, e_m: Float64Array, n_m: Float64Array, u_m: Float64Array, heading_rad: Float64Array, sigma_m: Float64Array, more: Record<string, Float64Array>}} Track
+ *   `sigma_m` is the root of both horizontal variances together; `more` are the columns of its system; an empty field is not a number
  */
 
 /**
  * @param {TrackTable} table
+ * @param {import("../systems/index.js").System} system
  * @returns {Track}
  */
-export function readTrack(table) {
+export function readTrack(table, system) {
   const column = (/** @type {string} */ name) => {
     const at = table.columns.indexOf(name);
     if (at < 0) throw new Error(`the track has no column ${name}; it has ${table.columns.join(", ")}`);
@@ -25,8 +26,7 @@ export function readTrack(table) {
     u_m: column("u_m"),
     heading_rad: column("heading_rad"),
     sigma_m: sigmaE.map((s, i) => Math.hypot(s, sigmaN[i])),
-    left_stance: column("left_stance"),
-    right_stance: column("right_stance"),
+    more: Object.fromEntries(system.pointColumns.map((name) => [name, column(name)])),
   };
 }
 
@@ -64,7 +64,8 @@ export function placeAt(track, t_s) {
   const i = indexAt(track, t_s);
   const span_s = track.t_s[i + 1] - track.t_s[i];
   const share = span_s > 0 ? Math.min(1, Math.max(0, (t_s - track.t_s[i]) / span_s)) : 0;
-  const between = (/** @type {Float64Array} */ values) => (share > 0 ? values[i] + share * (values[i + 1] - values[i]) : values[i]);
+  const between = (/** @type {Float64Array} */ values) =>
+    share > 0 ? values[i] + share * (values[i + 1] - values[i]) : values[i];
   return [between(track.e_m), between(track.n_m)];
 }
 

@@ -1,18 +1,19 @@
 // One walk: its replay with map and charts, how good it is, its markers and its files. The address can be sent on.
 
 import * as api from "../api.js";
-import { bytes, elapsed } from "../format.js";
 import { html, one, render } from "../html.js";
-import { t, tOr, translate } from "../i18n.js";
+import { t, translate } from "../i18n.js";
 import { inkNamed } from "../map/ink.js";
 import { aidsChoice, drawnAs, labChoice, runChoice, runName, walkChoice } from "../replay/choice.js";
 import { readMoment, writeMoment } from "../replay/link.js";
 import { STORED, aidsOf, isOwn, pathLength, runByAids, runNamed } from "../replay/runs.js";
 import { makeReplay, walkOf } from "../replay/screen.js";
 import { standCards, standClicked } from "../stands/list.js";
-import { sentence } from "../told.js";
+import { isUnknown, learnSystems, systemOf } from "../systems/index.js";
 import { problemBox } from "../ui/problem.js";
 import { readRoute } from "../ui/router.js";
+import { anomalyTable } from "./anomalies.js";
+import { fileList } from "./files.js";
 import { showHead } from "./head.js";
 import { showNote } from "./note.js";
 import { healthCard, healthOf } from "./health.js";
@@ -30,7 +31,6 @@ const ENOUGH_POINTS = 5000;
 /** A walk that goes on is fetched again this often, ms. */
 const LIVE_MS = 3000;
 const LIVE_CHARTS_MS = 20_000;
-const EXPORTS = ["csv", "geojson", "gpx", "kml"];
 
 /**
  * @param {import("../app.js").App} app
@@ -42,17 +42,32 @@ const EXPORTS = ["csv", "geojson", "gpx", "kml"];
  */
 export function sessionView(app, side, id, asked, askAgain) {
   const moment = readMoment(location.hash);
-  render(side, html`<div class="session" data-testid="session" data-session="${id}">
-    <a href="#/sessions">← ${t("nav.sessions")}</a>
-    <div class="head"><p class="muted">${t("loading")}</p></div>
-    <div class="said"></div>
-    <div class="trouble" hidden></div>
-    <div class="tabs" data-t-label="session.tabs"></div>
-    <div data-panel="replay"><section class="runs-choice"></section><section class="aids-choice"></section><section class="walk-choice"></section></div>
-    <div data-panel="quality"><section class="health"></section><section class="residuals"></section><section class="report"></section><section class="anomalies"></section></div>
-    <div data-panel="markers"><section class="visits"></section><section class="stands"></section></div>
-    <div data-panel="files"><section class="files"></section></div>
-  </div>`);
+  render(
+    side,
+    html`<div class="session" data-testid="session" data-session="${id}">
+      <a href="#/sessions">← ${t("nav.sessions")}</a>
+      <div class="head"><p class="muted">${t("loading")}</p></div>
+      <div class="said"></div>
+      <div class="trouble" hidden></div>
+      <div class="tabs" data-t-label="session.tabs"></div>
+      <div data-panel="replay">
+        <section class="runs-choice"></section>
+        <section class="aids-choice"></section>
+        <section class="walk-choice"></section>
+      </div>
+      <div data-panel="quality">
+        <section class="health"></section>
+        <section class="residuals"></section>
+        <section class="report"></section>
+        <section class="anomalies"></section>
+      </div>
+      <div data-panel="markers">
+        <section class="visits"></section>
+        <section class="stands"></section>
+      </div>
+      <div data-panel="files"><section class="files"></section></div>
+    </div>`,
+  );
   translate(side);
   makeTabs(one(".tabs", side), side, ["replay", "quality", "markers", "files"]);
   const dock = document.createElement("section");
@@ -63,6 +78,8 @@ export function sessionView(app, side, id, asked, askAgain) {
   app.stage.map.invalidateSize({ animate: false });
 
   let gone = false;
+  /** As the page knows it; the walk itself says so when it is there. */
+  let system = systemOf(app.live.sessions.get(id));
   /** @type {import("../replay/choice.js").Run[]} */
   let runs = [];
   /** @type {import("../replay/screen.js").Walk | null} */
@@ -92,12 +109,12 @@ export function sessionView(app, side, id, asked, askAgain) {
   app.runs = onMap;
   // A walk is looked at closely; the other screens want the map as they left it.
   const showAsBefore = app.stage.remember();
-  const replay = makeReplay(app, dock, id, {
+  const replay = makeReplay(app, dock, id, system, {
     runs: onMap,
     walks: () => (own ? [own, ...beside] : []),
     visits: () => visits,
     isLive: () => known?.state === "live",
-    detail: (from_s, to_s) => api.trackBetween(id, "main", from_s, to_s).then(readTrack),
+    detail: (from_s, to_s) => api.trackBetween(id, "main", from_s, to_s).then((table) => readTrack(table, system)),
     moved: () => tellAddress(),
   });
   const alone = () => runs.filter((run) => isOwn(run.name)).length < 2;
@@ -107,12 +124,19 @@ export function sessionView(app, side, id, asked, askAgain) {
     // Somebody may have left already, and this screen not have heard of it.
     if (gone || !own || readRoute(location.hash).argument !== id) return;
     const shown = runs.filter((run) => run.shown).map((run) => run.name);
-    history.replaceState(null, "", writeMoment(id, { t_s: replay.now(), runs: shown, beside: beside.map((walk) => walk.id) }));
+    history.replaceState(
+      null,
+      "",
+      writeMoment(id, { t_s: replay.now(), runs: shown, beside: beside.map((walk) => walk.id) }),
+    );
   }
 
   /** Whether a job of this walk has ended since the last look. */
   function lookAtJobs() {
-    const ended = [...app.live.jobs.values()].filter((j) => j.session_id === id && !j.lab_run_id && (j.state === "finished" || j.state === "failed") && !seen.has(j.id));
+    const ended = [...app.live.jobs.values()].filter(
+      (j) =>
+        j.session_id === id && !j.lab_run_id && (j.state === "finished" || j.state === "failed") && !seen.has(j.id),
+    );
     ended.forEach((j) => seen.add(j.id));
     return ended.length > 0;
   }
@@ -125,22 +149,48 @@ export function sessionView(app, side, id, asked, askAgain) {
       ...beside.map((walk) => ({ points: line(walk.track), ink: walk.ink, dash: [], width: 2 })),
       ...shown.toReversed().map((run) => ({ points: line(run.track), ink: run.ink, dash: run.dash, width: run.width })),
     ];
-    render(one(".runs-choice", side), runs.length === 0 ? html`` : runChoice(runs, alone(), { arrows: onMap.arrows, corrections: onMap.corrections.length }));
+    render(
+      one(".runs-choice", side),
+      runs.length === 0
+        ? html``
+        : runChoice(system, runs, alone(), { arrows: onMap.arrows, corrections: onMap.corrections.length }),
+    );
     const open = one(".aids-choice", side).querySelector("details")?.open ?? false;
-    render(one(".aids-choice", side), known?.state === "finished" ? html`${labChoice(runs, labRuns)}${aidsChoice(runs, computing, app.may("engineer"))}` : html``);
+    render(
+      one(".aids-choice", side),
+      known?.state === "finished"
+        ? html`${labChoice(runs, labRuns)}${aidsChoice(system, runs, computing, app.may("engineer"))}`
+        : html``,
+    );
     one(".aids-choice", side).querySelector("details")?.toggleAttribute("open", open);
     render(one(".walk-choice", side), own ? walkChoice(beside, others) : html``);
     const key = (/** @type {{ink: string, dash: number[]}} */ drawn, /** @type {string} */ words) =>
-      html`<span><svg class="long" viewBox="0 0 28 13" aria-hidden="true"><line class="run-sample" data-ink="${drawn.ink}" stroke-dasharray="${drawn.dash.join(" ")}" x1="1" y1="6.5" x2="27" y2="6.5"/></svg>${words}</span>`;
-    render(one("#legend"), html`${shown.map((run) => key(run, runName(run, alone())))}${beside.map((walk) => key({ ink: walk.ink, dash: [] }, walk.name))}
-      ${onMap.arrows && onMap.corrections.length > 0 && key({ ink: "arrow", dash: [] }, t("session.run.arrows"))}`);
+      html`<span
+        ><svg class="long" viewBox="0 0 28 13" aria-hidden="true">
+          <line
+            class="run-sample"
+            data-ink="${drawn.ink}"
+            stroke-dasharray="${drawn.dash.join(" ")}"
+            x1="1"
+            y1="6.5"
+            x2="27"
+            y2="6.5"
+          /></svg
+        >${words}</span
+      >`;
+    render(
+      one("#legend"),
+      html`${shown.map((run) => key(run, runName(system, run, alone())))}${beside.map((walk) => key({ ink: walk.ink, dash: [] }, walk.name))}
+      ${onMap.arrows && onMap.corrections.length > 0 && key({ ink: "arrow", dash: [] }, t("session.run.arrows"))}`,
+    );
     ink();
     app.layers.runs.invalidate();
   }
 
   /** Canvas knows no style sheet, and an attribute no custom property. */
   function ink() {
-    for (const sample of document.querySelectorAll(".run-sample")) sample.setAttribute("stroke", inkNamed(sample.getAttribute("data-ink") ?? ""));
+    for (const sample of document.querySelectorAll(".run-sample"))
+      sample.setAttribute("stroke", inkNamed(sample.getAttribute("data-ink") ?? ""));
   }
 
   /**
@@ -150,21 +200,31 @@ export function sessionView(app, side, id, asked, askAgain) {
    * @param {string} [words]
    */
   function addRun(name, table, shown, words) {
-    const track = readTrack(table);
-    const made = { name, words, ...drawnAs(name, runs.filter((run) => !isOwn(run.name)).length), track, length_m: pathLength(track), shown };
+    const track = readTrack(table, system);
+    const made = {
+      name,
+      words,
+      ...drawnAs(name, runs.filter((run) => !isOwn(run.name)).length),
+      track,
+      length_m: pathLength(track),
+      shown,
+    };
     const at = runs.findIndex((run) => run.name === name);
     if (at >= 0) runs[at] = { ...made, ink: runs[at].ink, dash: runs[at].dash, shown: runs[at].shown };
     else runs.push(made);
     return track;
   }
 
-  const rateOf = (/** @type {any} */ row) => Math.min(MOST_RATE_HZ, Math.max(LEAST_RATE_HZ, Math.floor(ENOUGH_POINTS / Math.max(1, row.duration_s))));
+  const rateOf = (/** @type {any} */ row) =>
+    Math.min(MOST_RATE_HZ, Math.max(LEAST_RATE_HZ, Math.floor(ENOUGH_POINTS / Math.max(1, row.duration_s))));
 
   async function load() {
     try {
       const charted = replay.charts.load(true);
       [known, visits, anomalies, stands] = await asked.words;
+      if (isUnknown(known)) await learnSystems(api);
       if (gone) return;
+      if (systemOf(known) !== system) replay.setSystem((system = systemOf(known)));
       showWords();
       if (known.state !== "finished" && !(known.epochs > 0)) {
         dock.hidden = true;
@@ -175,7 +235,10 @@ export function sessionView(app, side, id, asked, askAgain) {
       charted.then(() => {
         if (!gone) one(".session", side).dataset.charted = "yes";
       });
-      api.charts(id, null, MOST_SECONDS, ["rate"]).then((found) => gone || render(one(".health", side), healthCard(healthOf(found.series, anomalies))), () => {});
+      api.charts(id, null, MOST_SECONDS, ["rate"]).then(
+        (found) => gone || render(one(".health", side), healthCard(system, healthOf(system, found.series, anomalies))),
+        () => {},
+      );
       if (rate_hz > LEAST_RATE_HZ) {
         const fine = await api.track(id, "main", rate_hz);
         if (gone) return;
@@ -186,13 +249,15 @@ export function sessionView(app, side, id, asked, askAgain) {
       if (gone) return;
       more.forEach((found, i) => {
         const name = STORED[i + 1];
-        if (found.status === "fulfilled" && found.value.rows.length > 0) addRun(name, found.value, moment.runs?.includes(name) ?? name === "without_markers");
+        if (found.status === "fulfilled" && found.value.rows.length > 0)
+          addRun(name, found.value, moment.runs?.includes(name) ?? name === "without_markers");
       });
       showRuns();
       one(".session", side).dataset.compared = "yes";
       labRuns = await api.labRuns(id);
       if (gone) return;
-      for (const name of moment.runs ?? []) if (!isOwn(name) && !runs.some((run) => run.name === name)) await compute(name);
+      for (const name of moment.runs ?? [])
+        if (!isOwn(name) && !runs.some((run) => run.name === name)) await compute(name);
       showRuns();
       for (const other of moment.beside) await addWalk(other);
     } catch (error) {
@@ -224,12 +289,12 @@ export function sessionView(app, side, id, asked, askAgain) {
 
   /** A run of the laboratory, by chosen aids computed first where it is not there. @param {string} name */
   async function compute(name) {
-    const aids = aidsOf(name);
+    const aids = aidsOf(system, name);
     if (computing !== null) return;
     computing = name;
     showRuns();
     try {
-      let run = runNamed(labRuns, name);
+      let run = runNamed(system, labRuns, name);
       if (!run && aids && app.may("engineer")) {
         run = await untilDone((await api.startLabRuns({ session_ids: [id], aids, solution: "filtered" }))[0].id);
         labRuns = await api.labRuns(id);
@@ -256,7 +321,17 @@ export function sessionView(app, side, id, asked, askAgain) {
       const [table, theirs] = await Promise.all([api.track(other, "main", rateOf(row)), api.visits(other)]);
       if (gone || table.rows.length === 0) return;
       const offset_s = (Date.parse(row.started_at) - own.started_ms) / 1000;
-      beside.push(walkOf(other, row.title || nameOf(row), row.started_at, offset_s, OTHERS[beside.length % OTHERS.length], readTrack(table), theirs));
+      beside.push(
+        walkOf(
+          other,
+          row.title || nameOf(row),
+          row.started_at,
+          offset_s,
+          OTHERS[beside.length % OTHERS.length],
+          readTrack(table, systemOf(row)),
+          theirs,
+        ),
+      );
       walksChanged();
     } catch (error) {
       if (!gone) trouble(error);
@@ -273,7 +348,9 @@ export function sessionView(app, side, id, asked, askAgain) {
     if (others) return;
     others = [];
     const rows = await api.sessions().catch(() => []);
-    others = rows.filter((/** @type {any} */ row) => row.id !== id && row.epochs > 0).map((/** @type {any} */ row) => ({ ...row, name: row.title || nameOf(row) }));
+    others = rows
+      .filter((/** @type {any} */ row) => row.id !== id && row.epochs > 0)
+      .map((/** @type {any} */ row) => ({ ...row, name: row.title || nameOf(row) }));
     if (!gone) showRuns();
   }
 
@@ -283,20 +360,34 @@ export function sessionView(app, side, id, asked, askAgain) {
     showVisits(one(".visits", side), visits);
     showStands();
     showAnomalies();
-    showFiles();
+    render(one(".files", side), fileList(system, known));
     render(one(".residuals", side), residualCard(residualsOf(visits)));
     // A walk that was never processed has none.
-    if (known.state === "finished") api.report(id).then((report) => gone || render(one(".report", side), reportCard(report)), () => {});
+    if (known.state === "finished")
+      api.report(id).then(
+        (report) => gone || render(one(".report", side), reportCard(system, report)),
+        () => {},
+      );
   }
 
   /** @param {unknown} [error] */
   function showStands(error) {
     const writes = known !== null && app.writesFor(known.inspector_id);
-    render(one(".stands", side), html`<h2>${t("stand.title")}</h2>
-      <label><input type="checkbox" name="automatic" ${known?.automatic_visits && "checked"} ${!writes && "disabled"}>${t("stand.automatic")}</label>
-      <p class="muted">${t("stand.automatic_hint")}</p>
-      ${error !== undefined && problemBox(error)}
-      ${stands.length === 0 ? html`<p class="muted">${t("stand.none")}</p>` : html`<div data-testid="stands">${standCards(stands, visits, writes)}</div>`}`);
+    render(
+      one(".stands", side),
+      html`<h2>${t("stand.title")}</h2>
+        <label
+          ><input
+            type="checkbox"
+            name="automatic"
+            ${known?.automatic_visits && "checked"}
+            ${!writes && "disabled"}
+          />${t("stand.automatic")}</label
+        >
+        <p class="muted">${t("stand.automatic_hint")}</p>
+        ${error !== undefined && problemBox(error)}
+        ${stands.length === 0 ? html`<p class="muted">${t("stand.none")}</p>` : html`<div data-testid="stands">${standCards(stands, visits, writes)}</div>`}`,
+    );
   }
 
   /**
@@ -316,18 +407,7 @@ export function sessionView(app, side, id, asked, askAgain) {
   }
 
   function showAnomalies() {
-    render(one(".anomalies", side), html`<h2>${t("session.anomalies")}</h2>${anomalies.length === 0
-      ? html`<p class="muted">${t("session.no_anomalies")}</p>`
-      : html`<div class="scroll" tabindex="0" role="region" aria-label="${t("session.anomalies")}"><table data-testid="anomalies"><thead><tr><th>${t("session.time")}</th><th>${t("session.what")}</th><th>${t("session.foot")}</th><th>${t("session.found")}</th></tr></thead>
-        <tbody>${anomalies.map((a) => html`<tr><td><button type="button" data-at="${String(a.t_start_ns / 1e9)}">${elapsed(a.t_start_ns / 1e9)}</button></td><td>${tOr(`anomaly.${a.anomaly}`, a.anomaly)}</td><td>${a.foot ? t(`foot.${a.foot}`) : "–"}</td><td>${tOr(`anomaly.about.${a.anomaly}`, "")} <small class="muted">${sentence(`anomaly.told.${a.anomaly}`, a)}</small></td></tr>`)}</tbody></table></div>`}`);
-  }
-
-  function showFiles() {
-    render(one(".files", side), html`
-      <h2>${t("session.exports")}</h2>
-      <p class="row">${EXPORTS.map((f) => html`<a href="${api.trackFile(id, f)}" download>${f === "csv" ? "CSV" : f === "geojson" ? "GeoJSON" : f.toUpperCase()}</a>`)}</p>
-      ${known.logs?.length > 0 && html`<h3>${t("session.logs")}</h3>${known.logs.map((/** @type {any} */ l) => html`<p>${t(`foot.${l.foot}`)}: ${l.file_name ?? "–"} · ${l.size_bytes ? bytes(l.size_bytes) : "–"} · ${Number(l.samples ?? 0).toLocaleString("en")} ${t("session.samples")}</p>`)}`}
-      ${known.track_sha256 && html`<p class="mono muted" title="${t("session.digest")}">${t("session.digest")}: ${known.track_sha256}</p>`}`);
+    render(one(".anomalies", side), anomalyTable(system, anomalies));
   }
 
   const onClick = (/** @type {Event} */ event) => {
@@ -337,11 +417,13 @@ export function sessionView(app, side, id, asked, askAgain) {
     const read = (/** @type {string} */ name) => target.closest(`[data-${name}]`)?.getAttribute(`data-${name}`);
     const [at, aids, remove, marker, lab] = [read("at"), read("aids"), read("remove"), read("visit"), read("lab")];
     if (at) replay.seek(Number(at));
-    if (aids) compute(runByAids(aids.split("+")));
+    if (aids) compute(runByAids(system, aids.split("+")));
     if (lab) compute(lab);
     if (target.closest("[data-compute]")) {
-      const chosen = [...side.querySelectorAll("input[name=aid]:checked")].map((box) => /** @type {HTMLInputElement} */ (box).value);
-      if (chosen.length > 0) compute(runByAids(chosen));
+      const chosen = [...side.querySelectorAll("input[name=aid]:checked")].map(
+        (box) => /** @type {HTMLInputElement} */ (box).value,
+      );
+      if (chosen.length > 0) compute(runByAids(system, chosen));
     }
     if (remove) {
       beside = beside.filter((walk) => walk.id !== remove);
@@ -380,11 +462,13 @@ export function sessionView(app, side, id, asked, askAgain) {
       if (changed.has("job") && lookAtJobs()) {
         asked = askAgain();
         load();
-      }
-      else if (known?.state === "live" && (changed.has("stand") || changed.has("visit"))) ask(Promise.resolve());
+      } else if (known?.state === "live" && (changed.has("stand") || changed.has("visit"))) ask(Promise.resolve());
       if (known?.state === "live" && changed.has("position") && performance.now() - fetchedLive_ms > LIVE_MS) {
         fetchedLive_ms = performance.now();
-        api.track(id, "main", rateOf(known)).then((table) => gone || showMain(addRun("main", table, true)), () => {});
+        api.track(id, "main", rateOf(known)).then(
+          (table) => gone || showMain(addRun("main", table, true)),
+          () => {},
+        );
         // Of a walk that goes on, the charts are made of all its samples anew.
         if (performance.now() - charted_ms > LIVE_CHARTS_MS) {
           charted_ms = performance.now();

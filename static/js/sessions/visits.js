@@ -13,15 +13,53 @@ const TONES = { accepted: "good", rejected: "bad", waiting: "" };
  * @param {import("../state/findings.js").Visit[]} visits
  */
 export function showVisits(el, visits) {
-  render(el, html`<h2>${t("session.visits")}</h2>${visits.length === 0
-    ? html`<p class="muted">${t("session.no_visits")}</p>`
-    : html`<div class="scroll" tabindex="0" role="region" aria-label="${t("session.visits")}"><table data-testid="visits"><thead><tr><th>${t("session.time")}</th><th>${t("session.marker")}</th><th>${t("session.outcome")}</th><th class="num">${t("session.before")}</th><th class="num">ΔE</th><th class="num">ΔN</th><th class="num">NIS</th></tr></thead>
-      <tbody>${visits.map((v) => {
-        const off = v.before_minus_marker_m;
-        const outcome = visitOutcome(v);
-        return html`<tr><td>${elapsed(visitTime(v))}</td><td><button type="button" data-visit="${v.marker}" data-at="${String(visitTime(v))}">${v.marker}</button></td>
-          <td><span class="tag ${TONES[outcome]}">${t(`visit.${outcome}`)}</span></td>
-          <td class="num">${length(offBefore(v))}</td><td class="num">${number(off?.[0], 1)}</td><td class="num">${number(off?.[1], 1)}</td><td class="num">${number(v.nis, 1)}</td></tr>
-          ${v.reason && html`<tr class="reason"><td></td><td colspan="6"><small class="muted">${v.reason}</small></td></tr>`}`;
-      })}</tbody></table></div>`}`);
+  render(
+    el,
+    html`<h2>${t("session.visits")}</h2>
+      ${
+        visits.length === 0
+          ? html`<p class="muted">${t("session.no_visits")}</p>`
+          : html`<div class="scroll" tabindex="0" role="region" aria-label="${t("session.visits")}">
+              <table data-testid="visits">
+                <thead>
+                  <tr>
+                    <th>${t("session.time")}</th>
+                    <th>${t("session.marker")}</th>
+                    <th>${t("session.outcome")}</th>
+                    <th class="num">${t("session.before")}</th>
+                    <th class="num">ΔE</th>
+                    <th class="num">ΔN</th>
+                    <th class="num">NIS</th>
+                  </tr>
+                </thead>
+                <tbody>
+                  ${visits.map((v) => {
+                    const off = v.before_minus_marker_m;
+                    const outcome = visitOutcome(v);
+                    return html`<tr>
+                        <td>${elapsed(visitTime(v))}</td>
+                        <td>${markerButton(v)}</td>
+                        <td><span class="tag ${TONES[outcome]}">${t(`visit.${outcome}`)}</span></td>
+                        <td class="num">${length(offBefore(v))}</td>
+                        <td class="num">${number(off?.[0], 1)}</td>
+                        <td class="num">${number(off?.[1], 1)}</td>
+                        <td class="num">${number(v.nis, 1)}</td>
+                      </tr>
+                      ${
+                        v.reason &&
+                        html`<tr class="reason">
+                          <td></td>
+                          <td colspan="6"><small class="muted">${v.reason}</small></td>
+                        </tr>`
+                      }`;
+                  })}
+                </tbody>
+              </table>
+            </div>`
+      }`,
+  );
 }
+
+/** Leads to the visit, on the map and in time. @param {import("../state/findings.js").Visit} v */
+const markerButton = (v) =>
+  html`<button type="button" data-visit="${v.marker}" data-at="${String(visitTime(v))}">${v.marker}</button>`;

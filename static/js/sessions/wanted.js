@@ -29,7 +29,8 @@ export function readWanted(hash) {
     const found = query.get(name) ?? "";
     return known.includes(found) ? found : "";
   };
-  const day = (/** @type {string} */ name) => (/^\d{4}-\d\d-\d\d$/.test(query.get(name) ?? "") ? String(query.get(name)) : "");
+  const day = (/** @type {string} */ name) =>
+    /^\d{4}-\d\d-\d\d$/.test(query.get(name) ?? "") ? String(query.get(name)) : "";
   return {
     text: query.get("text") ?? "",
     inspector_id: query.get("inspector_id") ?? "",
@@ -47,7 +48,14 @@ export function readWanted(hash) {
 export function writeWanted(wanted) {
   const parts = [];
   for (const [name, value] of Object.entries(wanted)) {
-    const text = name === "page" ? (wanted.page > 0 ? String(wanted.page + 1) : "") : name === "sort" && value === SORTS[0] ? "" : String(value);
+    const text =
+      name === "page"
+        ? wanted.page > 0
+          ? String(wanted.page + 1)
+          : ""
+        : name === "sort" && value === SORTS[0]
+          ? ""
+          : String(value);
     if (text) parts.push(`${name}=${encodeURIComponent(text).replaceAll("%2C", ",")}`);
   }
   return `#/sessions${parts.length > 0 ? `?${parts.join("&")}` : ""}`;
@@ -59,7 +67,8 @@ export function writeWanted(wanted) {
  */
 export function toQuery(wanted) {
   const query = new URLSearchParams({ limit: String(PAGE), offset: String(wanted.page * PAGE) });
-  for (const name of /** @type {const} */ (["text", "inspector_id", "state", "mode"])) if (wanted[name].trim()) query.set(name, wanted[name].trim());
+  for (const name of /** @type {const} */ (["text", "inspector_id", "state", "mode"]))
+    if (wanted[name].trim()) query.set(name, wanted[name].trim());
   if (wanted.from) query.set("from", `${wanted.from}T00:00:00${ZONE}`);
   if (wanted.to) query.set("to", new Date(Date.parse(`${wanted.to}T00:00:00${ZONE}`) + 86_400_000).toISOString());
   if (wanted.flags.length > 0) query.set("flags", wanted.flags.join(","));

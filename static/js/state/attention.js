@@ -80,10 +80,19 @@ export function people(state, now_ms) {
     const sigma_m = position ? worstSigma(position.sigma_m, position.covariance_en_m2) : null;
     const poor = sigma_m !== null && sigma_m > POOR_SIGMA_M;
     const overdue =
-      position !== null &&
-      ((position.since_marker_m ?? 0) > OVERDUE_M || (position.since_marker_s ?? 0) > OVERDUE_S);
+      position !== null && ((position.since_marker_m ?? 0) > OVERDUE_M || (position.since_marker_s ?? 0) > OVERDUE_S);
     const inspector = state.inspectors.get(id) ?? { id, name: id.slice(0, 8) };
-    const person = { inspector, session, presence, age_s, sigma_m, poor, overdue, faults: openFaults.get(id) ?? 0, rank: 0 };
+    const person = {
+      inspector,
+      session,
+      presence,
+      age_s,
+      sigma_m,
+      poor,
+      overdue,
+      faults: openFaults.get(id) ?? 0,
+      rank: 0,
+    };
     person.rank = rank(person);
     return person;
   });

@@ -8,9 +8,9 @@
  *   before_minus_marker_m?: number[], after_minus_marker_m?: number[], reason?: string,
  * }} Visit the outcome is there once the visit has been weighed
  * @typedef {{
- *   session_id: string, anomaly: string, foot: string | null, t_start_ns: number, t_end_ns: number, samples: number, detail: string,
+ *   session_id: string, anomaly: string, t_start_ns: number, t_end_ns: number, samples: number, detail: string,
  *   figures?: import("../told.js").Figures | null,
- * }} Anomaly
+ * }} Anomaly its system knows which stream it is of
  * @typedef {{marker: string | null, probability: number, distance_m: number | null}} Candidate
  * @typedef {{
  *   number: number, t_start_ns: number, t_end_ns: number, lasts: boolean, position_m: number[], candidates: Candidate[],

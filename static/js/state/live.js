@@ -25,7 +25,7 @@ import { extend, revise } from "./trail.js";
  * }} Fault a candidate without a marker stands for none of those named
  * @typedef {{
  *   id: string, inspector_id: string, title?: string | null, state: string, started_at: string | null, ended_at?: string | null,
- *   feet?: string[], position: Position | null, trail: TrailPoint[], revised_from_ns: number, visits: Visit[], stands: Stand[], anomalies: Anomaly[],
+ *   system?: string, position: Position | null, trail: TrailPoint[], revised_from_ns: number, visits: Visit[], stands: Stand[], anomalies: Anomaly[],
  * }} LiveSession `revised_from_ns` is the earliest time that was revised since the map last drew the past
  * @typedef {{id: string, session_id: string, lab_run_id?: string, state: string, stage: string, progress: number, error?: unknown}} Job
  * @typedef {{

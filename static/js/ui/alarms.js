@@ -14,11 +14,15 @@ export function makeAlarms(app) {
       /** @type {Map<string, string>} */
       const now = new Map();
       for (const person of app.people()) {
-        if (person.presence === "lost") now.set(`lost ${person.inspector.id}`, t("alarm.lost", { name: person.inspector.name }));
+        if (person.presence === "lost")
+          now.set(`lost ${person.inspector.id}`, t("alarm.lost", { name: person.inspector.name }));
       }
       for (const fault of app.live.faults.values()) {
         if (stands(fault) && fault.severity === "high") {
-          now.set(`fault ${fault.id}`, t("alarm.fault", { marker: fault.marker ?? fault.candidates.find((c) => c.marker)?.marker ?? "?" }));
+          now.set(
+            `fault ${fault.id}`,
+            t("alarm.fault", { marker: fault.marker ?? fault.candidates.find((c) => c.marker)?.marker ?? "?" }),
+          );
         }
       }
       // What stood there when the page was opened is in the lists; only news is told.

@@ -48,21 +48,28 @@ export function makeGoTo(app) {
   function list() {
     const found = hits(field().value);
     const none = field().value.trim() !== "" && found.length === 0;
-    render(one(".hits", dialog.el), html`
-      ${none && html`<p class="empty">${t("go.none", { name: field().value })}</p>`}
-      ${found.map((node) => html`<button type="button" class="card" data-name="${node.name}"><b>${node.name}</b> <span class="muted">E ${node.e_m.toFixed(1)} · N ${node.n_m.toFixed(1)} m</span></button>`)}`);
+    render(
+      one(".hits", dialog.el),
+      html` ${none && html`<p class="empty">${t("go.none", { name: field().value })}</p>`}
+      ${found.map((node) => html`<button type="button" class="card" data-name="${node.name}"><b>${node.name}</b> <span class="muted">E ${node.e_m.toFixed(1)} · N ${node.n_m.toFixed(1)} m</span></button>`)}`,
+    );
   }
 
   return {
     show() {
-      dialog.open(html`
-        <form>
+      dialog.open(
+        html` <form>
           <h2 id="go-title">${t("go.title")}</h2>
-          <label class="field"><span>${t("go.hint")}</span>
-            <input name="name" autocomplete="off" autocapitalize="characters" spellcheck="false" autofocus></label>
+          <label class="field"
+            ><span>${t("go.hint")}</span>
+            <input name="name" autocomplete="off" autocapitalize="characters" spellcheck="false" autofocus
+          /></label>
           <div class="hits"></div>
-          <div class="row end"><button type="button" data-close>${t("close")}</button><button class="main-action">${t("go.go")}</button></div>
-        </form>`);
+          <div class="row end">
+            <button type="button" data-close>${t("close")}</button><button class="main-action">${t("go.go")}</button>
+          </div>
+        </form>`,
+      );
       field().value = "";
       list();
       field().focus();

@@ -26,11 +26,18 @@ export function makeHelp() {
   const dialog = makeDialog("help");
   return {
     show() {
-      dialog.open(html`
-        <h2 id="help-title">${t("help.title")}</h2>
-        <dl class="shortcuts">${KEYS.map(([key, words]) => html`<dt><kbd>${key}</kbd></dt><dd>${t(words)}</dd>`)}</dl>
-        <p class="muted">${t("help.note")}</p>
-        <div class="row end"><button type="button" data-close autofocus>${t("close")}</button></div>`);
+      dialog.open(
+        html` <h2 id="help-title">${t("help.title")}</h2>
+          <dl class="shortcuts">
+            ${KEYS.map(
+              ([key, words]) =>
+                html`<dt><kbd>${key}</kbd></dt>
+                  <dd>${t(words)}</dd>`,
+            )}
+          </dl>
+          <p class="muted">${t("help.note")}</p>
+          <div class="row end"><button type="button" data-close autofocus>${t("close")}</button></div>`,
+      );
     },
   };
 }

@@ -14,8 +14,12 @@ export function problemBox(error) {
       ${error.code && html`<p class="mono muted">${error.status} ${error.code}</p>`}
     </div>`;
   }
-  const words = error instanceof Unreachable ? t("problem.unreachable") : String(error instanceof Error ? error.message : error);
-  return html`<div class="problem" role="alert" data-testid="problem"><b>${t("problem.failed")}</b><p>${words}</p></div>`;
+  const words =
+    error instanceof Unreachable ? t("problem.unreachable") : String(error instanceof Error ? error.message : error);
+  return html`<div class="problem" role="alert" data-testid="problem">
+    <b>${t("problem.failed")}</b>
+    <p>${words}</p>
+  </div>`;
 }
 
 /** @param {Record<string, unknown> | string} where */

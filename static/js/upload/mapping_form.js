@@ -39,7 +39,12 @@ export function guess(columns) {
   const used = new Set();
   for (const channel of ["gyr", "acc", "mag"]) {
     const axis = (/** @type {string} */ letter) =>
-      columns.find((name) => !used.has(name) && LIKE[channel].test(name) && new RegExp(`(^|[^a-z])${letter}([^a-z]|$)|${letter}(\\W.*)?$`, "iu").test(name.replace(/\(.*|\[.*/u, "")));
+      columns.find(
+        (name) =>
+          !used.has(name) &&
+          LIKE[channel].test(name) &&
+          new RegExp(`(^|[^a-z])${letter}([^a-z]|$)|${letter}(\\W.*)?$`, "iu").test(name.replace(/\(.*|\[.*/u, "")),
+      );
     const three = AXES.map(axis);
     if (three.some((name) => name === undefined) || new Set(three).size < 3) continue;
     AXES.forEach((letter, i) => {
@@ -68,7 +73,8 @@ export function readMapping(data, delimiter) {
   const axes = (/** @type {string} */ channel) => {
     const columns = AXES.map((axis) => text(`${channel}_${axis}`));
     if (columns.every((column) => column === "")) return null;
-    if (columns.some((column) => column === "")) throw new Error(t("mapping.incomplete", { channel: t(`channel.${channel}`) }));
+    if (columns.some((column) => column === ""))
+      throw new Error(t("mapping.incomplete", { channel: t(`channel.${channel}`) }));
     return { columns: /** @type {[string, string, string]} */ (columns), unit: text(`${channel}_unit`) };
   };
   const needed = (/** @type {string} */ channel) => {
@@ -100,23 +106,60 @@ export function mappingForm(box, preview, presets, then) {
   const first = guess(preview.columns);
   const option = (/** @type {string} */ value, /** @type {string} */ words, /** @type {string | undefined} */ chosen) =>
     html`<option value="${value}" ${value === chosen ? "selected" : ""}>${words}</option>`;
-  const column = (/** @type {string} */ name, /** @type {string} */ label) => html`<label class="field"><span>${label}</span><select name="${name}">
-    ${option("", t("mapping.not_there"), undefined)}${preview.columns.filter(Boolean).map((c) => option(c, c, first[name]))}</select></label>`;
-  const unit = (/** @type {string} */ channel) => html`<label class="field unit"><span>${t("mapping.unit")}</span><select name="${channel}_unit">
-    ${UNITS[channel].map((u) => option(u, tOr(`unit_of.${u}`, u), undefined))}</select></label>`;
-  const three = (/** @type {string} */ channel) => html`<fieldset><legend>${t(`channel.${channel}`)}</legend><div class="mapped">
-    ${AXES.map((axis) => column(`${channel}_${axis}`, axis))}${unit(channel)}</div></fieldset>`;
+  const column = (/** @type {string} */ name, /** @type {string} */ label) =>
+    html`<label class="field"
+      ><span>${label}</span
+      ><select name="${name}">
+        ${option("", t("mapping.not_there"), undefined)}${preview.columns.filter(Boolean).map((c) => option(c, c, first[name]))}
+      </select></label
+    >`;
+  const unit = (/** @type {string} */ channel) =>
+    html`<label class="field unit"
+      ><span>${t("mapping.unit")}</span
+      ><select name="${channel}_unit">
+        ${UNITS[channel].map((u) => option(u, tOr(`unit_of.${u}`, u), undefined))}
+      </select></label
+    >`;
+  const three = (/** @type {string} */ channel) =>
+    html`<fieldset>
+      <legend>${t(`channel.${channel}`)}</legend>
+      <div class="mapped">${AXES.map((axis) => column(`${channel}_${axis}`, axis))}${unit(channel)}</div>
+    </fieldset>`;
   const markup = html`<div class="mapping" data-testid="mapping">
     <p>${t("mapping.lead")}</p>
-    ${presets.length > 0 && html`<label class="field"><span>${t("mapping.preset")}</span><select name="preset"><option value="">–</option>${presets.map((p) => option(p.id, p.name, undefined))}</select></label>`}
-    <fieldset><legend>${t("channel.time")}</legend><div class="mapped">${column("time", t("mapping.column"))}${unit("time")}
-      <label class="field"><span>${t("mapping.rate")}</span><input name="rate_hz" inputmode="decimal" autocomplete="off"></label></div></fieldset>
+    ${
+      presets.length > 0 &&
+      html`<label class="field"
+        ><span>${t("mapping.preset")}</span
+        ><select name="preset">
+          <option value="">–</option>
+          ${presets.map((p) => option(p.id, p.name, undefined))}
+        </select></label
+      >`
+    }
+    <fieldset>
+      <legend>${t("channel.time")}</legend>
+      <div class="mapped">
+        ${column("time", t("mapping.column"))}${unit("time")}
+        <label class="field"
+          ><span>${t("mapping.rate")}</span><input name="rate_hz" inputmode="decimal" autocomplete="off"
+        /></label>
+      </div>
+    </fieldset>
     ${three("gyr")}${three("acc")}${three("mag")}
-    <fieldset><legend>${t("channel.pressure")}</legend><div class="mapped">${column("pressure", t("mapping.column"))}${unit("pressure")}</div></fieldset>
-    <div class="row"><button type="button" class="use" data-testid="use-mapping">${t("mapping.use")}</button>
-      <label class="field"><span>${t("mapping.name")}</span><input name="preset_name" autocomplete="off" maxlength="80"></label>
-      <button type="button" class="save" data-testid="save-mapping">${t("mapping.save")}</button></div>
-    <div class="mapping-answer" aria-live="polite"></div></div>`;
+    <fieldset>
+      <legend>${t("channel.pressure")}</legend>
+      <div class="mapped">${column("pressure", t("mapping.column"))}${unit("pressure")}</div>
+    </fieldset>
+    <div class="row">
+      <button type="button" class="use" data-testid="use-mapping">${t("mapping.use")}</button>
+      <label class="field"
+        ><span>${t("mapping.name")}</span><input name="preset_name" autocomplete="off" maxlength="80"
+      /></label>
+      <button type="button" class="save" data-testid="save-mapping">${t("mapping.save")}</button>
+    </div>
+    <div class="mapping-answer" aria-live="polite"></div>
+  </div>`;
   // It is asked already, and listens.
   if (!render(box, markup)) return;
 
@@ -138,7 +181,9 @@ export function mappingForm(box, preview, presets, then) {
       render(answer, problemBox(error));
     }
   };
-  one(".use", box).addEventListener("click", () => tryTo(() => then.use(readMapping(data(), preview.delimiter ?? "comma"))));
+  one(".use", box).addEventListener("click", () =>
+    tryTo(() => then.use(readMapping(data(), preview.delimiter ?? "comma"))),
+  );
   one(".save", box).addEventListener("click", () =>
     tryTo(async () => {
       const mapping = readMapping(data(), preview.delimiter ?? "comma");

@@ -48,38 +48,46 @@ export function look(api, file, reading) {
  */
 export function fittingPreset(presets, table) {
   const fits = presets.filter(
-    ({ mapping }) => (mapping.delimiter ?? "comma") === table.delimiter && columnsOf(mapping).every((column) => table.columns.includes(column)),
+    ({ mapping }) =>
+      (mapping.delimiter ?? "comma") === table.delimiter &&
+      columnsOf(mapping).every((column) => table.columns.includes(column)),
   );
   return fits.length === 1 ? fits[0] : null;
 }
 
 /** @param {Mapping} mapping */
 export function columnsOf(mapping) {
-  return [mapping.time.column, ...mapping.gyr.columns, ...mapping.acc.columns, ...(mapping.mag?.columns ?? []), mapping.pressure?.column].filter(
-    (column) => column !== undefined,
-  );
+  return [
+    mapping.time.column,
+    ...mapping.gyr.columns,
+    ...mapping.acc.columns,
+    ...(mapping.mag?.columns ?? []),
+    mapping.pressure?.column,
+  ].filter((column) => column !== undefined);
 }
 
 /**
- * How the logs of both feet lie in time. A canonical log counts from the session's start; another maker's
- * shows its own clock, and two of one clock begin together at the earlier first sample.
- * @param {Preview} left
- * @param {Preview} right
- * @returns {{one_clock: boolean, zero_ns: number | null, right_after_left_s: number, overlap_s: number} | null}
+ * How logs lie in time. A canonical log counts from the session's start; another maker's shows its own clock, and those of one
+ * clock begin together at the earliest first sample.
+ * @param {Preview[]} previews
+ * @returns {{one_clock: boolean, zero_ns: number | null, second_after_first_s: number, spread_s: number, overlap_s: number} | null}
+ *   null for fewer than two logs, and where one of them tells no time
  */
-export function feetInTime(left, right) {
-  if (!left.clock_ns || !right.clock_ns) return null;
-  const canonical = [left, right].map((preview) => preview.format === "canonical");
-  const [l, r] = [left.clock_ns, right.clock_ns];
-  const one_clock = canonical[0] === canonical[1] && Math.abs(l[0] - r[0]) <= ONE_CLOCK_NS;
+export function logsInTime(previews) {
+  const clocks = previews.flatMap(({ clock_ns }) => (clock_ns ? [clock_ns] : []));
+  if (clocks.length < 2 || clocks.length < previews.length) return null;
+  const canonical = previews.map((preview) => preview.format === "canonical");
+  const begins = clocks.map(([first]) => first);
+  const spread_ns = Math.max(...begins) - Math.min(...begins);
+  const one_clock = canonical.every((is) => is === canonical[0]) && spread_ns <= ONE_CLOCK_NS;
   // Each counts from its own first sample otherwise.
-  const shift = one_clock ? [0, 0] : [l[0], r[0]];
-  const first = [l[0] - shift[0], r[0] - shift[1]];
-  const last = [l[1] - shift[0], r[1] - shift[1]];
+  const first = begins.map((ns) => (one_clock ? ns : 0));
+  const last = clocks.map(([from, to]) => (one_clock ? to : to - from));
   return {
     one_clock,
-    zero_ns: one_clock && !canonical[0] ? Math.min(l[0], r[0]) : null,
-    right_after_left_s: (first[1] - first[0]) / 1e9,
+    zero_ns: one_clock && !canonical[0] ? Math.min(...begins) : null,
+    second_after_first_s: (first[1] - first[0]) / 1e9,
+    spread_s: one_clock ? spread_ns / 1e9 : 0,
     overlap_s: Math.max(0, (Math.min(...last) - Math.max(...first)) / 1e9),
   };
 }
@@ -103,7 +111,10 @@ export function warnings(preview) {
     found.push({ key: "times", values: { samples: survey.repeated_times + survey.backward_times } });
   }
   if (preview.field_in_counts) found.push({ key: "counts" });
-  else if (survey.field_mean_ut !== null && !(survey.field_mean_ut >= FIELD_UT[0] && survey.field_mean_ut <= FIELD_UT[1])) {
+  else if (
+    survey.field_mean_ut !== null &&
+    !(survey.field_mean_ut >= FIELD_UT[0] && survey.field_mean_ut <= FIELD_UT[1])
+  ) {
     found.push({ key: "field", values: { ut: survey.field_mean_ut.toFixed(1) } });
   }
   return found;

@@ -12,27 +12,49 @@ const ROW_NAMES = ["t_s", "gyr_x", "gyr_y", "gyr_z", "acc_x", "acc_y", "acc_z", 
 
 /**
  * @param {Preview} preview
- * @param {string} foot names the regions that scroll
+ * @param {string} stream in words: names the regions that scroll
  */
-export function previewCard(preview, foot) {
+export function previewCard(preview, stream) {
   const { survey } = preview;
   const some = survey.samples > 0;
-  return html`<p class="format"><b data-testid="format">${formatName(preview)}</b>${preview.part && html` <span class="muted">${t("preview.part")}</span>`}</p>
+  return html`<p class="format">
+      <b data-testid="format">${formatName(preview)}</b
+      >${preview.part && html` <span class="muted">${t("preview.part")}</span>`}
+    </p>
     ${preview.problem && html`<div class="problem" role="alert" data-testid="preview-problem"><p>${preview.problem.detail}</p></div>`}
-    ${some && html`<dl class="facts">
-      ${fact("rate", survey.rate_hz === null ? "–" : `${number(survey.rate_hz, survey.rate_hz < 99 ? 1 : 0)} Hz`)}
-      ${fact("duration", duration(survey.duration_s))}
-      ${fact("gaps", survey.gaps === 0 ? t("preview.none") : `${survey.gaps} · ${number(survey.gaps_s, 2)} s`)}
-      ${fact("clipped", survey.clipped_rates + survey.clipped_forces === 0 ? t("preview.none") : String(survey.clipped_rates + survey.clipped_forces))}
-      ${fact("still", `${number(survey.still_s, 1)} s ${survey.still_s >= STAND_S ? "✓" : "!"}`)}
-      ${fact("field", field(preview))}
-      ${fact("pressure", survey.pressure_share > 0 ? t("preview.yes") : t("preview.no"))}
-      ${fact("samples", survey.samples.toLocaleString("en"))}</dl>
-      ${chart("rate", survey.chart.rate_rad_s, "rad/s")}${chart("force", survey.chart.force_m_s2, "m/s²")}
-      <ul class="warnings">${warnings(preview).map(({ key, values }) => html`<li data-warning="${key}">${t(`preview.warn.${key}`, values)}</li>`)}</ul>`}
-    ${preview.mapping && html`<details><summary>${t("preview.mapping")}</summary>${mappingList(preview.mapping)}</details>`}
-    ${(some || preview.rows.length > 0) && html`<details><summary>${t("preview.rows")}</summary>
-      <div class="scrolls" tabindex="0" role="region" aria-label="${t("preview.rows")} · ${t(`foot.${foot}`)}">${some ? samples(preview) : text(preview)}</div></details>`}`;
+    ${
+      some &&
+      html`<dl class="facts">
+          ${fact("rate", survey.rate_hz === null ? "–" : `${number(survey.rate_hz, survey.rate_hz < 99 ? 1 : 0)} Hz`)}
+          ${fact("duration", duration(survey.duration_s))}
+          ${fact("gaps", survey.gaps === 0 ? t("preview.none") : `${survey.gaps} · ${number(survey.gaps_s, 2)} s`)}
+          ${fact("clipped", survey.clipped_rates + survey.clipped_forces === 0 ? t("preview.none") : String(survey.clipped_rates + survey.clipped_forces))}
+          ${fact("still", `${number(survey.still_s, 1)} s ${survey.still_s >= STAND_S ? "✓" : "!"}`)}
+          ${fact("field", field(preview))}
+          ${fact("pressure", survey.pressure_share > 0 ? t("preview.yes") : t("preview.no"))}
+          ${fact("samples", survey.samples.toLocaleString("en"))}
+        </dl>
+        ${chart("rate", survey.chart.rate_rad_s, "rad/s")}${chart("force", survey.chart.force_m_s2, "m/s²")}
+        <ul class="warnings">
+          ${warnings(preview).map(({ key, values }) => html`<li data-warning="${key}">${t(`preview.warn.${key}`, values)}</li>`)}
+        </ul>`
+    }
+    ${
+      preview.mapping &&
+      html`<details>
+        <summary>${t("preview.mapping")}</summary>
+        ${mappingList(preview.mapping)}
+      </details>`
+    }
+    ${
+      (some || preview.rows.length > 0) &&
+      html`<details>
+        <summary>${t("preview.rows")}</summary>
+        <div class="scrolls" tabindex="0" role="region" aria-label="${t("preview.rows")} · ${stream}">
+          ${some ? samples(preview) : text(preview)}
+        </div>
+      </details>`
+    }`;
 }
 
 /**
@@ -40,14 +62,18 @@ export function previewCard(preview, foot) {
  * @param {Preview} preview
  */
 function formatName(preview) {
-  const none = preview.format === null || (preview.format === "canonical" && preview.columns.length === 0 && preview.survey.samples === 0);
+  const none =
+    preview.format === null ||
+    (preview.format === "canonical" && preview.columns.length === 0 && preview.survey.samples === 0);
   return none ? t("format.unknown") : tOr(`format.${preview.format}`, String(preview.format));
 }
 
 /** @param {Preview} preview */
 function field({ survey, field_in_counts }) {
   if (survey.field_mean_ut === null) return t("preview.no");
-  return field_in_counts ? t("preview.counts", { counts: number(survey.field_mean_ut, 1) }) : `${number(survey.field_mean_ut, 1)} µT`;
+  return field_in_counts
+    ? t("preview.counts", { counts: number(survey.field_mean_ut, 1) })
+    : `${number(survey.field_mean_ut, 1)} µT`;
 }
 
 /**
@@ -55,31 +81,68 @@ function field({ survey, field_in_counts }) {
  * @param {string} value
  */
 function fact(key, value) {
-  return html`<div><dt>${t(`preview.${key}`)}</dt><dd data-fact="${key}">${value}</dd></div>`;
+  return html`<div>
+    <dt>${t(`preview.${key}`)}</dt>
+    <dd data-fact="${key}">${value}</dd>
+  </div>`;
 }
 
 /** @param {import("./preview.js").Mapping} mapping */
 function mappingList(mapping) {
-  const line = (/** @type {string} */ channel, /** @type {string[]} */ columns, /** @type {string | undefined} */ unit) =>
-    html`<div><dt>${t(`channel.${channel}`)}</dt><dd>${columns.join(", ")}${unit && html` <span class="muted">${tOr(`unit_of.${unit}`, unit)}</span>`}</dd></div>`;
+  const line = (
+    /** @type {string} */ channel,
+    /** @type {string[]} */ columns,
+    /** @type {string | undefined} */ unit,
+  ) =>
+    html`<div>
+      <dt>${t(`channel.${channel}`)}</dt>
+      <dd>${columns.join(", ")}${unit && html` <span class="muted">${tOr(`unit_of.${unit}`, unit)}</span>`}</dd>
+    </div>`;
   const { time } = mapping;
   return html`<dl class="facts wide">
     ${line("time", [time.column ?? t("preview.by_rate")], time.rate_hz ? `${time.rate_hz} Hz` : time.unit)}
     ${line("gyr", mapping.gyr.columns, mapping.gyr.unit)}${line("acc", mapping.acc.columns, mapping.acc.unit)}
     ${mapping.mag && line("mag", mapping.mag.columns, mapping.mag.unit)}
-    ${mapping.pressure && line("pressure", [mapping.pressure.column], mapping.pressure.unit)}</dl>`;
+    ${mapping.pressure && line("pressure", [mapping.pressure.column], mapping.pressure.unit)}
+  </dl>`;
 }
 
 /** @param {Preview} preview */
 function samples({ survey }) {
-  return html`<table><thead><tr>${ROW_NAMES.map((name) => html`<th scope="col">${name}</th>`)}</tr></thead>
-    <tbody>${survey.first_rows.map((row) => html`<tr>${row.map((value, i) => html`<td>${number(value, i === 0 ? 4 : 3)}</td>`)}</tr>`)}</tbody></table>`;
+  return html`<table>
+    <thead>
+      <tr>
+        ${ROW_NAMES.map((name) => html`<th scope="col">${name}</th>`)}
+      </tr>
+    </thead>
+    <tbody>
+      ${survey.first_rows.map(
+        (row) =>
+          html`<tr>
+            ${row.map((value, i) => html`<td>${number(value, i === 0 ? 4 : 3)}</td>`)}
+          </tr>`,
+      )}
+    </tbody>
+  </table>`;
 }
 
 /** @param {Preview} preview */
 function text({ columns, rows }) {
-  return html`<table><thead><tr>${columns.map((name) => html`<th scope="col">${name || "–"}</th>`)}</tr></thead>
-    <tbody>${rows.map((row) => html`<tr>${columns.map((_, i) => html`<td>${row[i] ?? ""}</td>`)}</tr>`)}</tbody></table>`;
+  return html`<table>
+    <thead>
+      <tr>
+        ${columns.map((name) => html`<th scope="col">${name || "–"}</th>`)}
+      </tr>
+    </thead>
+    <tbody>
+      ${rows.map(
+        (row) =>
+          html`<tr>
+            ${columns.map((_, i) => html`<td>${row[i] ?? ""}</td>`)}
+          </tr>`,
+      )}
+    </tbody>
+  </table>`;
 }
 
 /**
@@ -103,6 +166,15 @@ function chart(key, bins, unit) {
     upper.push(`${x(i)},${y(bin[1])}`);
     lower.unshift(`${x(i)},${y(bin[0])}`);
   });
-  return html`<figure class="band"><svg viewBox="0 0 ${CHART.width} ${CHART.height}" preserveAspectRatio="none" role="img" aria-label="${t(`preview.chart.${key}`)}">
-    <polygon points="${[...upper, ...lower].join(" ")}"/></svg><figcaption class="muted">${t(`preview.chart.${key}`)} · ≤ ${number(top, 1)} ${unit}</figcaption></figure>`;
+  return html`<figure class="band">
+    <svg
+      viewBox="0 0 ${CHART.width} ${CHART.height}"
+      preserveAspectRatio="none"
+      role="img"
+      aria-label="${t(`preview.chart.${key}`)}"
+    >
+      <polygon points="${[...upper, ...lower].join(" ")}" />
+    </svg>
+    <figcaption class="muted">${t(`preview.chart.${key}`)} · ≤ ${number(top, 1)} ${unit}</figcaption>
+  </figure>`;
 }

@@ -3,7 +3,8 @@
 import { recall, remember } from "../ui/remembered.js";
 
 /**
- * @typedef {{session_id: string, title: string, logs: Partial<Record<"left" | "right", {log_id: string, sha256: string, name: string, size: number}>>}} Unfinished
+ * @typedef {{session_id: string, system?: string, title: string, logs: Record<string, {log_id: string, sha256: string, name: string, size: number}>}} Unfinished
+ *   its logs by stream; one from before there were several systems names none
  */
 
 const KEY = "unfinished-upload";

@@ -1,10 +1,9 @@
-// The whole of handing in: the session, each foot's log, the visits, then processing until it is done.
+// The whole of handing in: the session, each stream's log, the visits, then processing until it is done.
 
 import { handIn } from "./transfer.js";
 
 /**
- * @typedef {"left" | "right"} Foot
- * @typedef {Partial<Record<Foot, File>>} Files
+ * @typedef {Record<string, File | undefined>} Files by stream
  * @typedef {import("./remembered_upload.js").Unfinished} Unfinished
  * @typedef {Pick<typeof import("../api.js"), "createSession" | "deleteSession" | "beginLog" | "logOffset" | "appendLog" | "finishLog" | "previewUpload" | "addVisits" | "processSession" | "job">} UploadApi
  */
@@ -14,56 +13,63 @@ const ASK_EVERY_MS = 700;
 
 /**
  * @param {UploadApi} api
+ * @param {import("../systems/index.js").System} system
  * @param {{
  *   files: Files, visits: File | null, session: Record<string, unknown>, unfinished: Unfinished | null,
- *   onFoot: (foot: Foot, progress: import("./transfer.js").Progress) => void,
+ *   onLog: (stream: string, progress: import("./transfer.js").Progress) => void,
  *   onJob: (job: import("../state/live.js").Job) => void,
  *   remember: (unfinished: Unfinished | null) => void, wait?: (ms: number) => Promise<void>,
- *   readings?: Partial<Record<Foot, import("./preview.js").Reading>>, dryRun?: boolean,
+ *   readings?: Record<string, import("./preview.js").Reading>, dryRun?: boolean,
  * }} task a dry run sends the logs, looks at the whole of them and stores nothing
- * @returns {Promise<{session_id: string, unchanged: boolean, looked: Partial<Record<Foot, import("./preview.js").Preview>>}>}
+ * @returns {Promise<{session_id: string, unchanged: boolean, looked: Record<string, import("./preview.js").Preview>}>}
  */
-export async function runUpload(api, task) {
+export async function runUpload(api, system, task) {
   const wait = task.wait ?? ((ms) => new Promise((resolve) => setTimeout(resolve, ms)));
-  const feet = /** @type {Foot[]} */ (["left", "right"]).filter((foot) => task.files[foot]);
+  const streams = system.uploadSlots.map(({ stream }) => stream).filter((stream) => task.files[stream]);
   /** @type {Unfinished} */
   const record = task.unfinished ?? {
-    session_id: (await api.createSession({ ...task.session, feet })).id,
+    session_id: (await api.createSession({ ...task.session, ...system.sessionBody(streams) })).id,
+    system: system.name,
     title: String(task.session.title ?? ""),
     logs: {},
   };
   task.remember(record);
 
   const outcomes = [];
-  /** @type {Partial<Record<Foot, import("./preview.js").Preview>>} */
+  /** @type {Record<string, import("./preview.js").Preview>} */
   const looked = {};
-  for (const foot of feet) {
-    const file = /** @type {File} */ (task.files[foot]);
+  for (const stream of streams) {
+    const file = /** @type {File} */ (task.files[stream]);
     const handedIn = handIn(api, {
       sessionId: record.session_id,
-      foot,
+      stream: system.logBody(stream),
       file,
-      begun: record.logs[foot] ?? null,
+      begun: record.logs[stream] ?? null,
       onLog(log_id, sha256) {
-        record.logs[foot] = { log_id, sha256, name: file.name, size: file.size };
+        record.logs[stream] = { log_id, sha256, name: file.name, size: file.size };
         task.remember(record);
       },
-      onProgress: (progress) => task.onFoot(foot, progress),
+      onProgress: (progress) => task.onLog(stream, progress),
       wait: task.wait,
-      reading: task.readings?.[foot],
+      reading: task.readings?.[stream],
       dryRun: task.dryRun,
     });
     try {
       const { state, preview } = await handedIn;
       outcomes.push(state);
-      if (preview) looked[foot] = preview;
+      if (preview) looked[stream] = preview;
     } catch (/** @type {any} */ error) {
       // What the server has refused it does not keep: there is nothing of this log to go on with.
       if (error.status >= 400 && error.status < 500) {
-        delete record.logs[foot];
+        delete record.logs[stream];
         const empty = task.unfinished === null && outcomes.length === 0;
         // A walk that was begun for it and holds nothing goes, too; one that waited for its logs stays.
-        const gone = empty && (await api.deleteSession(record.session_id).then(() => true, () => false));
+        const gone =
+          empty &&
+          (await api.deleteSession(record.session_id).then(
+            () => true,
+            () => false,
+          ));
         task.remember(gone ? null : record);
       }
       throw error;

@@ -20,7 +20,13 @@ export function readStart(data, markerNamed) {
     }
     case "position":
       return {
-        start: { position_m: [figure(text("east"), "axis.east_m"), figure(text("north"), "axis.north_m"), figure(text("up"), "axis.up_m")] },
+        start: {
+          position_m: [
+            figure(text("east"), "axis.east_m"),
+            figure(text("north"), "axis.north_m"),
+            figure(text("up"), "axis.up_m"),
+          ],
+        },
         ...initial,
       };
     default:
@@ -34,6 +40,7 @@ export function readStart(data, markerNamed) {
  */
 function figure(typed, key) {
   const value = Number(typed.replace(",", ".").replace("−", "-"));
-  if (typed === "" || !Number.isFinite(value)) throw new Error(t("upload.need_number", { field: t(key), found: typed }));
+  if (typed === "" || !Number.isFinite(value))
+    throw new Error(t("upload.need_number", { field: t(key), found: typed }));
   return value;
 }

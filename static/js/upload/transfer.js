@@ -1,4 +1,4 @@
-// Hands one foot's log in: hash, begin, append from where the server is, finish. A cut or a refresh in
+// Hands one stream's log in: hash, begin, append from where the server is, finish. A cut or a refresh in
 // the middle costs only the piece that was under way.
 
 import { sha256OfFile } from "./sha256.js";
@@ -18,10 +18,10 @@ const MOST_TRIES = 65;
 
 /**
  * @typedef {{
- *   sessionId: string, foot: "left" | "right", file: File, begun?: {log_id: string, sha256: string} | null,
+ *   sessionId: string, stream: Record<string, unknown>, file: File, begun?: {log_id: string, sha256: string} | null,
  *   onLog?: (logId: string, sha256: string) => void, onProgress?: (progress: Progress) => void,
  *   wait?: (ms: number) => Promise<void>, unreachable?: (error: unknown) => boolean, reading?: Reading, dryRun?: boolean,
- * }} Task `begun` is the log of an earlier try, to be gone on with when the file is the same; a dry run ends
+ * }} Task `stream` is what the server is told of it; `begun` is the log of an earlier try, to be gone on with when the file is the same; a dry run ends
  *   before the log is finished, with what the whole of it would be read as
  */
 
@@ -31,7 +31,7 @@ const MOST_TRIES = 65;
  * @returns {Promise<{state: "accepted" | "unchanged" | "looked", log: any, preview?: import("./preview.js").Preview}>}
  */
 export async function handIn(api, task) {
-  const { file, foot, sessionId } = task;
+  const { file } = task;
   const tell = task.onProgress ?? (() => {});
   const total = file.size;
   const sha256 = await sha256OfFile(file, (done) => tell({ stage: "hashing", done, total }));
@@ -80,7 +80,7 @@ export async function handIn(api, task) {
  * @returns {Promise<{log: any, offset: number}>}
  */
 async function begin(api, task, sha256) {
-  const { file, foot, sessionId, begun } = task;
+  const { file, stream, sessionId, begun } = task;
   if (begun && begun.sha256 === sha256) {
     try {
       const offset = await persist(task, file.size, () => api.logOffset(begun.log_id));
@@ -91,7 +91,13 @@ async function begin(api, task, sha256) {
     }
   }
   const log = await persist(task, file.size, () =>
-    api.beginLog(sessionId, { foot, file_name: file.name, size_bytes: file.size, sha256, ...(task.reading ? { reading: task.reading } : {}) }),
+    api.beginLog(sessionId, {
+      ...stream,
+      file_name: file.name,
+      size_bytes: file.size,
+      sha256,
+      ...(task.reading ? { reading: task.reading } : {}),
+    }),
   );
   const offset = log.state === "unchanged" ? 0 : await persist(task, file.size, () => api.logOffset(log.id));
   return { log, offset };
@@ -136,19 +142,4 @@ export async function sameFile(one, other) {
     if (x.some((byte, i) => byte !== y[i])) return false;
   }
   return true;
-}
-
-/**
- * Which foot a file is of, by its name; null when the name does not say.
- * @param {string} name
- * @returns {"left" | "right" | null}
- */
-export function footOf(name) {
-  const words = name.toLowerCase().split(/[^a-z\u4e00-\u9fff]+/u);
-  const says = (/** @type {string[]} */ options) =>
-    words.some((w) => options.includes(w)) || options.some((o) => o.length > 2 && name.toLowerCase().includes(o)) || options.some((o) => o >= "\u4e00" && name.includes(o));
-  const left = says(["left", "l", "lf", "左"]);
-  const right = says(["right", "r", "rf", "右"]);
-  if (left === right) return null;
-  return left ? "left" : "right";
 }

@@ -1,73 +1,35 @@
-// Handing in a walk at the dock: two files dropped and looked at, who it was and where it began, and then a
-// link to the track.
+// Handing in a walk at the dock: a file for each stream of its system dropped and looked at, who it was and where it began, and
+// then a link to the track.
 
 import * as api from "../api.js";
 import { bytes, duration, percent } from "../format.js";
 import { html, one, render, setAttribute, setText } from "../html.js";
 import { t, tOr, translate } from "../i18n.js";
+import { anyNamed, isUnknown, learnSystems, systemNamed, systemNames, word } from "../systems/index.js";
 import { mayNot } from "../ui/may_not.js";
 import { problemBox } from "../ui/problem.js";
-import { makeLooking } from "./looking.js";
+import { uploadForm } from "./form.js";
+import { exchanged, makeLooking } from "./looking.js";
 import { TimeLeft } from "./preview.js";
 import { rememberUpload, unfinishedUpload } from "./remembered_upload.js";
 import { runUpload } from "./run.js";
 import { readStart } from "./start.js";
-import { footOf, sameFile } from "./transfer.js";
-
-/** @typedef {import("./run.js").Foot} Foot */
-const FEET = /** @type {const} */ (["left", "right"]);
+import { sameFile } from "./transfer.js";
 
 /** @type {import("../ui/router.js").MakeView} */
-export function uploadView(app, side) {
-  /** @type {Partial<Record<Foot, File>>} */
+export function uploadView(app, side, argument) {
+  const named = unfinishedUpload()?.system ?? (argument || undefined);
+  const system = systemNamed(named);
+  const slots = system.uploadSlots;
+  /** @type {import("./run.js").Files} by stream */
   let files = {};
   /** @type {File | null} */
   let visits = null;
   let busy = false;
   const refused = mayNot(app, "walk");
+  let gone = false;
   const left = new TimeLeft();
-  const foot = (/** @type {Foot} */ name) => html`
-    <div class="foot" data-foot="${name}" data-testid="foot-${name}"><h3 data-t="foot.${name}"></h3>
-      <p class="file muted"></p><p class="muted state" aria-live="polite"></p><progress max="1" value="0" hidden></progress><div class="preview" data-testid="preview-${name}"></div></div>`;
-
-  render(side, html`<div class="page">
-    <h1 data-t="upload.title"></h1><p class="lead" data-t="upload.lead"></p>
-    ${refused}
-    <div class="unfinished"></div>
-    <form novalidate>
-      <div class="block">
-        <h2 data-t="upload.files"></h2>
-        <div class="drop" data-testid="drop"><b data-t="upload.drop"></b><p class="muted" data-t="upload.formats"></p>
-          <button type="button" class="choose" data-t="upload.choose"></button>
-          <input type="file" multiple hidden data-testid="files" accept=".csv,.txt,.log,.bin,.dat,.gz,.zst"></div>
-        <div class="feet">${foot("left")}<button type="button" class="swap" data-t="upload.swap"></button>${foot("right")}</div>
-        <div class="same" role="status"></div>
-        <p class="in-time" role="status" data-testid="in-time"></p>
-        <div class="ask-mapping"></div>
-        <p class="visits-file muted"></p>
-      </div>
-      <div class="block session-facts">
-        <h2 data-t="upload.walk"></h2>
-        <div class="two">
-          <label class="field"><span data-t="upload.inspector"></span><select name="inspector"></select></label>
-          <label class="field new-name"><span data-t="upload.new_inspector"></span><input name="new_name" autocomplete="off"></label>
-        </div>
-        <div class="two">
-          <label class="field"><span data-t="upload.name"></span><input name="title" autocomplete="off"></label>
-          <label class="field"><span data-t="upload.started_at"></span><input name="started_at" type="datetime-local"></label>
-        </div>
-        <fieldset><legend data-t="upload.start"></legend><div class="choices">
-          <label><input type="radio" name="start" value="marker" checked><span data-t="upload.start_marker"></span></label>
-          <label><input type="radio" name="start" value="position"><span data-t="upload.start_position"></span></label>
-          <label><input type="radio" name="start" value="origin"><span data-t="upload.start_origin"></span></label></div></fieldset>
-        <div class="start-marker two"><label class="field"><span data-t="upload.marker"></span><input name="marker" autocomplete="off" autocapitalize="characters" spellcheck="false"></label><p class="muted marker-check"></p></div>
-        <div class="start-position three" hidden>${["east", "north", "up"].map((axis) => html`<label class="field"><span data-t="axis.${axis}_m"></span><input name="${axis}" inputmode="decimal" autocomplete="off" value="${axis === "up" ? "0" : ""}"></label>`)}</div>
-        <label class="field"><span data-t="upload.heading"></span><input name="heading" inputmode="decimal" autocomplete="off"></label>
-      </div>
-      <div class="answer" aria-live="polite"></div>
-      <div class="block working" hidden><p class="words"></p><progress max="1" value="0"></progress></div>
-      <div class="row end"><button type="button" class="dry" data-t="upload.dry_run" data-testid="dry-run"></button><button class="main-action go" data-t="upload.go"></button></div>
-    </form></div>`);
+  render(side, uploadForm(system, refused));
   translate(side);
 
   const form = /** @type {HTMLFormElement} */ (one("form", side));
@@ -75,7 +37,8 @@ export function uploadView(app, side) {
   const dry = /** @type {HTMLButtonElement} */ (one(".dry", side));
   const picker = /** @type {HTMLInputElement} */ (one("input[type=file]", side));
   const drop = one(".drop", side);
-  const looking = makeLooking(app, side, (name) => files[name]);
+  const looking = makeLooking(app, side, system, (stream) => files[stream]);
+  const cardOf = (/** @type {string} */ stream) => one(`[data-stream="${CSS.escape(stream)}"]`, side);
   const field = (/** @type {string} */ name) => /** @type {HTMLInputElement} */ (form.elements.namedItem(name));
 
   /** @param {Iterable<File>} chosen */
@@ -84,8 +47,10 @@ export function uploadView(app, side) {
     for (const file of chosen) {
       if (/visit|访问|打点/iu.test(file.name)) visits = file;
       else {
-        // By its name; without one that says, the foot that is still free.
-        const which = footOf(file.name) ?? (files.left ? "right" : "left");
+        // By its name; without one that says, the stream that is still free.
+        const free = slots.find(({ stream }) => !files[stream]) ?? slots.at(-1);
+        const which = system.slotOf(file.name) ?? free?.stream;
+        if (!which) continue;
         files[which] = file;
         looking.anew(which);
       }
@@ -95,35 +60,58 @@ export function uploadView(app, side) {
   }
 
   function showFiles() {
-    for (const name of FEET) {
-      const box = one(`[data-foot=${name}]`, side);
-      const file = files[name];
+    for (const { stream } of slots) {
+      const box = cardOf(stream);
+      const file = files[stream];
       setText(one(".file", box), file ? file.name : t("upload.no_file"));
       setAttribute(one(".file", box), "class", file ? "file" : "file muted");
       setText(one(".state", box), file ? bytes(file.size) : "");
     }
-    setText(one(".visits-file", side), visits ? t("upload.visits_file", { file: visits.name }) : t("upload.visits_none"));
-    /** @type {HTMLButtonElement} */ (one(".swap", side)).disabled = busy || (!files.left && !files.right);
+    setText(
+      one(".visits-file", side),
+      visits ? t("upload.visits_file", { file: visits.name }) : t("upload.visits_none"),
+    );
+    const swap = /** @type {HTMLButtonElement | null} */ (side.querySelector(".swap"));
+    if (swap) swap.disabled = busy || Object.keys(files).length === 0;
     go.disabled = !ready();
     dry.disabled = go.disabled;
     showSame();
   }
 
-  /** One file for both feet is a slip: each sensor writes its own. */
+  /** One file for two streams is a slip: each sensor writes its own. */
   async function showSame() {
-    const { left: one_foot, right: other } = files;
-    const same = one_foot && other ? await sameFile(one_foot, other) : false;
-    if (files.left !== one_foot || files.right !== other) return;
-    render(one(".same", side), same ? html`<p class="warning" data-testid="same-file">${t("upload.same_file", { left: one_foot?.name ?? "", right: other?.name ?? "" })}</p>` : html``);
+    const given = () => Object.values(files).filter((file) => file !== undefined);
+    const chosen = given();
+    /** @type {[File, File] | null} */
+    let same = null;
+    for (const [i, first] of chosen.entries())
+      for (const second of chosen.slice(i + 1)) if (!same && (await sameFile(first, second))) same = [first, second];
+    // Others have been chosen meanwhile: they are looked at by themselves.
+    if (given().length !== chosen.length || given().some((file, i) => file !== chosen[i])) return;
+    render(
+      one(".same", side),
+      same
+        ? html`<p class="warning" data-testid="same-file">
+            ${word(system, "upload.same_file", { first: same[0].name, second: same[1].name })}
+          </p>`
+        : html``,
+    );
   }
 
-  const ready = () => !busy && refused === null && Boolean(files.left || files.right);
+  const ready = () =>
+    !busy &&
+    refused === null &&
+    slots.some(({ stream }) => files[stream]) &&
+    slots.every(({ stream, required }) => !required || files[stream]);
 
   async function showInspectors() {
     const chosen = field("inspector").value;
     const everybody = await api.inspectors().catch(() => [...app.live.inspectors.values()]);
     const list = everybody.filter((/** @type {{id: string}} */ one) => app.writesFor(one.id));
-    render(one("select", side), html`${app.may("dispatch") && html`<option value="">${t("upload.somebody_new")}</option>`}${list.map((i) => html`<option value="${i.id}">${i.name}</option>`)}`);
+    render(
+      one("[name=inspector]", side),
+      html`${app.may("dispatch") && html`<option value="">${t("upload.somebody_new")}</option>`}${list.map((i) => html`<option value="${i.id}">${i.name}</option>`)}`,
+    );
     field("inspector").value = list.some((i) => i.id === chosen) ? chosen : (list[0]?.id ?? "");
     showNewName();
   }
@@ -138,16 +126,47 @@ export function uploadView(app, side) {
     one(".start-position", side).hidden = kind !== "position";
     const typed = field("marker").value.trim();
     const node = app.grid.named(typed);
-    setText(one(".marker-check", side), typed === "" ? "" : node ? `E ${node.e_m.toFixed(1)} · N ${node.n_m.toFixed(1)} m` : t("upload.marker_unknown", { name: typed }));
+    setText(
+      one(".marker-check", side),
+      typed === ""
+        ? ""
+        : node
+          ? `E ${node.e_m.toFixed(1)} · N ${node.n_m.toFixed(1)} m`
+          : t("upload.marker_unknown", { name: typed }),
+    );
+  }
+
+  /** Of which system the walk is, where there are several. */
+  function showSystems() {
+    const names = systemNames();
+    render(
+      one(".systems", side),
+      names.length > 1
+        ? html`<label class="field"
+            ><span>${t("upload.system")}</span
+            ><select name="system">
+              ${names.map((name) => html`<option value="${name}" ${name === system.name && "selected"}>${word(systemNamed(name), "title")}</option>`)}
+            </select></label
+          >`
+        : html``,
+    );
   }
 
   function showUnfinished() {
     const left = unfinishedUpload();
-    render(one(".unfinished", side), left
-      ? html`<div class="block" role="status" data-testid="unfinished"><h2>${t(Object.keys(left.logs).length > 0 ? "upload.unfinished" : "upload.waits_for_logs")}</h2><p>${unfinishedWords(left)}</p>
-          <p></p><button type="button" class="discard">${t("upload.discard")}</button></div>`
-      : html``);
+    render(
+      one(".unfinished", side),
+      left
+        ? html`<div class="block" role="status" data-testid="unfinished">
+            <h2>${t(Object.keys(left.logs).length > 0 ? "upload.unfinished" : "upload.waits_for_logs")}</h2>
+            <p>${unfinishedWords(left)}</p>
+            <p></p>
+            <button type="button" class="discard">${t("upload.discard")}</button>
+          </div>`
+        : html``,
+    );
     one(".session-facts", side).hidden = left !== null;
+    one(".systems", side).hidden = left !== null;
   }
 
   async function submit(dryRun = false) {
@@ -158,20 +177,26 @@ export function uploadView(app, side) {
     render(one(".answer", side), html``);
     try {
       const session = unfinished ? {} : await describe(data);
-      const { session_id, unchanged, looked } = await runUpload(api, {
-        files, visits, session, unfinished, readings: looking.readings(), dryRun,
-        onFoot: showFoot,
+      const { session_id, unchanged, looked } = await runUpload(api, system, {
+        files,
+        visits,
+        session,
+        unfinished,
+        readings: looking.readings(),
+        dryRun,
+        onLog: showLog,
         onJob: showJob,
         remember: rememberUpload,
       });
       if (dryRun) {
-        for (const name of FEET) {
-          const seen = looked[name];
-          if (!seen) continue;
-          looking.found(name, seen);
-        }
-        const fine = FEET.every((name) => !looked[name]?.problem);
-        render(one(".answer", side), html`<div class="done" role="status" data-testid="dry-run-done"><b>${t(unchanged ? "upload.dry_unchanged" : fine ? "upload.dry_fine" : "upload.dry_wrong")}</b></div>`);
+        for (const [stream, seen] of Object.entries(looked)) looking.found(stream, seen);
+        const fine = Object.values(looked).every((seen) => !seen.problem);
+        render(
+          one(".answer", side),
+          html`<div class="done" role="status" data-testid="dry-run-done">
+            <b>${t(unchanged ? "upload.dry_unchanged" : fine ? "upload.dry_fine" : "upload.dry_wrong")}</b>
+          </div>`,
+        );
         one(".working", side).hidden = true;
         busy = false;
         showUnfinished();
@@ -179,8 +204,13 @@ export function uploadView(app, side) {
         dry.disabled = go.disabled;
         return;
       }
-      render(one(".answer", side), html`<div class="done" role="status" data-testid="upload-done"><b>${t(unchanged ? "upload.done_unchanged" : "upload.done")}</b>
-        <p><a href="#/sessions/${encodeURIComponent(session_id)}">${t("upload.open")}</a></p></div>`);
+      render(
+        one(".answer", side),
+        html`<div class="done" role="status" data-testid="upload-done">
+          <b>${t(unchanged ? "upload.done_unchanged" : "upload.done")}</b>
+          <p><a href="#/sessions/${encodeURIComponent(session_id)}">${t("upload.open")}</a></p>
+        </div>`,
+      );
       files = {};
       showSame();
       looking.clear();
@@ -188,7 +218,7 @@ export function uploadView(app, side) {
     } catch (error) {
       render(one(".answer", side), problemBox(error));
       // What did not get through shows no full bar beside the refusal.
-      for (const box of side.querySelectorAll(".foot:not([data-stage=accepted], [data-stage=unchanged])")) {
+      for (const box of side.querySelectorAll(".slot:not([data-stage=accepted], [data-stage=unchanged])")) {
         one("progress", box).hidden = true;
         setText(one(".state", box), "");
       }
@@ -200,7 +230,7 @@ export function uploadView(app, side) {
     dry.disabled = go.disabled;
   }
 
-  /** Gives an upload up. A session that got no log goes with it; one that holds a foot's samples stays. */
+  /** Gives an upload up. A session that got no log goes with it; one that holds a stream's samples stays. */
   async function discard() {
     const left = unfinishedUpload();
     rememberUpload(null);
@@ -208,7 +238,8 @@ export function uploadView(app, side) {
     if (!left) return;
     try {
       const { logs } = await api.session(left.session_id);
-      if (!logs.some((/** @type {{state: string}} */ log) => log.state === "accepted")) await api.deleteSession(left.session_id);
+      if (!logs.some((/** @type {{state: string}} */ log) => log.state === "accepted"))
+        await api.deleteSession(left.session_id);
     } catch (error) {
       // Somebody else has deleted it: what was wanted.
       if (!(error instanceof api.Problem && error.status === 404)) render(one(".answer", side), problemBox(error));
@@ -239,17 +270,24 @@ export function uploadView(app, side) {
   }
 
   /**
-   * @param {Foot} name
+   * @param {string} stream
    * @param {import("./transfer.js").Progress} progress
    */
-  function showFoot(name, progress) {
-    const box = one(`[data-foot=${name}]`, side);
+  function showLog(stream, progress) {
+    const box = cardOf(stream);
     const bar = /** @type {HTMLProgressElement} */ (one("progress", box));
     bar.hidden = false;
     const part = progress.total > 0 ? progress.done / progress.total : 0;
     if (progress.stage !== "waiting") bar.value = part;
     box.dataset.stage = progress.stage;
-    setText(one(".state", box), t(`upload.stage.${progress.stage}`, { done: bytes(progress.done), total: bytes(progress.total), percent: percent(part) }) + timeLeft(`${name} ${progress.stage}`, part));
+    setText(
+      one(".state", box),
+      t(`upload.stage.${progress.stage}`, {
+        done: bytes(progress.done),
+        total: bytes(progress.total),
+        percent: percent(part),
+      }) + timeLeft(`${stream} ${progress.stage}`, part),
+    );
   }
 
   /**
@@ -258,7 +296,7 @@ export function uploadView(app, side) {
    */
   function timeLeft(what, done) {
     const s = left.of(what, done);
-    return s === null || done >= 1 ? "" : ` · ${t("upload.time_left", { time: duration(s) })}`;
+    return s === null || done >= 1 ? "" : ` · ${t("upload.time_remaining", { time: duration(s) })}`;
   }
 
   /** @param {import("../state/live.js").Job} job */
@@ -268,10 +306,16 @@ export function uploadView(app, side) {
     const done = job.progress ?? 0;
     /** @type {HTMLProgressElement} */ (one("progress", box)).value = done;
     // Ids are in the order in which jobs were queued.
-    const before = [...app.live.jobs.values()].filter((other) => other.state === "running" || (other.state === "queued" && !other.lab_run_id && other.id < job.id)).length;
-    setText(one(".words", box), job.state === "queued"
-      ? t("upload.queued", { n: before })
-      : t("upload.processing", { stage: tOr(`job.stage.${job.stage}`, job.stage ?? ""), percent: percent(done) }) + timeLeft(`${job.id} ${job.stage}`, done));
+    const before = [...app.live.jobs.values()].filter(
+      (other) => other.state === "running" || (other.state === "queued" && !other.lab_run_id && other.id < job.id),
+    ).length;
+    setText(
+      one(".words", box),
+      job.state === "queued"
+        ? t("upload.queued", { n: before })
+        : t("upload.processing", { stage: tOr(`job.stage.${job.stage}`, job.stage ?? ""), percent: percent(done) }) +
+            timeLeft(`${job.id} ${job.stage}`, done),
+    );
   }
 
   one(".choose", side).addEventListener("click", () => picker.click());
@@ -289,14 +333,18 @@ export function uploadView(app, side) {
     drop.classList.remove("over");
     take(event.dataTransfer?.files ?? []);
   });
-  one(".swap", side).addEventListener("click", () => {
+  side.querySelector(".swap")?.addEventListener("click", () => {
     if (busy) return;
-    files = { left: files.right, right: files.left };
+    files = exchanged(files, slots);
     looking.swap();
     showFiles();
   });
   dry.addEventListener("click", () => {
     if (!busy) submit(true);
+  });
+  one(".systems", side).addEventListener("change", (event) => {
+    const { value } = /** @type {HTMLSelectElement} */ (event.target);
+    location.hash = `#/upload/${encodeURIComponent(value)}`;
   });
   form.addEventListener("input", () => {
     showNewName();
@@ -323,8 +371,17 @@ export function uploadView(app, side) {
   showInspectors();
   showStart();
   showUnfinished();
+  showSystems();
+  if (isUnknown({ system: named }) || anyNamed(app.live.sessions.values()))
+    learnSystems(api).then(() => {
+      if (gone) return;
+      // What it is of is known now: the screen anew, by the router.
+      if (systemNamed(named) !== system) dispatchEvent(new HashChangeEvent("hashchange"));
+      else showSystems();
+    });
   return {
     close() {
+      gone = true;
       removeEventListener("dragover", guard);
       removeEventListener("drop", guard);
       removeEventListener("beforeunload", warn);

@@ -22,7 +22,10 @@ describe("every screen can be read and used", { skip }, () => {
   });
   after(() => mock?.stop());
 
-  for (const [theme, locale] of /** @type {const} */ ([["light", "en"], ["dark", "zh-CN"]])) {
+  for (const [theme, locale] of /** @type {const} */ ([
+    ["light", "en"],
+    ["dark", "zh-CN"],
+  ])) {
     test(`${theme}, ${locale}`, async () => {
       const tab = await openPage(mock.url, { colorScheme: theme, locale });
       try {
@@ -33,14 +36,52 @@ describe("every screen can be read and used", { skip }, () => {
           const found = await page.evaluate(
             async (/** @type {any} */ options) => {
               const { violations } = await /** @type {any} */ (window).axe.run(document, options);
-              return violations.map((/** @type {any} */ v) => `${v.id} (${v.impact}): ${v.nodes.slice(0, 3).map((/** @type {any} */ n) => `${n.target} ${n.any[0]?.message ?? ""}`).join(" | ")}`);
+              return violations.map(
+                (/** @type {any} */ v) =>
+                  `${v.id} (${v.impact}): ${v.nodes
+                    .slice(0, 3)
+                    .map((/** @type {any} */ n) => `${n.target} ${n.any[0]?.message ?? ""}`)
+                    .join(" | ")}`,
+              );
             },
             { runOnly: ["wcag2a", "wcag2aa", "wcag21a", "wcag21aa", "best-practice"] },
           );
           wrongs.push(...found.map((/** @type {string} */ words) => `${where}: ${words}`));
         };
-        const screens = ["#/live", "#/sessions", "#/sessions/s9", "#/upload", "#/faults", "#/markers", "#/me", "#/account", "#/admin", "#/admin/tokens", "#/admin/audit", "#/admin/server", "#/admin/webhooks", "#/api", "#/lab?walks=s9"];
-        const signs = [".person-row", "[data-testid=session-card]", "[data-drawn=yes]", "[data-testid=drop]", "[data-testid=fault-card]", "[data-testid=markers] td", "[data-testid=me]", "[data-testid=set-up]", "[data-testid=admin-accounts] p", "[data-testid=tokens] td", "[data-testid=audit] td", ".figures div", ".new-webhook", "[data-testid=routes] details", "[data-testid=comparison] td"];
+        const screens = [
+          "#/live",
+          "#/sessions",
+          "#/sessions/s9",
+          "#/upload",
+          "#/faults",
+          "#/markers",
+          "#/me",
+          "#/account",
+          "#/admin",
+          "#/admin/tokens",
+          "#/admin/audit",
+          "#/admin/server",
+          "#/admin/webhooks",
+          "#/api",
+          "#/lab?walks=s9",
+        ];
+        const signs = [
+          ".person-row",
+          "[data-testid=session-card]",
+          "[data-drawn=yes]",
+          "[data-testid=drop]",
+          "[data-testid=fault-card]",
+          "[data-testid=markers] td",
+          "[data-testid=me]",
+          "[data-testid=set-up]",
+          "[data-testid=admin-accounts] p",
+          "[data-testid=tokens] td",
+          "[data-testid=audit] td",
+          ".figures div",
+          ".new-webhook",
+          "[data-testid=routes] details",
+          "[data-testid=comparison] td",
+        ];
         for (const [i, screen] of screens.entries()) {
           await page.goto(`${mock.url}/${screen}`);
           await page.locator(signs[i]).first().waitFor();
@@ -85,7 +126,11 @@ describe("every screen can be read and used", { skip }, () => {
         await page.locator("[data-do=cancel]").click();
         await page.getByTestId("import-markers").click();
         await page.locator(".wizard h3").first().waitFor();
-        const file = { name: "survey.csv", mimeType: "text/csv", buffer: Buffer.from("name,e_m,n_m,u_m\nA1,1,2,3\nA2,4,5,6\nA3,7,8,9\nZ1,9,9,9\n") };
+        const file = {
+          name: "survey.csv",
+          mimeType: "text/csv",
+          buffer: Buffer.from("name,e_m,n_m,u_m\nA1,1,2,3\nA2,4,5,6\nA3,7,8,9\nZ1,9,9,9\n"),
+        };
         await page.getByTestId("markers-file").setInputFiles(file);
         await page.getByTestId("findings").locator("li").first().waitFor();
         await look("a file of markers");

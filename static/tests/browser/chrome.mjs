@@ -6,19 +6,32 @@ import { access } from "node:fs/promises";
 import { chromium } from "playwright-core";
 
 const PLACES = [
-  process.env.CHROME, "/usr/bin/chromium", "/usr/bin/chromium-browser", "/usr/bin/google-chrome", "/usr/bin/google-chrome-stable",
-  "/opt/google/chrome/chrome", "/Applications/Google Chrome.app/Contents/MacOS/Google Chrome",
+  process.env.CHROME,
+  "/usr/bin/chromium",
+  "/usr/bin/chromium-browser",
+  "/usr/bin/google-chrome",
+  "/usr/bin/google-chrome-stable",
+  "/opt/google/chrome/chrome",
+  "/Applications/Google Chrome.app/Contents/MacOS/Google Chrome",
 ];
 
 /** @returns {Promise<string | null>} */
 export async function findChrome() {
   for (const place of PLACES) {
-    if (place && (await access(place).then(() => true, () => false))) return place;
+    if (
+      place &&
+      (await access(place).then(
+        () => true,
+        () => false,
+      ))
+    )
+      return place;
   }
   return null;
 }
 
-export const HOW_TO_GET_CHROME = "no Chromium or Chrome found: install the package `chromium`, or name the program in CHROME";
+export const HOW_TO_GET_CHROME =
+  "no Chromium or Chrome found: install the package `chromium`, or name the program in CHROME";
 
 export async function launchChrome() {
   const executablePath = await findChrome();
@@ -26,8 +39,14 @@ export async function launchChrome() {
   return chromium.launch({
     executablePath,
     args: [
-      "--headless", "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run", "--disable-background-networking",
-      "--disable-component-update", "--disable-sync",
+      "--headless",
+      "--no-sandbox",
+      "--disable-gpu",
+      "--disable-quic",
+      "--no-first-run",
+      "--disable-background-networking",
+      "--disable-component-update",
+      "--disable-sync",
     ],
   });
 }

@@ -7,7 +7,10 @@ import { becomes, findChrome, HOW_TO_GET_CHROME, openPage } from "./chrome.mjs";
 
 const skip = (await findChrome()) ? false : HOW_TO_GET_CHROME;
 /** One white pixel. */
-const PNG = Buffer.from("iVBORw0KGgoAAAANSUhEUgAAAAEAAAABCAAAAAA6fptVAAAACklEQVR4nGP4DwABAQEAsGl0wAAAAABJRU5ErkJggg==", "base64");
+const PNG = Buffer.from(
+  "iVBORw0KGgoAAAANSUhEUgAAAAEAAAABCAAAAAA6fptVAAAACklEQVR4nGP4DwABAQEAsGl0wAAAAABJRU5ErkJggg==",
+  "base64",
+);
 
 describe("faults", { skip }, () => {
   /** @type {Awaited<ReturnType<typeof startMock>>} */
@@ -91,7 +94,10 @@ describe("faults", { skip }, () => {
     await tab.page.getByTestId("save-fault").click();
     await details().locator("p", { hasText: "<script>alert(1)</script>" }).waitFor();
     await tab.page.getByTestId("fault-history").getByText("remarks changed").waitFor();
-    await tab.page.getByTestId("fault-history").getByText(/Severity: .* → low/).waitFor();
+    await tab.page
+      .getByTestId("fault-history")
+      .getByText(/Severity: .* → low/)
+      .waitFor();
   });
 
   test("a change by somebody else is told, and what was written here stays", async () => {
@@ -112,7 +118,9 @@ describe("faults", { skip }, () => {
   test("a photo that is none is refused in words; one that is can be removed", async () => {
     await visit("#/faults");
     await cards().last().click();
-    await tab.page.getByTestId("photo").setInputFiles({ name: "x.png", mimeType: "image/png", buffer: Buffer.from("<svg/>") });
+    await tab.page
+      .getByTestId("photo")
+      .setInputFiles({ name: "x.png", mimeType: "image/png", buffer: Buffer.from("<svg/>") });
     await details().getByText("not_a_photo").waitFor();
     await tab.page.getByTestId("photo").setInputFiles({ name: "x.png", mimeType: "image/png", buffer: PNG });
     await tab.page.getByTestId("photo-shown").waitFor();

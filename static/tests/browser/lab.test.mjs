@@ -87,7 +87,9 @@ describe("the laboratory", { skip }, () => {
     await page.getByRole("button", { name: "Work out" }).click();
     await page.getByTestId("under-way").getByText("2 under way").waitFor();
     await page.getByTestId("under-way").getByText("2 under way").waitFor({ state: "detached" });
-    const run = page.getByTestId("comparison").locator('[data-walk="s9"] [data-run="r1"], [data-walk="s9"] [data-run="r2"]');
+    const run = page
+      .getByTestId("comparison")
+      .locator('[data-walk="s9"] [data-run="r1"], [data-walk="s9"] [data-run="r2"]');
     await run.getByText("<b>firm</b>").waitFor();
     // A smaller closure is better, larger marker residuals are worse, a NIS nearer to 1 is better; time is neither.
     const tones = () => run.locator("td.num small").evaluateAll((cells) => cells.map((cell) => cell.className));
@@ -97,7 +99,10 @@ describe("the laboratory", { skip }, () => {
     await all.getByText("better on 2 of 2").first().waitFor();
     await run.getByText("Where it comes from").click();
     await run.getByText("marker_sigma_m = 0.5").waitFor();
-    assert.equal(await page.getByRole("link", { name: "As CSV" }).getAttribute("href"), "/api/v1/lab/comparison.csv?session_ids=s9,s8");
+    assert.equal(
+      await page.getByRole("link", { name: "As CSV" }).getAttribute("href"),
+      "/api/v1/lab/comparison.csv?session_ids=s9,s8",
+    );
     await page.reload();
     await run.waitFor();
   });
@@ -129,5 +134,9 @@ describe("the laboratory", { skip }, () => {
     await page.getByRole("link", { name: "Laboratory" }).waitFor({ state: "hidden" });
   });
 
-  test("nothing went wrong", () => assert.deepEqual(tab.wrongs.filter((w) => !w.includes("401")), []));
+  test("nothing went wrong", () =>
+    assert.deepEqual(
+      tab.wrongs.filter((w) => !w.includes("401")),
+      [],
+    ));
 });

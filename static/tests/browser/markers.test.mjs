@@ -94,7 +94,9 @@ describe("the markers' screen", { skip }, () => {
     await drawer().getByRole("button", { name: "Edit" }).click();
     await drawer().locator("[name=e_m]").fill("50.5");
     await drawer().locator("[name=reason]").fill("mine");
-    mock.markers.write([{ name: "B40", before: now("B40"), after: { e_m: 49, n_m: now("B40").n_m, u_m: 3 } }], { reason: "theirs" });
+    mock.markers.write([{ name: "B40", before: now("B40"), after: { e_m: 49, n_m: now("B40").n_m, u_m: 3 } }], {
+      reason: "theirs",
+    });
     await tab.page.getByTestId("save-marker").click();
     const conflict = tab.page.getByTestId("conflict");
     await conflict.getByText("49.000").waitFor();
@@ -110,7 +112,9 @@ describe("the markers' screen", { skip }, () => {
     const some = ["D10", "D11", "D12", "D13"].map((name) => now(name));
     const csv = `name,east,n_m,u_m\n${some.map((m) => `${m.name},${m.n_m},${m.e_m},${m.u_m}`).join("\n")}\nD9999,10,20,3\n`;
     await tab.page.getByTestId("import-markers").click();
-    await tab.page.getByTestId("markers-file").setInputFiles({ name: "survey.csv", mimeType: "text/csv", buffer: Buffer.from(csv) });
+    await tab.page
+      .getByTestId("markers-file")
+      .setInputFiles({ name: "survey.csv", mimeType: "text/csv", buffer: Buffer.from(csv) });
     const findings = tab.page.getByTestId("findings");
     await findings.getByText("all: east and north changed over").waitFor();
     await findings.getByRole("button", { name: "Read it that way" }).click();
@@ -121,20 +125,33 @@ describe("the markers' screen", { skip }, () => {
     await tab.page.getByTestId("apply-import").click();
     await tab.page.getByText("survey.csv: 1 added, 0 changed, 0 removed, 4 unchanged.").waitFor();
     assert.ok(mock.markers.table.has("D9999"));
-    await tab.page.locator('[data-testid=import-row][data-state=applied]').getByRole("button", { name: "Revert" }).click();
+    await tab.page
+      .locator("[data-testid=import-row][data-state=applied]")
+      .getByRole("button", { name: "Revert" })
+      .click();
     await tab.page.locator("form.revert [name=reason]").fill("wrong station");
     await tab.page.getByTestId("revert-import").click();
-    await tab.page.locator('[data-testid=import-row][data-state=reverted]').waitFor();
+    await tab.page.locator("[data-testid=import-row][data-state=reverted]").waitFor();
     assert.ok(!mock.markers.table.has("D9999"));
   });
 
   test("columns that are not recognised are chosen by hand", async () => {
     const m = now("E5");
     await tab.page.getByTestId("import-markers").click();
-    await tab.page.getByTestId("markers-file").setInputFiles({ name: "p.csv", mimeType: "text/csv", buffer: Buffer.from(`p,a,b,c\nE5,${m.e_m},${m.n_m + 0.5},${m.u_m}\n`) });
+    await tab.page.getByTestId("markers-file").setInputFiles({
+      name: "p.csv",
+      mimeType: "text/csv",
+      buffer: Buffer.from(`p,a,b,c\nE5,${m.e_m},${m.n_m + 0.5},${m.u_m}\n`),
+    });
     await tab.page.getByText("columns not recognised").waitFor();
     const mapping = tab.page.getByTestId("mapping");
-    for (const [field, column] of [["name", "0"], ["u_m", "3"], ["e_m", "1"], ["n_m", "2"]]) await mapping.locator(`select[name=${field}]`).selectOption(column);
+    for (const [field, column] of [
+      ["name", "0"],
+      ["u_m", "3"],
+      ["e_m", "1"],
+      ["n_m", "2"],
+    ])
+      await mapping.locator(`select[name=${field}]`).selectOption(column);
     await tab.page.getByTestId("difference").getByRole("button", { name: "1 changed" }).waitFor();
     await tab.page.getByTestId("difference").getByText("0.500").waitFor();
   });

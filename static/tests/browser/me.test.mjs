@@ -106,7 +106,10 @@ describe("the inspector's page", { skip }, () => {
     await tab.page.evaluate(() => dispatchEvent(new Event("online")));
     await allSent();
     assert.equal(mock.site.faults.length, faults + 1);
-    await keyed().first().getByText(/handed over|accepted/).waitFor();
+    await keyed()
+      .first()
+      .getByText(/handed over|accepted/)
+      .waitFor();
 
     await tab.page.getByRole("button", { name: "Stop" }).click();
     await tab.page.getByText("The walk has ended.").waitFor();
@@ -117,16 +120,24 @@ describe("the inspector's page", { skip }, () => {
   test("every target is large enough for a glove", async () => {
     await choose("Chen Wei");
     await tab.page.getByTestId("me-chips").locator("button").first().waitFor();
-    const small = await tab.page.evaluate(() =>
-      [...document.querySelectorAll(".me button, .me select, .me summary")].filter((el) => el.getClientRects().length > 0).map((el) => el.getBoundingClientRect()).filter((box) => box.height < 44 || box.width < 44).length,
+    const small = await tab.page.evaluate(
+      () =>
+        [...document.querySelectorAll(".me button, .me select, .me summary")]
+          .filter((el) => el.getClientRects().length > 0)
+          .map((el) => el.getBoundingClientRect())
+          .filter((box) => box.height < 44 || box.width < 44).length,
     );
     assert.equal(small, 0);
-    const wide = await tab.page.evaluate(() => document.documentElement.scrollWidth - document.documentElement.clientWidth);
+    const wide = await tab.page.evaluate(
+      () => document.documentElement.scrollWidth - document.documentElement.clientWidth,
+    );
     assert.ok(wide <= 0, `${wide} px too wide`);
   });
 
   test("nothing went wrong but the links that were cut", () => {
-    const rest = tab.wrongs.filter((w) => !/ERR_INTERNET_DISCONNECTED|ERR_EMPTY_RESPONSE|ERR_CONNECTION|WebSocket|ERR_FAILED/.test(w));
+    const rest = tab.wrongs.filter(
+      (w) => !/ERR_INTERNET_DISCONNECTED|ERR_EMPTY_RESPONSE|ERR_CONNECTION|WebSocket|ERR_FAILED/.test(w),
+    );
     assert.deepEqual(rest, []);
   });
 });

@@ -41,7 +41,10 @@ describe("the page", { skip }, () => {
     await becomes(() => tab.page.locator("[data-testid=inspector-row]").count(), 5);
     await becomes(() => tab.page.locator("[data-testid=map-person]").count(), 4);
     const east = await row("i1").getAttribute("data-east-m");
-    await tab.page.waitForFunction((was) => document.querySelector('[data-inspector="i1"]')?.getAttribute("data-east-m") !== was, east);
+    await tab.page.waitForFunction(
+      (was) => document.querySelector('[data-inspector="i1"]')?.getAttribute("data-east-m") !== was,
+      east,
+    );
   });
 
   test("a click on a row opens the details, Escape closes them", async () => {
@@ -75,7 +78,10 @@ describe("the page", { skip }, () => {
     mock.orders.refused = false;
     await banner.waitFor({ state: "hidden" });
     const north = await row("i1").getAttribute("data-north-m");
-    await tab.page.waitForFunction((was) => document.querySelector('[data-inspector="i1"]')?.getAttribute("data-north-m") !== was, north);
+    await tab.page.waitForFunction(
+      (was) => document.querySelector('[data-inspector="i1"]')?.getAttribute("data-north-m") !== was,
+      north,
+    );
     // A refused socket is an error in the browser's console; that one was ordered.
     const rest = tab.wrongs.filter((w) => !w.includes("WebSocket"));
     tab.wrongs.length = 0;
@@ -89,7 +95,10 @@ describe("the page", { skip }, () => {
     await part("Markers");
     await becomes(() => tab.page.getByTestId("visits").locator("tbody tr:not(.reason)").count(), 9);
     await tab.page.locator("#legend").getByText("without markers").waitFor();
-    await tab.page.getByTestId("figures").filter({ hasText: /1440 m.*8 \/ 9/s }).waitFor();
+    await tab.page
+      .getByTestId("figures")
+      .filter({ hasText: /1440 m.*8 \/ 9/s })
+      .waitFor();
     await part("Quality");
     const aids = tab.page.getByTestId("aids").locator("tbody tr");
     await becomes(() => aids.count(), 3);
@@ -112,7 +121,10 @@ describe("the page", { skip }, () => {
     await becomes(() => time.textContent(), "1:39.1");
     await page.keyboard.press("Alt+ArrowRight");
     await becomes(() => time.textContent(), "2:07.5");
-    await becomes(() => page.locator("[data-figure=marker]").textContent(), `${await page.locator("[data-visit]").first().textContent()} · 0 s`);
+    await becomes(
+      () => page.locator("[data-figure=marker]").textContent(),
+      `${await page.locator("[data-visit]").first().textContent()} · 0 s`,
+    );
     await page.keyboard.press("End");
     await becomes(() => time.textContent(), "20:00.0");
     await page.keyboard.press("Home");
@@ -120,7 +132,9 @@ describe("the page", { skip }, () => {
     for (let k = 0; k < 6; k++) await page.keyboard.press("]");
     await becomes(() => page.getByTestId("speed").inputValue(), "64");
     await page.keyboard.press(" ");
-    await page.waitForFunction(() => Number(document.querySelector("[data-testid=time-bar]")?.getAttribute("aria-valuenow")) > 20);
+    await page.waitForFunction(
+      () => Number(document.querySelector("[data-testid=time-bar]")?.getAttribute("aria-valuenow")) > 20,
+    );
     await page.keyboard.press(" ");
     await becomes(() => page.locator(".dock").getAttribute("data-state"), "paused");
     // From A to B, over and over.
@@ -129,18 +143,24 @@ describe("the page", { skip }, () => {
     await page.keyboard.press("Alt+ArrowRight");
     await page.keyboard.press("b");
     await page.keyboard.press(" ");
-    const wrapped = await page.evaluate(() => new Promise((/** @type {(times: number[]) => void} */ resolve) => {
-      const bar = document.querySelector("[data-testid=time-bar]");
-      /** @type {number[]} */
-      const times = [];
-      const look = () => {
-        times.push(Number(bar?.getAttribute("aria-valuenow")));
-        if (times.length > 2 && times[times.length - 1] < times[times.length - 2]) resolve(times);
-        else requestAnimationFrame(look);
-      };
-      look();
-    }));
-    assert.ok(wrapped.every((t_s) => t_s <= 127.5), String(wrapped));
+    const wrapped = await page.evaluate(
+      () =>
+        new Promise((/** @type {(times: number[]) => void} */ resolve) => {
+          const bar = document.querySelector("[data-testid=time-bar]");
+          /** @type {number[]} */
+          const times = [];
+          const look = () => {
+            times.push(Number(bar?.getAttribute("aria-valuenow")));
+            if (times.length > 2 && times[times.length - 1] < times[times.length - 2]) resolve(times);
+            else requestAnimationFrame(look);
+          };
+          look();
+        }),
+    );
+    assert.ok(
+      wrapped.every((t_s) => t_s <= 127.5),
+      String(wrapped),
+    );
     await page.keyboard.press(" ");
     await page.getByRole("button", { name: "No repeat" }).click();
     await page.keyboard.press("Home");
@@ -153,7 +173,9 @@ describe("the page", { skip }, () => {
       return { x: at.x, y: at.y };
     });
     await page.getByTestId("map").click({ position });
-    await page.waitForFunction(() => Number(document.querySelector("[data-testid=time-bar]")?.getAttribute("aria-valuenow")) > 900);
+    await page.waitForFunction(
+      () => Number(document.querySelector("[data-testid=time-bar]")?.getAttribute("aria-valuenow")) > 900,
+    );
     await page.waitForFunction(() => /t=9\d\d|t=1\d\d\d/.test(location.hash));
     // Other aids, and another walk on the same time bar.
     await page.getByText("Compute with other aids").click();
@@ -207,14 +229,20 @@ describe("the page", { skip }, () => {
     await tab.page.getByRole("button", { name: "Hand in" }).click();
     await tab.page.getByTestId("upload-done").getByText("Done: the walk is in.").waitFor();
     // The cut was ordered; a browser that repeats the piece by itself is told the right offset (409).
-    tab.wrongs.splice(0, tab.wrongs.length, ...tab.wrongs.filter((w) => !/ERR_EMPTY_RESPONSE|ERR_CONNECTION_RESET|409/.test(w)));
+    tab.wrongs.splice(
+      0,
+      tab.wrongs.length,
+      ...tab.wrongs.filter((w) => !/ERR_EMPTY_RESPONSE|ERR_CONNECTION_RESET|409/.test(w)),
+    );
     await tab.page.getByText("Open the track").click();
     await tab.page.locator("[data-testid=session][data-drawn=yes]").waitFor();
   });
 
   test("what the server refuses is said in its words, with the place", async () => {
     await visit("#/upload");
-    await tab.page.getByTestId("files").setInputFiles([{ name: "left.csv", mimeType: "text/csv", buffer: Buffer.from("a,b\n1,2\n") }]);
+    await tab.page
+      .getByTestId("files")
+      .setInputFiles([{ name: "left.csv", mimeType: "text/csv", buffer: Buffer.from("a,b\n1,2\n") }]);
     await tab.page.locator("input[name=marker]").fill("A17");
     await tab.page.getByRole("button", { name: "Hand in" }).click();
     const problem = tab.page.getByTestId("problem");

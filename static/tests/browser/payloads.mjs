@@ -47,13 +47,13 @@ export const LINES = [
   "<div data-pwned style=animation-name:x onanimationstart=alert(1)>",
   "<a data-pwned href=javascript:alert('pwned')>here</a>",
   // Out of an attribute.
-  "\" data-pwned=\"1",
+  '" data-pwned="1',
   "' data-pwned='1",
   "\" autofocus onfocus=alert('pwned') data-pwned=\"",
-  "\"><i data-pwned>x</i>",
+  '"><i data-pwned>x</i>',
   "x' onmouseover='alert(1)' data-pwned='",
   "` onmouseover=alert(1) data-pwned=`",
-  "x\" style=\"background:url(//127.0.0.1:9/pwned)",
+  'x" style="background:url(//127.0.0.1:9/pwned)',
   // Pictures that are programs.
   "<svg data-pwned onload=alert('pwned')>",
   "<svg data-pwned><script>alert('pwned')</script></svg>",
@@ -86,7 +86,7 @@ export const LINES = [
   // Quotes.
   "\"'`\\\"\\' pwned",
   "'; drop table inspectors; -- pwned",
-  "\" or \"\"=\" pwned",
+  '" or ""=" pwned',
   // Letters that are not seen, or turn the line around.
   "\u202egnp.denwp",
   "pwned\u200b\u200c\u200d\ufeffzero width",
@@ -96,7 +96,7 @@ export const LINES = [
   "عربي pwned עברית",
   "＜script＞alert('pwned')＜/script＞",
   // What a spreadsheet reckons.
-  "=HYPERLINK(\"http://127.0.0.1:9/pwned\")",
+  '=HYPERLINK("http://127.0.0.1:9/pwned")',
   "=1+1 pwned",
   "+1+1 pwned",
   "-1+1 pwned",
@@ -116,7 +116,13 @@ export const BLOCKS = [
 ];
 
 /** What no name may hold. @type {string[]} */
-export const CONTROLS = ["pwned\r\nSet-Cookie: pwned=1", "pwned\u0000end", "pwned\u001b[31mred", "pwned\ttab", "pwned\u0085next"];
+export const CONTROLS = [
+  "pwned\r\nSet-Cookie: pwned=1",
+  "pwned\u0000end",
+  "pwned\u001b[31mred",
+  "pwned\ttab",
+  "pwned\u0085next",
+];
 
 /**
  * Texts put together, so that few fields hold them all.

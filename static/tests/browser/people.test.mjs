@@ -104,7 +104,11 @@ describe("people and rights", { skip }, () => {
     await form.getByRole("button", { name: "Add" }).click();
     await tab.page.getByTestId("accounts").getByText("Li Na").waitFor();
     await tab.page.getByLabel("Role Li Na").selectOption("dispatcher");
-    await tab.page.waitForFunction(() => /** @type {HTMLSelectElement | null} */ (document.querySelector("[data-account=a2] [data-field=role]"))?.value === "dispatcher");
+    await tab.page.waitForFunction(
+      () =>
+        /** @type {HTMLSelectElement | null} */ (document.querySelector("[data-account=a2] [data-field=role]"))
+          ?.value === "dispatcher",
+    );
     assert.equal(mock.staff.accounts[1].role, "dispatcher");
     await tab.page.getByLabel("May sign in Chen Wei").click();
     await tab.page.getByTestId("problem").getByText("expected an administrator").waitFor();

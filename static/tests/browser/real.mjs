@@ -20,7 +20,14 @@ const START_MS = 60_000;
 /** @returns {Promise<string | null>} */
 export async function findServer() {
   for (const place of PLACES) {
-    if (place && (await access(place).then(() => true, () => false))) return place;
+    if (
+      place &&
+      (await access(place).then(
+        () => true,
+        () => false,
+      ))
+    )
+      return place;
   }
   return null;
 }
@@ -40,22 +47,29 @@ export async function startReal() {
   if (!program) throw new Error(HOW_TO_GET_SERVER);
   const folder = await mkdtemp(join(tmpdir(), "lodestep-page-"));
   const server = spawn(program, ["serve", "--data", join(folder, "data"), "--listen", "127.0.0.1:0"], {
-    env: { ...process.env, NO_COLOR: "1", LODESTEP_LOG: "warn,lodestep_server::serve=info", LODESTEP_SETUP_TOKEN: SETUP_TOKEN },
+    env: {
+      ...process.env,
+      NO_COLOR: "1",
+      LODESTEP_LOG: "warn,lodestep_server::serve=info",
+      LODESTEP_SETUP_TOKEN: SETUP_TOKEN,
+    },
     stdio: ["ignore", "ignore", "pipe"],
   });
   let log = "";
-  const url = await /** @type {Promise<string>} */ (new Promise((resolve, reject) => {
-    const tooLate = setTimeout(() => reject(new Error(`the server did not start; its log:\n${log}`)), START_MS);
-    server.on("exit", (code) => reject(new Error(`the server ended with ${code}; its log:\n${log}`)));
-    server.stderr.on("data", (chunk) => {
-      log += chunk;
-      // The server says where it serves, in its log, once it does.
-      const found = log.match(/http:\/\/127\.0\.0\.1:\d+/);
-      if (!found) return;
-      clearTimeout(tooLate);
-      resolve(found[0]);
-    });
-  }));
+  const url = await /** @type {Promise<string>} */ (
+    new Promise((resolve, reject) => {
+      const tooLate = setTimeout(() => reject(new Error(`the server did not start; its log:\n${log}`)), START_MS);
+      server.on("exit", (code) => reject(new Error(`the server ended with ${code}; its log:\n${log}`)));
+      server.stderr.on("data", (chunk) => {
+        log += chunk;
+        // The server says where it serves, in its log, once it does.
+        const found = log.match(/http:\/\/127\.0\.0\.1:\d+/);
+        if (!found) return;
+        clearTimeout(tooLate);
+        resolve(found[0]);
+      });
+    })
+  );
 
   /**
    * @param {string} method
@@ -79,9 +93,21 @@ export async function startReal() {
   /** One who asks, with the headers that say who. @param {Record<string, string>} [who] */
   const asker = (who = {}) => ({
     get: (/** @type {string} */ path) => ask("GET", path, undefined, who).then(({ json }) => json),
-    post: (/** @type {string} */ path, /** @type {unknown} */ body = {}, /** @type {Record<string, string>} */ headers = {}) => ask("POST", path, body, { ...who, ...headers }).then(({ json }) => json),
-    put: (/** @type {string} */ path, /** @type {unknown} */ body, /** @type {Record<string, string>} */ headers = {}) => ask("PUT", path, body, { ...who, ...headers }).then(({ json }) => json),
-    patch: (/** @type {string} */ path, /** @type {unknown} */ body, /** @type {Record<string, string>} */ headers = {}) => ask("PATCH", path, body, { ...who, ...headers }).then(({ json }) => json),
+    post: (
+      /** @type {string} */ path,
+      /** @type {unknown} */ body = {},
+      /** @type {Record<string, string>} */ headers = {},
+    ) => ask("POST", path, body, { ...who, ...headers }).then(({ json }) => json),
+    put: (
+      /** @type {string} */ path,
+      /** @type {unknown} */ body,
+      /** @type {Record<string, string>} */ headers = {},
+    ) => ask("PUT", path, body, { ...who, ...headers }).then(({ json }) => json),
+    patch: (
+      /** @type {string} */ path,
+      /** @type {unknown} */ body,
+      /** @type {Record<string, string>} */ headers = {},
+    ) => ask("PATCH", path, body, { ...who, ...headers }).then(({ json }) => json),
     /** What a sign-in sets, for the headers of whoever asks from then on. */
     cookie: async (/** @type {string} */ path, /** @type {unknown} */ body) => {
       const { headers } = await ask("POST", path, body, who);
@@ -95,7 +121,8 @@ export async function startReal() {
     ...asker(),
     as: asker,
     /** @param {string} name @param {string} password makes the first account, an administrator's */
-    setUp: async (name, password) => asker(await asker().cookie("/account/set-up", { setup_token: SETUP_TOKEN, name, password })),
+    setUp: async (name, password) =>
+      asker(await asker().cookie("/account/set-up", { setup_token: SETUP_TOKEN, name, password })),
     /**
      * Hands both feet of a walk in.
      * @param {string} session
@@ -104,8 +131,12 @@ export async function startReal() {
      */
     async handIn(session, logs, names = {}) {
       for (const foot of /** @type {const} */ (["left", "right"])) {
-        const log = (await ask("POST", `/sessions/${session}/logs`, { foot, file_name: names[foot] ?? `${foot}.csv` })).json;
-        await ask("PATCH", `/logs/${log.id}`, logs[foot], { "Upload-Offset": "0", "Content-Type": "application/octet-stream" });
+        const log = (await ask("POST", `/sessions/${session}/logs`, { foot, file_name: names[foot] ?? `${foot}.csv` }))
+          .json;
+        await ask("PATCH", `/logs/${log.id}`, logs[foot], {
+          "Upload-Offset": "0",
+          "Content-Type": "application/octet-stream",
+        });
         await ask("POST", `/logs/${log.id}/finish`, { sha256: createHash("sha256").update(logs[foot]).digest("hex") });
       }
     },
@@ -121,7 +152,9 @@ export async function startReal() {
     /** The walk that `lodestep simulate` writes. @param {string} kind @param {number} [seed] */
     async walk(kind, seed = 1) {
       const out = join(folder, `walk-${kind.replace(/\W/g, "-")}-${seed}`);
-      const done = spawnSync(program, ["simulate", "--walk", kind, "--seed", String(seed), "--out", out, "--force"], { encoding: "utf8" });
+      const done = spawnSync(program, ["simulate", "--walk", kind, "--seed", String(seed), "--out", out, "--force"], {
+        encoding: "utf8",
+      });
       if (done.status !== 0) throw new Error(`simulate: ${done.stderr}`);
       return { left: await readFile(join(out, "left.csv")), right: await readFile(join(out, "right.csv")) };
     },
@@ -149,4 +182,7 @@ export async function signInAt(page, name, password) {
 }
 
 /** One white pixel. */
-export const PNG = Buffer.from("iVBORw0KGgoAAAANSUhEUgAAAAEAAAABCAAAAAA6fptVAAAACklEQVR4nGP4DwABAQEAsGl0wAAAAABJRU5ErkJggg==", "base64");
+export const PNG = Buffer.from(
+  "iVBORw0KGgoAAAANSUhEUgAAAAEAAAABCAAAAAA6fptVAAAACklEQVR4nGP4DwABAQEAsGl0wAAAAABJRU5ErkJggg==",
+  "base64",
+);

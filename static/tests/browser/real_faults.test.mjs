@@ -29,7 +29,10 @@ describe("a fault, on a real server", { skip }, () => {
     await owner.post("/accounts", { name: "Zhao Lei", password: PASSWORD, role: "dispatcher" });
     hers = await openPage(real.url);
     his = await openPage(real.url);
-    for (const [{ page, wrongs }, name] of /** @type {const} */ ([[hers, "Li Na"], [his, "Zhao Lei"]])) {
+    for (const [{ page, wrongs }, name] of /** @type {const} */ ([
+      [hers, "Li Na"],
+      [his, "Zhao Lei"],
+    ])) {
       await page.goto(`${real.url}/#/live`);
       await page.getByTestId("door").waitFor();
       await signInAt(page, name, PASSWORD);
@@ -48,7 +51,8 @@ describe("a fault, on a real server", { skip }, () => {
     await page.getByTestId("faults").getByTestId("fault-card").filter({ hasText: kind }).click();
     await page.getByTestId("fault-details").waitFor();
   };
-  const step = (/** @type {typeof hers} */ { page }, /** @type {string} */ to) => page.getByTestId(`step-${to}`).click();
+  const step = (/** @type {typeof hers} */ { page }, /** @type {string} */ to) =>
+    page.getByTestId(`step-${to}`).click();
 
   test("reported by the inspector, it is on the dispatcher's screen at once", async () => {
     await his.page.goto(`${real.url}/#/faults`);
@@ -65,13 +69,18 @@ describe("a fault, on a real server", { skip }, () => {
     await page.getByText("Everything has been handed over.").waitFor();
     await his.page.getByTestId("fault-card").filter({ hasText: "A17" }).waitFor();
     const [fault] = await owner.get("/faults");
-    assert.deepEqual([fault.inspector_id, fault.kind, fault.severity, fault.marker, fault.text, fault.state], [lina.id, "anchor_bolt", "high", "A17", "two bolts loose", "open"]);
+    assert.deepEqual(
+      [fault.inspector_id, fault.kind, fault.severity, fault.marker, fault.text, fault.state],
+      [lina.id, "anchor_bolt", "high", "A17", "two bolts loose", "open"],
+    );
   });
 
   test("a photo is added and seen; what is none is refused in words", async () => {
     await open(hers);
     const { page } = hers;
-    await page.getByTestId("photo").setInputFiles({ name: "bolt.png", mimeType: "image/png", buffer: Buffer.from("<svg onload=alert(1)>") });
+    await page
+      .getByTestId("photo")
+      .setInputFiles({ name: "bolt.png", mimeType: "image/png", buffer: Buffer.from("<svg onload=alert(1)>") });
     await page.getByTestId("fault-details").getByText("not_a_photo").waitFor();
     hers.wrongs.splice(0, Infinity, ...hers.wrongs.filter((w) => !w.includes("422")));
     await page.getByTestId("photo").setInputFiles({ name: "bolt.png", mimeType: "image/png", buffer: PNG });
@@ -106,19 +115,34 @@ describe("a fault, on a real server", { skip }, () => {
     await becomes(() => his.page.getByTestId("fault-card").count(), 1);
     const [fault] = await owner.get("/faults");
     assert.equal(fault.state, "verified");
-    const words = (await owner.get(`/faults/${fault.id}/history`)).map((/** @type {any} */ c) => `${c.changed_by}: ${c.what} ${c.after ?? ""}`);
-    assert.deepEqual(words.filter((/** @type {string} */ w) => w.includes("state")), ["Zhao Lei: state acknowledged", "Li Na: state in_work", "Li Na: state fixed", "Zhao Lei: state verified"]);
+    const words = (await owner.get(`/faults/${fault.id}/history`)).map(
+      (/** @type {any} */ c) => `${c.changed_by}: ${c.what} ${c.after ?? ""}`,
+    );
+    assert.deepEqual(
+      words.filter((/** @type {string} */ w) => w.includes("state")),
+      ["Zhao Lei: state acknowledged", "Li Na: state in_work", "Li Na: state fixed", "Zhao Lei: state verified"],
+    );
   });
 
   test("who is second is told, and what was written stays", async () => {
-    const fault = await owner.post("/faults", { inspector_id: lina.id, kind: "drainage", severity: "low", marker: "A17" });
+    const fault = await owner.post("/faults", {
+      inspector_id: lina.id,
+      kind: "drainage",
+      severity: "low",
+      marker: "A17",
+    });
     await open(his, "Drainage");
     await his.page.locator("#drawer [name=comment]").fill("my words");
     // Behind the feed's back: the page is asked for its step with the version that it has seen.
-    await his.page.route("**/api/v1/faults/*", async (route) => {
-      if (route.request().method() === "PATCH") await owner.patch(`/faults/${fault.id}`, { state: "acknowledged", version: fault.version });
-      await route.continue();
-    }, { times: 1 });
+    await his.page.route(
+      "**/api/v1/faults/*",
+      async (route) => {
+        if (route.request().method() === "PATCH")
+          await owner.patch(`/faults/${fault.id}`, { state: "acknowledged", version: fault.version });
+        await route.continue();
+      },
+      { times: 1 },
+    );
     await step(his, "in_work");
     await his.page.getByTestId("fault-details").getByText("fault_changed").waitFor();
     await becomes(() => state(his), "acknowledged");

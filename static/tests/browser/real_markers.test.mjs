@@ -88,7 +88,13 @@ describe("markers, on a real server", { skip }, () => {
     await conflict.getByRole("button", { name: "Put yours" }).click();
     await mine.getByTestId("history").getByText("mine").waitFor();
     assert.equal((await now("B40")).e_m, 50.5);
-    assert.deepEqual((await owner.get("/markers/B40/history")).slice(0, 2).map((/** @type {any} */ c) => [c.changed_by, c.reason]), [["Zhang Min", "mine"], ["李娜", "theirs"]]);
+    assert.deepEqual(
+      (await owner.get("/markers/B40/history")).slice(0, 2).map((/** @type {any} */ c) => [c.changed_by, c.reason]),
+      [
+        ["Zhang Min", "mine"],
+        ["李娜", "theirs"],
+      ],
+    );
     const rest = tabs["Zhang Min"].wrongs.filter((w) => !w.includes("409"));
     tabs["Zhang Min"].wrongs.splice(0, Infinity, ...rest);
   });
@@ -98,7 +104,11 @@ describe("markers, on a real server", { skip }, () => {
     const some = await Promise.all(["D10", "D11", "D12", "D13", "D14", "D15", "D16", "D17"].map(now));
     const rows = some.map((m, i) => `${m.name},${m.n_m},${m.e_m + (i === 0 ? 0.25 : 0)},${m.u_m}`);
     await page.getByTestId("import-markers").click();
-    await page.getByTestId("markers-file").setInputFiles({ name: "survey.csv", mimeType: "text/csv", buffer: Buffer.from(`name,e_m,n_m,u_m\n${rows.join("\n")}\n`) });
+    await page.getByTestId("markers-file").setInputFiles({
+      name: "survey.csv",
+      mimeType: "text/csv",
+      buffer: Buffer.from(`name,e_m,n_m,u_m\n${rows.join("\n")}\n`),
+    });
     const findings = page.getByTestId("findings");
     await findings.getByText("all: east and north changed over").waitFor();
     await findings.getByRole("button", { name: "Read it that way" }).click();
@@ -125,13 +135,23 @@ describe("markers, on a real server", { skip }, () => {
     const { page } = tabs["Zhang Min"];
     const [a, b] = await Promise.all(["E10", "E11"].map(now));
     await page.getByTestId("import-markers").click();
-    await page.getByTestId("markers-file").setInputFiles({ name: "two.csv", mimeType: "text/csv", buffer: Buffer.from(`name,e_m,n_m,u_m\nE10,${a.e_m + 0.1},${a.n_m},${a.u_m}\nE11,${b.e_m + 0.1},${b.n_m},${b.u_m}\n`) });
+    await page.getByTestId("markers-file").setInputFiles({
+      name: "two.csv",
+      mimeType: "text/csv",
+      buffer: Buffer.from(
+        `name,e_m,n_m,u_m\nE10,${a.e_m + 0.1},${a.n_m},${a.u_m}\nE11,${b.e_m + 0.1},${b.n_m},${b.u_m}\n`,
+      ),
+    });
     await page.getByTestId("difference").getByRole("button", { name: "2 changed" }).waitFor();
     await page.getByTestId("wizard").locator("form.apply [name=reason]").fill("two of them");
     await page.getByTestId("apply-import").click();
     await page.getByText("two.csv: 0 added, 2 changed").waitFor();
     await owner.put("/markers/E11", { e_m: 1, n_m: 2, u_m: 3, reason: "moved since", force: true });
-    await page.locator("[data-testid=import-row][data-state=applied]").filter({ hasText: "two.csv" }).getByRole("button", { name: "Revert" }).click();
+    await page
+      .locator("[data-testid=import-row][data-state=applied]")
+      .filter({ hasText: "two.csv" })
+      .getByRole("button", { name: "Revert" })
+      .click();
     await page.locator("form.revert [name=reason]").fill("not these");
     await page.getByTestId("revert-import").click();
     await page.locator(".wizard .answer").getByText("E11", { exact: true }).waitFor();
@@ -143,12 +163,18 @@ describe("markers, on a real server", { skip }, () => {
 
   test("what is taken out comes in again unchanged", async () => {
     const { page } = tabs["Zhang Min"];
-    const [download] = await Promise.all([page.waitForEvent("download"), page.locator("a[download]", { hasText: "Export" }).click()]);
+    const [download] = await Promise.all([
+      page.waitForEvent("download"),
+      page.locator("a[download]", { hasText: "Export" }).click(),
+    ]);
     const csv = await readFile(await download.path());
     await page.getByTestId("import-markers").click();
     await page.getByTestId("markers-file").setInputFiles({ name: "export.csv", mimeType: "text/csv", buffer: csv });
     const all = (await owner.get("/markers")).length;
-    await page.getByTestId("difference").getByRole("button", { name: `${all} unchanged` }).waitFor();
+    await page
+      .getByTestId("difference")
+      .getByRole("button", { name: `${all} unchanged` })
+      .waitFor();
     await becomes(() => page.getByTestId("apply-import").isDisabled(), true);
   });
 

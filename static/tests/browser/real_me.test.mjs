@@ -24,61 +24,84 @@ describe("the inspector's page, on a real server", { skip }, () => {
     await real?.stop();
   });
 
-  test("a walk is begun, walked and ended without a link, over a reload; all of it is handed over once", { timeout: 180_000 }, async () => {
-    const { page, context } = tab;
-    const press = async (/** @type {string} */ keys) => {
-      for (const key of keys) await page.locator(`[data-key="${key}"]`).click();
-    };
-    await page.goto(`${real.url}/#/me`);
-    await page.getByTestId("me").waitFor();
-    await page.locator("select[name=who] option", { hasText: "李娜" }).waitFor({ state: "attached" });
-    await page.getByTestId("me-who").selectOption({ label: "李娜" });
-    await page.getByText("This page also opens without a link.").waitFor();
-    await page.waitForFunction(async () => {
-      const kept = (await (await caches.open("lodestep")).keys()).map(({ url }) => new URL(url).pathname);
-      return ["/js/me/view.js", "/js/main.js", "/api/v1/site/plan", "/api/v1/markers", "/api/v1/account"].every((path) => kept.includes(path));
-    });
+  test(
+    "a walk is begun, walked and ended without a link, over a reload; all of it is handed over once",
+    { timeout: 180_000 },
+    async () => {
+      const { page, context } = tab;
+      const press = async (/** @type {string} */ keys) => {
+        for (const key of keys) await page.locator(`[data-key="${key}"]`).click();
+      };
+      await page.goto(`${real.url}/#/me`);
+      await page.getByTestId("me").waitFor();
+      await page.locator("select[name=who] option", { hasText: "李娜" }).waitFor({ state: "attached" });
+      await page.getByTestId("me-who").selectOption({ label: "李娜" });
+      await page.getByText("This page also opens without a link.").waitFor();
+      await page.waitForFunction(async () => {
+        const kept = (await (await caches.open("lodestep")).keys()).map(({ url }) => new URL(url).pathname);
+        return ["/js/me/view.js", "/js/main.js", "/api/v1/site/plan", "/api/v1/markers", "/api/v1/account"].every(
+          (path) => kept.includes(path),
+        );
+      });
 
-    await context.setOffline(true);
-    // Its worker hears of that a moment later.
-    await page.waitForFunction(() => fetch("/healthz", { cache: "no-store" }).then((answer) => !answer.ok, () => true));
-    await press("A17");
-    await page.getByRole("button", { name: "Start a walk" }).click();
-    await page.getByText("Walking for").waitFor();
-    await press("A18");
-    await page.getByTestId("me-enter").click();
-    await page.getByTestId("me-fault").locator("summary").click();
-    await page.getByTestId("me-fault").locator("[name=marker]").fill("a18");
-    await page.getByTestId("me-report").click();
-    await page.getByText("3 waiting to be handed over").waitFor();
-    await page.reload();
-    await page.getByTestId("me").waitFor();
-    await page.getByText("3 waiting to be handed over").waitFor();
-    await page.getByText("Walking for").waitFor();
-    assert.deepEqual(await real.get("/sessions"), [], "the server knows nothing yet");
+      await context.setOffline(true);
+      // Its worker hears of that a moment later.
+      await page.waitForFunction(() =>
+        fetch("/healthz", { cache: "no-store" }).then(
+          (answer) => !answer.ok,
+          () => true,
+        ),
+      );
+      await press("A17");
+      await page.getByRole("button", { name: "Start a walk" }).click();
+      await page.getByText("Walking for").waitFor();
+      await press("A18");
+      await page.getByTestId("me-enter").click();
+      await page.getByTestId("me-fault").locator("summary").click();
+      await page.getByTestId("me-fault").locator("[name=marker]").fill("a18");
+      await page.getByTestId("me-report").click();
+      await page.getByText("3 waiting to be handed over").waitFor();
+      await page.reload();
+      await page.getByTestId("me").waitFor();
+      await page.getByText("3 waiting to be handed over").waitFor();
+      await page.getByText("Walking for").waitFor();
+      assert.deepEqual(await real.get("/sessions"), [], "the server knows nothing yet");
 
-    await context.setOffline(false);
-    await page.evaluate(() => dispatchEvent(new Event("online")));
-    await page.getByText("Everything has been handed over.").waitFor();
-    const [walk, ...others] = await real.get("/sessions");
-    assert.deepEqual([others.length, walk.start.marker], [0, "A17"]);
-    const visits = await real.get(`/sessions/${walk.id}/visits`);
-    assert.deepEqual(visits.map((/** @type {any} */ v) => v.marker), ["A18"]);
-    const faults = await real.get("/faults");
-    assert.deepEqual(faults.map((/** @type {any} */ f) => [f.marker, f.session_id]), [["A18", walk.id]]);
+      await context.setOffline(false);
+      await page.evaluate(() => dispatchEvent(new Event("online")));
+      await page.getByText("Everything has been handed over.").waitFor();
+      const [walk, ...others] = await real.get("/sessions");
+      assert.deepEqual([others.length, walk.start.marker], [0, "A17"]);
+      const visits = await real.get(`/sessions/${walk.id}/visits`);
+      assert.deepEqual(
+        visits.map((/** @type {any} */ v) => v.marker),
+        ["A18"],
+      );
+      const faults = await real.get("/faults");
+      assert.deepEqual(
+        faults.map((/** @type {any} */ f) => [f.marker, f.session_id]),
+        [["A18", walk.id]],
+      );
 
-    await page.getByRole("button", { name: "Stop" }).click();
-    await page.goto(`${real.url}/#/upload`);
-    await page.getByTestId("unfinished").getByText("A walk waits for its logs").waitFor();
-    const { left, right } = await real.walk("line:20");
-    await page.getByTestId("files").setInputFiles([{ name: "left.csv", mimeType: "text/csv", buffer: left }, { name: "right.csv", mimeType: "text/csv", buffer: right }]);
-    await page.getByRole("button", { name: "Hand in" }).click();
-    await page.getByTestId("upload-done").waitFor({ timeout: 60_000 });
-    const now = await real.get(`/sessions/${walk.id}`);
-    assert.deepEqual([now.state, now.visits, (await real.get("/sessions")).length], ["finished", 1, 1]);
-  });
+      await page.getByRole("button", { name: "Stop" }).click();
+      await page.goto(`${real.url}/#/upload`);
+      await page.getByTestId("unfinished").getByText("A walk waits for its logs").waitFor();
+      const { left, right } = await real.walk("line:20");
+      await page.getByTestId("files").setInputFiles([
+        { name: "left.csv", mimeType: "text/csv", buffer: left },
+        { name: "right.csv", mimeType: "text/csv", buffer: right },
+      ]);
+      await page.getByRole("button", { name: "Hand in" }).click();
+      await page.getByTestId("upload-done").waitFor({ timeout: 60_000 });
+      const now = await real.get(`/sessions/${walk.id}`);
+      assert.deepEqual([now.state, now.visits, (await real.get("/sessions")).length], ["finished", 1, 1]);
+    },
+  );
 
   test("nothing went wrong but the link that was cut", () => {
-    assert.deepEqual(tab.wrongs.filter((w) => !/ERR_INTERNET_DISCONNECTED|ERR_FAILED|WebSocket/.test(w)), []);
+    assert.deepEqual(
+      tab.wrongs.filter((w) => !/ERR_INTERNET_DISCONNECTED|ERR_FAILED|WebSocket/.test(w)),
+      [],
+    );
   });
 });

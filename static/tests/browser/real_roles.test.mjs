@@ -39,7 +39,12 @@ describe("each role, on a real server", { skip }, () => {
     }
     owner = await real.setUp("Wang Fang", PASSWORD);
     for (const role of Object.keys(ROLES)) {
-      await owner.post("/accounts", { name: `a ${role}`, password: PASSWORD, role, ...(role === "inspector" ? { inspector_id: made.lina.id } : {}) });
+      await owner.post("/accounts", {
+        name: `a ${role}`,
+        password: PASSWORD,
+        role,
+        ...(role === "inspector" ? { inspector_id: made.lina.id } : {}),
+      });
     }
     await owner.post("/accounts", { name: "a lone inspector", password: PASSWORD, role: "inspector" });
   });
@@ -62,65 +67,76 @@ describe("each role, on a real server", { skip }, () => {
   }
 
   for (const [role, may] of Object.entries(ROLES)) {
-    test(`${role}`, { timeout: 120_000 }, () => signedIn(`a ${role}`, async (page) => {
-      const visit = async (/** @type {string} */ hash, /** @type {string} */ sign) => {
-        await page.goto(`${real.url}/${hash}`);
-        await page.locator(sign).first().waitFor();
-      };
-      const seen = (/** @type {string} */ selector) => page.locator(selector).first().isVisible();
-      const places = await page.locator("nav [data-route]:visible").evaluateAll((links) => links.map((el) => el.getAttribute("data-route")));
-      const expected = may.walks ? ["live", "sessions", "upload", "me", "faults", "markers"] : ["live", "sessions", "faults", "markers"];
-      if (role === "engineer" || role === "admin") expected.push("lab");
-      assert.deepEqual(places, expected);
+    test(`${role}`, { timeout: 120_000 }, () =>
+      signedIn(`a ${role}`, async (page) => {
+        const visit = async (/** @type {string} */ hash, /** @type {string} */ sign) => {
+          await page.goto(`${real.url}/${hash}`);
+          await page.locator(sign).first().waitFor();
+        };
+        const seen = (/** @type {string} */ selector) => page.locator(selector).first().isVisible();
+        const places = await page
+          .locator("nav [data-route]:visible")
+          .evaluateAll((links) => links.map((el) => el.getAttribute("data-route")));
+        const expected = may.walks
+          ? ["live", "sessions", "upload", "me", "faults", "markers"]
+          : ["live", "sessions", "faults", "markers"];
+        if (role === "engineer" || role === "admin") expected.push("lab");
+        assert.deepEqual(places, expected);
 
-      await visit("#/upload", "[data-testid=drop]");
-      assert.equal(await seen("[data-testid=may-not]"), !may.walks);
-      if (may.walks) {
-        await page.locator("select[name=inspector] option", { hasText: "李娜" }).waitFor({ state: "attached" });
-        const names = await page.locator("select[name=inspector] option").allTextContents();
-        assert.equal(names.includes("Novák, Petr"), role !== "inspector");
-        assert.equal(names.includes("Somebody new …"), may.dispatches, String(names));
-      }
-      await visit("#/me", "[data-testid=me]");
-      assert.equal(await seen("[data-testid=may-not]"), !may.walks);
+        await visit("#/upload", "[data-testid=drop]");
+        assert.equal(await seen("[data-testid=may-not]"), !may.walks);
+        if (may.walks) {
+          await page.locator("select[name=inspector] option", { hasText: "李娜" }).waitFor({ state: "attached" });
+          const names = await page.locator("select[name=inspector] option").allTextContents();
+          assert.equal(names.includes("Novák, Petr"), role !== "inspector");
+          assert.equal(names.includes("Somebody new …"), may.dispatches, String(names));
+        }
+        await visit("#/me", "[data-testid=me]");
+        assert.equal(await seen("[data-testid=may-not]"), !may.walks);
 
-      await visit("#/markers", "[data-testid=markers] td");
-      assert.equal(await seen("[data-action=add]"), may.surveys);
-      assert.equal(await seen("[data-testid=import-markers]"), may.surveys);
-      await page.locator('[data-marker="A17"]').click();
-      await page.getByTestId("history").waitFor();
-      assert.equal(await seen("[data-do=edit]"), may.surveys);
+        await visit("#/markers", "[data-testid=markers] td");
+        assert.equal(await seen("[data-action=add]"), may.surveys);
+        assert.equal(await seen("[data-testid=import-markers]"), may.surveys);
+        await page.locator('[data-marker="A17"]').click();
+        await page.getByTestId("history").waitFor();
+        assert.equal(await seen("[data-do=edit]"), may.surveys);
 
-      await visit("#/faults", "[data-testid=fault-card]");
-      await page.getByTestId("fault-card").first().click();
-      await page.getByTestId("fault-history").locator("li").first().waitFor();
-      assert.equal(await seen("[data-testid=step-acknowledged]"), may.walks);
-      assert.equal(await seen("#drawer [name=assignee]"), may.dispatches);
-      assert.equal(await seen("[data-testid=photo]"), may.walks);
+        await visit("#/faults", "[data-testid=fault-card]");
+        await page.getByTestId("fault-card").first().click();
+        await page.getByTestId("fault-history").locator("li").first().waitFor();
+        assert.equal(await seen("[data-testid=step-acknowledged]"), may.walks);
+        assert.equal(await seen("#drawer [name=assignee]"), may.dispatches);
+        assert.equal(await seen("[data-testid=photo]"), may.walks);
 
-      for (const name of ["李娜", "Novák, Petr"]) {
-        await visit(`#/sessions/${made[name]}`, "[data-testid=session][data-drawn=yes]");
-        await page.locator("[data-tab=markers]").click();
-        const writes = may.walks && (role !== "inspector" || name === "李娜");
-        assert.equal(await page.locator("[name=automatic]").isEnabled(), writes, `automatic mode of ${name}'s walk`);
-      }
-      await visit("#/live", "[data-testid=inspector-row]");
-      for (const name of ["李娜", "Novák, Petr"]) {
-        await page.locator("[data-inspector]", { hasText: name }).click();
-        await page.locator("#drawer h2", { hasText: name }).waitFor();
-        assert.equal(await seen("[data-testid=report-fault]"), may.walks && (role !== "inspector" || name === "李娜"), `a report for ${name}`);
-      }
+        for (const name of ["李娜", "Novák, Petr"]) {
+          await visit(`#/sessions/${made[name]}`, "[data-testid=session][data-drawn=yes]");
+          await page.locator("[data-tab=markers]").click();
+          const writes = may.walks && (role !== "inspector" || name === "李娜");
+          assert.equal(await page.locator("[name=automatic]").isEnabled(), writes, `automatic mode of ${name}'s walk`);
+        }
+        await visit("#/live", "[data-testid=inspector-row]");
+        for (const name of ["李娜", "Novák, Petr"]) {
+          await page.locator("[data-inspector]", { hasText: name }).click();
+          await page.locator("#drawer h2", { hasText: name }).waitFor();
+          assert.equal(
+            await seen("[data-testid=report-fault]"),
+            may.walks && (role !== "inspector" || name === "李娜"),
+            `a report for ${name}`,
+          );
+        }
 
-      await visit("#/account", "[data-testid=password]");
-      assert.equal(await seen(".page a[href='#/admin']"), may.administers);
-      await visit("#/admin/audit", may.administers ? "[data-testid=audit] td" : "[data-testid=may-not]");
-    }));
+        await visit("#/account", "[data-testid=password]");
+        assert.equal(await seen(".page a[href='#/admin']"), may.administers);
+        await visit("#/admin/audit", may.administers ? "[data-testid=audit] td" : "[data-testid=may-not]");
+      }),
+    );
   }
 
-  test("an inspector's account that belongs to no inspector is told what it lacks", () => signedIn("a lone inspector", async (page) => {
-    for (const hash of ["#/upload", "#/me"]) {
-      await page.goto(`${real.url}/${hash}`);
-      await page.getByTestId("may-not").getByText("belongs to no inspector").waitFor();
-    }
-  }));
+  test("an inspector's account that belongs to no inspector is told what it lacks", () =>
+    signedIn("a lone inspector", async (page) => {
+      for (const hash of ["#/upload", "#/me"]) {
+        await page.goto(`${real.url}/${hash}`);
+        await page.getByTestId("may-not").getByText("belongs to no inspector").waitFor();
+      }
+    }));
 });

@@ -32,14 +32,19 @@ describe("logs, on a real server", { skip }, () => {
     await tab.page.getByTestId("drop").waitFor();
   });
   const csv = (/** @type {string} */ name, /** @type {Buffer} */ buffer) => ({ name, mimeType: "text/csv", buffer });
-  const give = (/** @type {{name: string, mimeType: string, buffer: Buffer}[]} */ files) => tab.page.getByTestId("files").setInputFiles(files);
+  const give = (/** @type {{name: string, mimeType: string, buffer: Buffer}[]} */ files) =>
+    tab.page.getByTestId("files").setInputFiles(files);
   const handIn = () => tab.page.getByRole("button", { name: "Hand in" }).click();
   const refusals = () => tab.wrongs.splice(0, Infinity, ...tab.wrongs.filter((w) => !/\b(422|409)\b/.test(w)));
 
   test("both feet are handed in; the walk is worked out and opens", async () => {
     await give([csv("walk-left.csv", short.left), csv("walk-right.csv", short.right)]);
-    for (const foot of ["left", "right"]) await tab.page.getByTestId(`preview-${foot}`).getByText("Canonical CSV").waitFor();
-    await tab.page.getByTestId("in-time").getByText(/overlap/).waitFor();
+    for (const foot of ["left", "right"])
+      await tab.page.getByTestId(`preview-${foot}`).getByText("Canonical CSV").waitFor();
+    await tab.page
+      .getByTestId("in-time")
+      .getByText(/overlap/)
+      .waitFor();
     await tab.page.locator("select[name=inspector]").selectOption({ label: "李娜" });
     await tab.page.locator("input[name=title]").fill("Along the road");
     await tab.page.locator("input[name=marker]").fill("a17");
@@ -68,17 +73,28 @@ describe("logs, on a real server", { skip }, () => {
   test("a text that is no log is called by no format", async () => {
     await give([csv("left.csv", Buffer.from("dear diary,\nnothing was measured today\n"))]);
     const preview = tab.page.getByTestId("preview-left");
-    await preview.getByTestId("preview-problem").getByText(/expected a column/).waitFor();
+    await preview
+      .getByTestId("preview-problem")
+      .getByText(/expected a column/)
+      .waitFor();
     await becomes(() => preview.getByTestId("format").textContent(), "Unknown format");
   });
 
   test("degrees where radians belong: what was expected, what was found, what to do", async () => {
     const [head, ...rows] = short.left.toString().trim().split("\n");
     const gyr = head.split(",").map((name) => name.startsWith("gyr"));
-    const degrees = rows.map((row) => row.split(",").map((cell, i) => (gyr[i] && cell !== "" ? String((Number(cell) * 180) / Math.PI) : cell)).join(","));
+    const degrees = rows.map((row) =>
+      row
+        .split(",")
+        .map((cell, i) => (gyr[i] && cell !== "" ? String((Number(cell) * 180) / Math.PI) : cell))
+        .join(","),
+    );
     await give([csv("left.csv", Buffer.from(`${head}\n${degrees.join("\n")}\n`))]);
     const preview = tab.page.getByTestId("preview-left");
-    await preview.getByTestId("preview-problem").getByText(/degrees/).waitFor();
+    await preview
+      .getByTestId("preview-problem")
+      .getByText(/degrees/)
+      .waitFor();
     await tab.page.locator("input[name=marker]").fill("A17");
     await handIn();
     const problem = tab.page.getByTestId("problem");
@@ -98,45 +114,52 @@ describe("logs, on a real server", { skip }, () => {
     await becomes(() => tab.page.getByTestId("same-file").count(), 0);
   });
 
-  test("a link that is cut, and a page that is opened anew, cost only the piece under way", { timeout: 180_000 }, async () => {
-    const long = await real.walk("line:600");
-    assert.ok(long.left.length > 4 << 20, `${long.left.length} bytes: expected more than one piece`);
-    await give([csv("left.csv", long.left)]);
-    await tab.page.locator("input[name=marker]").fill("A17");
-    let sent = 0;
-    let cut = false;
-    await tab.page.route("**/api/v1/logs/*", async (route) => {
-      if (route.request().method() !== "PATCH") return route.continue();
-      if (sent > 0) {
-        cut = true;
+  test(
+    "a link that is cut, and a page that is opened anew, cost only the piece under way",
+    { timeout: 180_000 },
+    async () => {
+      const long = await real.walk("line:600");
+      assert.ok(long.left.length > 4 << 20, `${long.left.length} bytes: expected more than one piece`);
+      await give([csv("left.csv", long.left)]);
+      await tab.page.locator("input[name=marker]").fill("A17");
+      let sent = 0;
+      let cut = false;
+      await tab.page.route("**/api/v1/logs/*", async (route) => {
+        if (route.request().method() !== "PATCH") return route.continue();
+        if (sent > 0) {
+          cut = true;
+          return route.abort();
+        }
+        // The first piece arrives, its answer does not.
+        sent += (await route.request().postDataBuffer())?.length ?? 0;
+        await route.fetch();
         return route.abort();
-      }
-      // The first piece arrives, its answer does not.
-      sent += (await route.request().postDataBuffer())?.length ?? 0;
-      await route.fetch();
-      return route.abort();
-    });
-    await handIn();
-    await becomes(async () => cut, true);
-    tab.page.once("dialog", (dialog) => dialog.accept());
-    await tab.page.unroute("**/api/v1/logs/*");
-    await tab.page.reload();
-    await tab.page.getByTestId("unfinished").getByText("left.csv").waitFor();
-    const begun = (await real.get("/sessions?state=receiving"))[0];
-    const [log] = (await real.get(`/sessions/${begun.id}`)).logs;
-    assert.ok(log.offset_bytes >= 4 << 20 && log.offset_bytes < long.left.length, `${log.offset_bytes} bytes are on disk`);
-    /** @type {number[]} */
-    const offsets = [];
-    tab.page.on("request", (request) => {
-      if (request.method() === "PATCH") offsets.push(Number(request.headers()["upload-offset"]));
-    });
-    await give([csv("left.csv", long.left)]);
-    await handIn();
-    await tab.page.getByTestId("upload-done").waitFor({ timeout: 120_000 });
-    assert.deepEqual(offsets[0], log.offset_bytes, "it goes on from what is on disk");
-    assert.equal((await real.get(`/sessions/${begun.id}`)).state, "finished");
-    tab.wrongs.splice(0, Infinity, ...tab.wrongs.filter((w) => !/ERR_FAILED|409/.test(w)));
-  });
+      });
+      await handIn();
+      await becomes(async () => cut, true);
+      tab.page.once("dialog", (dialog) => dialog.accept());
+      await tab.page.unroute("**/api/v1/logs/*");
+      await tab.page.reload();
+      await tab.page.getByTestId("unfinished").getByText("left.csv").waitFor();
+      const begun = (await real.get("/sessions?state=receiving"))[0];
+      const [log] = (await real.get(`/sessions/${begun.id}`)).logs;
+      assert.ok(
+        log.offset_bytes >= 4 << 20 && log.offset_bytes < long.left.length,
+        `${log.offset_bytes} bytes are on disk`,
+      );
+      /** @type {number[]} */
+      const offsets = [];
+      tab.page.on("request", (request) => {
+        if (request.method() === "PATCH") offsets.push(Number(request.headers()["upload-offset"]));
+      });
+      await give([csv("left.csv", long.left)]);
+      await handIn();
+      await tab.page.getByTestId("upload-done").waitFor({ timeout: 120_000 });
+      assert.deepEqual(offsets[0], log.offset_bytes, "it goes on from what is on disk");
+      assert.equal((await real.get(`/sessions/${begun.id}`)).state, "finished");
+      tab.wrongs.splice(0, Infinity, ...tab.wrongs.filter((w) => !/ERR_FAILED|409/.test(w)));
+    },
+  );
 
   test("nothing went wrong", () => assert.deepEqual(tab.wrongs, []));
 });

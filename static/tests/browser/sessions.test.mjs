@@ -15,7 +15,14 @@ describe("the list of walks", { skip }, () => {
 
   before(async () => {
     mock = await startMock({ stepMs: 500 });
-    for (let i = 0; i < 60; i++) mock.walks.set(`old${i}`, { ...mock.walks.get("s8"), id: `old${i}`, title: `Old ${i}`, started_at: new Date(Date.UTC(2026, 0, 1 + i, 4)).toISOString(), anomalies: i % 20 === 0 ? 3 : 0 });
+    for (let i = 0; i < 60; i++)
+      mock.walks.set(`old${i}`, {
+        ...mock.walks.get("s8"),
+        id: `old${i}`,
+        title: `Old ${i}`,
+        started_at: new Date(Date.UTC(2026, 0, 1 + i, 4)).toISOString(),
+        anomalies: i % 20 === 0 ? 3 : 0,
+      });
     tab = await openPage(mock.url);
     await tab.page.goto(`${mock.url}/#/sessions`);
     await tab.page.getByTestId("session-card").first().waitFor();

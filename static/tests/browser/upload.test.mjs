@@ -6,7 +6,8 @@ import { startMock } from "../mock-server.mjs";
 import { becomes, findChrome, HOW_TO_GET_CHROME, openPage } from "./chrome.mjs";
 
 const skip = (await findChrome()) ? false : HOW_TO_GET_CHROME;
-const X_IO = "Time (s),Gyroscope X (deg/s),Gyroscope Y (deg/s),Gyroscope Z (deg/s),Accelerometer X (g),Accelerometer Y (g),Accelerometer Z (g)\n0,1,2,3,0,0,1\n";
+const X_IO =
+  "Time (s),Gyroscope X (deg/s),Gyroscope Y (deg/s),Gyroscope Z (deg/s),Accelerometer X (g),Accelerometer Y (g),Accelerometer Z (g)\n0,1,2,3,0,0,1\n";
 const OWN = "secs,wx,wy,wz,fx,fy,fz\n0.00,1,2,3,0,0,9.8\n0.01,1,2,3,0,0,9.8\n";
 const CANONICAL = "t_s,gyr_x_rad_s,gyr_y_rad_s\n0.01,0.1,0.2\n";
 
@@ -30,7 +31,11 @@ describe("a log before it is handed in", { skip }, () => {
     await tab.page.getByTestId("drop").waitFor();
   });
   const give = (/** @type {Record<string, string>} */ files) =>
-    tab.page.getByTestId("files").setInputFiles(Object.entries(files).map(([name, text]) => ({ name, mimeType: "text/csv", buffer: Buffer.from(text) })));
+    tab.page
+      .getByTestId("files")
+      .setInputFiles(
+        Object.entries(files).map(([name, text]) => ({ name, mimeType: "text/csv", buffer: Buffer.from(text) })),
+      );
 
   test("the format is told, what the log is worth, and how the feet lie in time", async () => {
     await give({ "left.csv": X_IO, "right.csv": X_IO });
@@ -39,7 +44,10 @@ describe("a log before it is handed in", { skip }, () => {
     await becomes(() => left.locator("[data-fact=rate]").textContent(), "100 Hz");
     await left.getByText("1 gaps, 0.31 s together.").waitFor();
     await becomes(() => left.locator("svg polygon").count(), 2);
-    await tab.page.getByTestId("in-time").getByText(/One clock: .* overlap for 1 min 53 s/).waitFor();
+    await tab.page
+      .getByTestId("in-time")
+      .getByText(/One clock: .* overlap for 1 min 53 s/)
+      .waitFor();
     await left.getByText("First rows").click();
     await becomes(() => left.locator("tbody td").first().textContent(), "0.0000");
   });
@@ -52,7 +60,8 @@ describe("a log before it is handed in", { skip }, () => {
     await form.locator("[name=acc_unit]").selectOption("m_s2");
     await form.locator("[name=preset_name]").fill("Our logger");
     await tab.page.getByTestId("save-mapping").click();
-    for (const foot of ["left", "right"]) await tab.page.getByTestId(`preview-${foot}`).getByText("Table, columns mapped").waitFor();
+    for (const foot of ["left", "right"])
+      await tab.page.getByTestId(`preview-${foot}`).getByText("Table, columns mapped").waitFor();
     await becomes(() => form.count(), 0);
     await tab.page.reload();
     await give({ "left.csv": OWN });

@@ -51,7 +51,10 @@ describe("webhooks", { skip }, () => {
     await row("w2").getByRole("button", { name: "Try it out" }).click();
     await row("w2").getByText("does not arrive").waitFor();
     await page.getByTestId("deliveries").getByText("connection refused").waitFor();
-    Object.assign(mock.webhooks.hooks[1], { enabled: false, disabled_why: "expected an answer of 2xx, found none for 72 h" });
+    Object.assign(mock.webhooks.hooks[1], {
+      enabled: false,
+      disabled_why: "expected an answer of 2xx, found none for 72 h",
+    });
     await page.reload();
     await row("w2").getByText("found none for 72 h").waitFor();
     assert.equal(await row("w2").getByRole("button", { name: "Try it out" }).isDisabled(), true);

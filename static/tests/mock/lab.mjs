@@ -8,8 +8,10 @@ const PARAMETERS = [
   { key: "marker_sigma_m", unit: "m", group: "markers", about: "", least: 0.01, most: 20, default: 1 },
 ];
 const FIGURES = [
-  { name: "closure_m", unit: "m", aim: "small" }, { name: "marker_rms_m", unit: "m", aim: "small" },
-  { name: "nis_zupt", unit: "1", aim: "one" }, { name: "process_s", unit: "s", aim: "none" },
+  { name: "closure_m", unit: "m", aim: "small" },
+  { name: "marker_rms_m", unit: "m", aim: "small" },
+  { name: "nis_zupt", unit: "1", aim: "one" },
+  { name: "process_s", unit: "s", aim: "none" },
 ];
 const OWN = { closure_m: 2.4, marker_rms_m: 1.9, nis_zupt: 0.8, process_s: 3.1 };
 
@@ -33,27 +35,52 @@ export class MockLab {
    * @returns {{status: number, value?: unknown} | null}
    */
   answer(method, [noun, id, verb], query, given) {
-    const problem = (/** @type {number} */ status, /** @type {string} */ code, /** @type {string} */ detail) => ({ status, value: { type: "about:blank", title: code, status, code, detail } });
+    const problem = (/** @type {number} */ status, /** @type {string} */ code, /** @type {string} */ detail) => ({
+      status,
+      value: { type: "about:blank", title: code, status, code, detail },
+    });
     const route = `${method} ${noun}${id ? "/:id" : ""}${verb ? `/${verb}` : ""}`;
     switch (route) {
-      case "GET parameters": return { status: 200, value: { engine_version: "0.1.0", engine_sha256: "e1".repeat(32), parameters: PARAMETERS } };
-      case "GET parameter-sets": return { status: 200, value: this.sets };
-      case "GET site-parameters": return { status: 200, value: this.site };
+      case "GET parameters":
+        return {
+          status: 200,
+          value: { engine_version: "0.1.0", engine_sha256: "e1".repeat(32), parameters: PARAMETERS },
+        };
+      case "GET parameter-sets":
+        return { status: 200, value: this.sets };
+      case "GET site-parameters":
+        return { status: 200, value: this.site };
       case "PUT site-parameters": {
         const set = this.sets.find((s) => s.id === given.parameter_set_id);
-        if (set && given.version !== set.version) return problem(409, "set_changed", "expected the version that stands, found another");
+        if (set && given.version !== set.version)
+          return problem(409, "set_changed", "expected the version that stands, found another");
         const named = set ? { id: set.id, name: set.name, version: set.version } : null;
-        this.site = { id: this.site.id + 1, set: named, parameters: set?.parameters ?? {}, chosen_at: iso(0), chosen_by: "Chen Wei" };
+        this.site = {
+          id: this.site.id + 1,
+          set: named,
+          parameters: set?.parameters ?? {},
+          chosen_at: iso(0),
+          chosen_by: "Chen Wei",
+        };
         return { status: 200, value: this.site };
       }
       case "POST parameter-sets": {
-        const set = { id: `p${this.sets.length + 1}`, about: "", ...given, version: 1, created_at: iso(0), created_by: null, updated_at: iso(0) };
+        const set = {
+          id: `p${this.sets.length + 1}`,
+          about: "",
+          ...given,
+          version: 1,
+          created_at: iso(0),
+          created_by: null,
+          updated_at: iso(0),
+        };
         this.sets.push(set);
         return { status: 201, value: set };
       }
       case "PUT parameter-sets/:id": {
         const set = this.sets.find((s) => s.id === id);
-        if (given.version !== set.version) return problem(409, "set_changed", "expected the version that stands, found another");
+        if (given.version !== set.version)
+          return problem(409, "set_changed", "expected the version that stands, found another");
         return { status: 200, value: Object.assign(set, given, { version: set.version + 1 }) };
       }
       case "DELETE parameter-sets/:id":
@@ -64,8 +91,18 @@ export class MockLab {
           const n = this.runs.length + 1;
           const set = this.sets.find((s) => s.id === given.parameter_set_id);
           const run = {
-            id: `r${n}`, session_id, job_id: `jr${n}`, name: set?.name ?? given.name ?? given.aids?.join(" + ") ?? "default", parameter_set_id: set?.id ?? null,
-            parameters: given.parameters ?? {}, aids: given.aids ?? null, solution: given.solution ?? "smoothed", state: "queued", created_at: iso(0), figures: null, provenance: null,
+            id: `r${n}`,
+            session_id,
+            job_id: `jr${n}`,
+            name: set?.name ?? given.name ?? given.aids?.join(" + ") ?? "default",
+            parameter_set_id: set?.id ?? null,
+            parameters: given.parameters ?? {},
+            aids: given.aids ?? null,
+            solution: given.solution ?? "smoothed",
+            state: "queued",
+            created_at: iso(0),
+            figures: null,
+            provenance: null,
           };
           this.runs.push(run);
           setTimeout(() => this.step(run, "running", 0.4), 150);
@@ -75,9 +112,13 @@ export class MockLab {
         return { status: 202, value: structuredClone(made) };
       }
       case "GET runs": {
-        return { status: 200, value: this.runs.filter((run) => !query.has("session_id") || run.session_id === query.get("session_id")) };
+        return {
+          status: 200,
+          value: this.runs.filter((run) => !query.has("session_id") || run.session_id === query.get("session_id")),
+        };
       }
-      case "GET runs/:id": return { status: 200, value: this.runs.find((r) => r.id === id) };
+      case "GET runs/:id":
+        return { status: 200, value: this.runs.find((r) => r.id === id) };
       case "POST runs/:id/cancel": {
         const run = this.runs.find((r) => r.id === id);
         run.state = "cancelled";
@@ -86,8 +127,16 @@ export class MockLab {
       case "DELETE runs/:id":
         this.runs = this.runs.filter((r) => r.id !== id);
         return { status: 204 };
-      case "GET comparison": return { status: 200, value: { figures: FIGURES, rows: (query.get("session_ids") ?? "").split(",").flatMap((session) => this.rows(session)) } };
-      default: return null;
+      case "GET comparison":
+        return {
+          status: 200,
+          value: {
+            figures: FIGURES,
+            rows: (query.get("session_ids") ?? "").split(",").flatMap((session) => this.rows(session)),
+          },
+        };
+      default:
+        return null;
     }
   }
 
@@ -100,23 +149,63 @@ export class MockLab {
   step(run, state, progress) {
     if (run.state === "cancelled") return;
     run.state = state;
-    this.publish([{ kind: "job", job: { id: run.job_id, session_id: run.session_id, lab_run_id: run.id, state, stage: "filtering", progress } }]);
+    this.publish([
+      {
+        kind: "job",
+        job: { id: run.job_id, session_id: run.session_id, lab_run_id: run.id, state, stage: "filtering", progress },
+      },
+    ]);
   }
 
   /** @param {string} session_id */
   rows(session_id) {
-    const walk = { session_id, title: session_id === "s9" ? "Spiral, evening" : "Second team", inspector: "Chen Wei", started_at: iso(-9e6), comparable: null };
+    const walk = {
+      session_id,
+      title: session_id === "s9" ? "Spiral, evening" : "Second team",
+      inspector: "Chen Wei",
+      started_at: iso(-9e6),
+      comparable: null,
+    };
     const from = {
-      engine_version: "0.1.0", engine_sha256: "e1".repeat(32), aids: ["zupt", "heading"], solution: "smoothed", inputs: [{ foot: "left", source: "log", sha256: "ab".repeat(32), samples: 1000 }],
-      visits_sha256: "cd".repeat(32), visits: 9, config_sha256: "ef".repeat(32), track_sha256: "01".repeat(32), parameters: {},
+      engine_version: "0.1.0",
+      engine_sha256: "e1".repeat(32),
+      aids: ["zupt", "heading"],
+      solution: "smoothed",
+      inputs: [{ foot: "left", source: "log", sha256: "ab".repeat(32), samples: 1000 }],
+      visits_sha256: "cd".repeat(32),
+      visits: 9,
+      config_sha256: "ef".repeat(32),
+      track_sha256: "01".repeat(32),
+      parameters: {},
     };
     const done = this.runs.filter((run) => run.session_id === session_id && run.state === "finished");
     return [
-      { ...walk, run_id: null, run: "default", parameters: {}, aids: null, values: OWN, differences: {}, provenance: from },
+      {
+        ...walk,
+        run_id: null,
+        run: "default",
+        parameters: {},
+        aids: null,
+        values: OWN,
+        differences: {},
+        provenance: from,
+      },
       ...done.map((run) => {
         const values = { closure_m: 1.9, marker_rms_m: 2.3, nis_zupt: 1.05, process_s: 3 };
-        const differences = Object.fromEntries(Object.entries(values).map(([name, value]) => [name, value - OWN[/** @type {keyof typeof OWN} */ (name)]]));
-        return { ...walk, run_id: run.id, run: run.name, parameters: run.parameters, aids: run.aids, values, differences, comparable: true, provenance: { ...from, parameters: run.parameters } };
+        const differences = Object.fromEntries(
+          Object.entries(values).map(([name, value]) => [name, value - OWN[/** @type {keyof typeof OWN} */ (name)]]),
+        );
+        return {
+          ...walk,
+          run_id: run.id,
+          run: run.name,
+          parameters: run.parameters,
+          aids: run.aids,
+          values,
+          differences,
+          comparable: true,
+          provenance: { ...from, parameters: run.parameters },
+        };
       }),
     ];
   }

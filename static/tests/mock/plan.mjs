@@ -42,7 +42,11 @@ function face(azimuth_deg) {
   const polar = Math.acos(1 / Math.sqrt(5));
   const corner = (azimuth) => {
     const a = (azimuth * Math.PI) / 180;
-    return [RADIUS_M * Math.sin(polar) * Math.sin(a), RADIUS_M * Math.sin(polar) * Math.cos(a), -RADIUS_M * Math.cos(polar)];
+    return [
+      RADIUS_M * Math.sin(polar) * Math.sin(a),
+      RADIUS_M * Math.sin(polar) * Math.cos(a),
+      -RADIUS_M * Math.cos(polar),
+    ];
   };
   lattice[0][0] = [0, 0, -RADIUS_M];
   lattice[size][0] = corner(azimuth_deg);
@@ -53,7 +57,21 @@ function face(azimuth_deg) {
         if (lattice[r][j]) continue;
         const oddR = (r / h) % 2 === 1;
         const oddJ = (j / h) % 2 === 1;
-        const [a, b] = oddR && oddJ ? [[r - h, j - h], [r + h, j + h]] : oddR ? [[r - h, j], [r + h, j]] : [[r, j - h], [r, j + h]];
+        const [a, b] =
+          oddR && oddJ
+            ? [
+                [r - h, j - h],
+                [r + h, j + h],
+              ]
+            : oddR
+              ? [
+                  [r - h, j],
+                  [r + h, j],
+                ]
+              : [
+                  [r, j - h],
+                  [r, j + h],
+                ];
         lattice[r][j] = onSphere(lattice[a[0]][a[1]].map((v, k) => v + lattice[b[0]][b[1]][k]));
       }
     }

@@ -28,8 +28,30 @@ export class MockSite {
     }
     this.sessions = new Map(this.walks.map((walk) => [walk.session.id, walk.session]));
     this.faults = [
-      fault("f1", "i1", "hydraulic_leak", "high", [62, 104, 30], [["A57", 0.61, 4.2], ["A58", 0.24, 8.8], ["A46", 0.1, 10.9]]),
-      fault("f2", "i2", "communication_loss", "medium", [-118, -64, 40], [["D91", 0.48, 5.1], ["D78", 0.31, 7.7], [null, 0.21, null]]),
+      fault(
+        "f1",
+        "i1",
+        "hydraulic_leak",
+        "high",
+        [62, 104, 30],
+        [
+          ["A57", 0.61, 4.2],
+          ["A58", 0.24, 8.8],
+          ["A46", 0.1, 10.9],
+        ],
+      ),
+      fault(
+        "f2",
+        "i2",
+        "communication_loss",
+        "medium",
+        [-118, -64, 40],
+        [
+          ["D91", 0.48, 5.1],
+          ["D78", 0.31, 7.7],
+          [null, 0.21, null],
+        ],
+      ),
       fault("f3", "i3", "panel_damage", "low", [35, -150, 45], [["C120", 0.72, 2.9]]),
     ];
     if (crowd > 0) this.faults = crowdFaults(this, crowd);
@@ -39,17 +61,76 @@ export class MockSite {
 
   beginWalk(inspector, i) {
     const session = {
-      id: `s${i + 1}`, inspector_id: inspector.id, title: "", state: "live", started_at: iso(-(600 + 400 * i) * 1000), ended_at: null,
-      feet: ["left", "right"], samples: 0, epochs: 0, duration_s: 0, distance_m: 0,
+      id: `s${i + 1}`,
+      inspector_id: inspector.id,
+      title: "",
+      state: "live",
+      started_at: iso(-(600 + 400 * i) * 1000),
+      ended_at: null,
+      feet: ["left", "right"],
+      samples: 0,
+      epochs: 0,
+      duration_s: 0,
+      distance_m: 0,
     };
-    const walk = { session, inspector, s: 120 + 420 * i, speed: 1.1 + 0.1 * i, t_s: 600 + 400 * i, since_m: 40 + 90 * i, since_s: 30 + 75 * i, sigma: 0.8 + 0.9 * i, standing: 0, trail: [], visits: [], stands: [], anomalies: [], position: null };
+    const walk = {
+      session,
+      inspector,
+      s: 120 + 420 * i,
+      speed: 1.1 + 0.1 * i,
+      t_s: 600 + 400 * i,
+      since_m: 40 + 90 * i,
+      since_s: 30 + 75 * i,
+      sigma: 0.8 + 0.9 * i,
+      standing: 0,
+      trail: [],
+      visits: [],
+      stands: [],
+      anomalies: [],
+      position: null,
+    };
     for (let k = 240; k > 0; k--) {
       const [e, n] = this.onRoad(walk.s - k * 0.55);
       walk.trail.push([Math.round((walk.t_s - k * STEP_S) * 1e9), e, n]);
     }
-    if (i === 0) walk.visits.push({ session_id: session.id, id: "v1", marker: "A57", t_start_ns: 478e9, t_end_ns: 482e9, t_applied_ns: 480e9, accepted: true, nis: 1.8, before_minus_marker_m: [2.1, -1.4, 0.2], after_minus_marker_m: [0.2, -0.1, 0], reason: "" });
-    if (i === 2) walk.stands.push({ number: 1, t_start_ns: 700e9, t_end_ns: 709e9, lasts: false, position_m: [0, 0, 0], candidates: [{ marker: "A58", probability: 0.62, distance_m: 2.2 }, { marker: "A46", probability: 0.3, distance_m: 7.2 }, { marker: null, probability: 0.08, distance_m: null }] });
-    if (i === 2) walk.anomalies.push({ session_id: session.id, anomaly: "magnetic_field", foot: "left", t_start_ns: 305e9, t_end_ns: 318e9, samples: 1300, detail: "the field has been outside 40 to 60 µT for 5 stances, now 71 µT", figures: { weakest_ut: 40, strongest_ut: 60, stances: 5, found_ut: 71.25 } });
+    if (i === 0)
+      walk.visits.push({
+        session_id: session.id,
+        id: "v1",
+        marker: "A57",
+        t_start_ns: 478e9,
+        t_end_ns: 482e9,
+        t_applied_ns: 480e9,
+        accepted: true,
+        nis: 1.8,
+        before_minus_marker_m: [2.1, -1.4, 0.2],
+        after_minus_marker_m: [0.2, -0.1, 0],
+        reason: "",
+      });
+    if (i === 2)
+      walk.stands.push({
+        number: 1,
+        t_start_ns: 700e9,
+        t_end_ns: 709e9,
+        lasts: false,
+        position_m: [0, 0, 0],
+        candidates: [
+          { marker: "A58", probability: 0.62, distance_m: 2.2 },
+          { marker: "A46", probability: 0.3, distance_m: 7.2 },
+          { marker: null, probability: 0.08, distance_m: null },
+        ],
+      });
+    if (i === 2)
+      walk.anomalies.push({
+        session_id: session.id,
+        anomaly: "magnetic_field",
+        foot: "left",
+        t_start_ns: 305e9,
+        t_end_ns: 318e9,
+        samples: 1300,
+        detail: "the field has been outside 40 to 60 µT for 5 stances, now 71 µT",
+        figures: { weakest_ut: 40, strongest_ut: 60, stances: 5, found_ut: 71.25 },
+      });
     this.place(walk);
     return walk;
   }
@@ -75,13 +156,24 @@ export class MockSite {
     const along = walk.sigma * 0.6;
     const across = walk.sigma;
     const a = Math.atan2(e2 - e, n2 - n);
-    const [see, snn] = [(across * Math.cos(a)) ** 2 + (along * Math.sin(a)) ** 2, (across * Math.sin(a)) ** 2 + (along * Math.cos(a)) ** 2];
+    const [see, snn] = [
+      (across * Math.cos(a)) ** 2 + (along * Math.sin(a)) ** 2,
+      (across * Math.sin(a)) ** 2 + (along * Math.cos(a)) ** 2,
+    ];
     walk.position = {
-      session_id: walk.session.id, inspector_id: walk.inspector.id, t_ns: Math.round(walk.t_s * 1e9),
-      position_m: [e, n, 12.5], heading_rad: a, sigma_m: [Math.sqrt(see), Math.sqrt(snn), 0.7],
+      session_id: walk.session.id,
+      inspector_id: walk.inspector.id,
+      t_ns: Math.round(walk.t_s * 1e9),
+      position_m: [e, n, 12.5],
+      heading_rad: a,
+      sigma_m: [Math.sqrt(see), Math.sqrt(snn), 0.7],
       covariance_en_m2: (along ** 2 - across ** 2) * Math.sin(a) * Math.cos(a),
-      speed_m_s: walk.standing > 0 ? 0 : walk.speed, state: walk.standing > 0 ? "standing" : "walking",
-      since_marker_s: walk.since_s, since_marker_m: walk.since_m, distance_m: walk.s, received_at: iso(0),
+      speed_m_s: walk.standing > 0 ? 0 : walk.speed,
+      state: walk.standing > 0 ? "standing" : "walking",
+      since_marker_s: walk.since_s,
+      since_marker_m: walk.since_m,
+      distance_m: walk.s,
+      received_at: iso(0),
     };
   }
 
@@ -119,9 +211,21 @@ export class MockSite {
 
   snapshot() {
     return {
-      type: "snapshot", boot: this.boot, seq: this.seq, server_time: iso(0), inspectors: this.inspectors,
-      sessions: this.walks.map((w) => ({ ...w.session, trail: w.trail, position: w.position, visits: w.visits, stands: w.stands, anomalies: w.anomalies })),
-      faults: this.faults.filter((f) => f.state !== "verified"), markers_revision: 7,
+      type: "snapshot",
+      boot: this.boot,
+      seq: this.seq,
+      server_time: iso(0),
+      inspectors: this.inspectors,
+      sessions: this.walks.map((w) => ({
+        ...w.session,
+        trail: w.trail,
+        position: w.position,
+        visits: w.visits,
+        stands: w.stands,
+        anomalies: w.anomalies,
+      })),
+      faults: this.faults.filter((f) => f.state !== "verified"),
+      markers_revision: 7,
     };
   }
 
@@ -134,7 +238,18 @@ export class MockSite {
 
   /** A finished walk for the session screen: true road, drifting without markers, pulled back by each. */
   finishedWalk() {
-    const columns = ["t_s", "e_m", "n_m", "u_m", "heading_rad", "sigma_e_m", "sigma_n_m", "sigma_u_m", "left_stance", "right_stance"];
+    const columns = [
+      "t_s",
+      "e_m",
+      "n_m",
+      "u_m",
+      "heading_rad",
+      "sigma_e_m",
+      "sigma_n_m",
+      "sigma_u_m",
+      "left_stance",
+      "right_stance",
+    ];
     const main = [];
     const without = [];
     const visits = [];
@@ -154,41 +269,115 @@ export class MockSite {
       if (k > 0 && k % 250 === 0) {
         const marker = nearest(this.plan.nodes, e, n);
         visits.push({
-          session_id: "s9", marker: marker.name, id: `v${k}`, t_start_ns: t_s * 1e9, t_end_ns: (t_s + 5) * 1e9, t_applied_ns: (t_s + 2.5) * 1e9, accepted: k !== 1250, nis: 1.1 + (k % 7),
-          before_minus_marker_m: [e + since[0] - marker.e_m, n + since[1] - marker.n_m, 0.1], reason: k === 1250 ? "NIS 31.2 is beyond 13.8" : "",
+          session_id: "s9",
+          marker: marker.name,
+          id: `v${k}`,
+          t_start_ns: t_s * 1e9,
+          t_end_ns: (t_s + 5) * 1e9,
+          t_applied_ns: (t_s + 2.5) * 1e9,
+          accepted: k !== 1250,
+          nis: 1.1 + (k % 7),
+          before_minus_marker_m: [e + since[0] - marker.e_m, n + since[1] - marker.n_m, 0.1],
+          reason: k === 1250 ? "NIS 31.2 is beyond 13.8" : "",
         });
         if (k !== 1250) drift = off;
       }
     }
     const stands = visits.slice(0, 2).map((visit, i) => ({
-      number: i + 1, t_start_ns: visit.t_start_ns - 1e9, t_end_ns: visit.t_end_ns + 1e9, lasts: false, position_m: [0, 0, 0],
-      candidates: [{ marker: visit.marker, probability: 0.97, distance_m: 1.1 }, { marker: null, probability: 0.03, distance_m: null }],
+      number: i + 1,
+      t_start_ns: visit.t_start_ns - 1e9,
+      t_end_ns: visit.t_end_ns + 1e9,
+      lasts: false,
+      position_m: [0, 0, 0],
+      candidates: [
+        { marker: visit.marker, probability: 0.97, distance_m: 1.1 },
+        { marker: null, probability: 0.03, distance_m: null },
+      ],
     }));
     stands.push({
-      number: 3, t_start_ns: 40e9, t_end_ns: 52e9, lasts: false, position_m: [0, 0, 0],
-      candidates: [{ marker: "A17", probability: 0.62, distance_m: 2.4 }, { marker: "A18", probability: 0.3, distance_m: 7.9 }, { marker: null, probability: 0.08, distance_m: null }],
+      number: 3,
+      t_start_ns: 40e9,
+      t_end_ns: 52e9,
+      lasts: false,
+      position_m: [0, 0, 0],
+      candidates: [
+        { marker: "A17", probability: 0.62, distance_m: 2.4 },
+        { marker: "A18", probability: 0.3, distance_m: 7.9 },
+        { marker: null, probability: 0.08, distance_m: null },
+      ],
     });
     const report = {
       aids: [
-        { aid: "zupt", accepted: 12840, rejected: 0, unusable: 0, accepted_degrees: 38520, mean_nis_per_degree: 0.41, bounds_95: [0.986, 1.014] },
-        { aid: "heading", accepted: 1422, rejected: 61, unusable: 12, accepted_degrees: 1422, mean_nis_per_degree: 1.02, bounds_95: [0.928, 1.075] },
-        { aid: "separation", accepted: 1390, rejected: 8, unusable: 0, accepted_degrees: 1390, mean_nis_per_degree: 1.31, bounds_95: [0.927, 1.076] },
+        {
+          aid: "zupt",
+          accepted: 12840,
+          rejected: 0,
+          unusable: 0,
+          accepted_degrees: 38520,
+          mean_nis_per_degree: 0.41,
+          bounds_95: [0.986, 1.014],
+        },
+        {
+          aid: "heading",
+          accepted: 1422,
+          rejected: 61,
+          unusable: 12,
+          accepted_degrees: 1422,
+          mean_nis_per_degree: 1.02,
+          bounds_95: [0.928, 1.075],
+        },
+        {
+          aid: "separation",
+          accepted: 1390,
+          rejected: 8,
+          unusable: 0,
+          accepted_degrees: 1390,
+          mean_nis_per_degree: 1.31,
+          bounds_95: [0.927, 1.076],
+        },
       ],
-      visit_errors: null, rejected_visits: [], closure: { end_error_m: 1.24, end_error_percent: 0.11, height_error_m: 0.4, path_m: 1120 },
-      sigma_plan_m: { count: 9000, mean_m: 1.0, rms_m: 1.1, std_m: 0.2, max_m: 1.9, p95_m: 1.6 }, end_sigma_plan_m: 1.2, end_sigma_up_m: 0.5, stance_share: [0.61, null],
+      visit_errors: null,
+      rejected_visits: [],
+      closure: { end_error_m: 1.24, end_error_percent: 0.11, height_error_m: 0.4, path_m: 1120 },
+      sigma_plan_m: { count: 9000, mean_m: 1.0, rms_m: 1.1, std_m: 0.2, max_m: 1.9, p95_m: 1.6 },
+      end_sigma_plan_m: 1.2,
+      end_sigma_up_m: 0.5,
+      stance_share: [0.61, null],
     };
-    return { report, stands, main: { run: "main", columns, rows: main }, without_markers: { run: "without_markers", columns, rows: without }, visits };
+    return {
+      report,
+      stands,
+      main: { run: "main", columns, rows: main },
+      without_markers: { run: "without_markers", columns, rows: without },
+      visits,
+    };
   }
 }
 
 export function nearest(nodes, e, n) {
-  return nodes.reduce((best, node) => (Math.hypot(node.e_m - e, node.n_m - n) < Math.hypot(best.e_m - e, best.n_m - n) ? node : best));
+  return nodes.reduce((best, node) =>
+    Math.hypot(node.e_m - e, node.n_m - n) < Math.hypot(best.e_m - e, best.n_m - n) ? node : best,
+  );
 }
 
 export function fault(id, inspector_id, kind, severity, position_m, candidates) {
   return {
-    id, inspector_id, session_id: null, kind, severity, text: "", marker: null, state: "open", assignee_id: null, photos: 0, version: 1, reported_at: iso(-300_000),
-    closed_at: null, position_m, sigma_m: [1.8, 1.6, 0.7], candidates: candidates.map(([marker, probability, distance_m]) => ({ marker, probability, distance_m })),
+    id,
+    inspector_id,
+    session_id: null,
+    kind,
+    severity,
+    text: "",
+    marker: null,
+    state: "open",
+    assignee_id: null,
+    photos: 0,
+    version: 1,
+    reported_at: iso(-300_000),
+    closed_at: null,
+    position_m,
+    sigma_m: [1.8, 1.6, 0.7],
+    candidates: candidates.map(([marker, probability, distance_m]) => ({ marker, probability, distance_m })),
   };
 }
 

@@ -78,25 +78,17 @@ async fn one(api: Api, walk: Arc<Walk>, session_id: String) -> Result<HandedIn> 
     for (foot, (text, sha256)) in ["left", "right"].into_iter().zip(&walk.logs) {
         bytes += text.len();
         let announced = json!({"foot": foot, "sha256": sha256, "size_bytes": text.len(), "file_name": format!("{foot}.csv")});
-        let log = api
-            .answer(api.client().post(api.url(&format!("/sessions/{session_id}/logs"))).json(&announced))
-            .await?;
+        let log = api.post(&format!("/sessions/{session_id}/logs"), &announced).await?;
         let id = log["id"].as_str().context("the server began an upload without an id")?.to_owned();
-        let sent = api
-            .client()
-            .patch(api.url(&format!("/logs/{id}")))
-            .header("upload-offset", "0")
-            .body(text.clone());
-        api.answer(sent).await?;
-        api.answer(
-            api.client().post(api.url(&format!("/logs/{id}/finish"))).json(&json!({ "sha256": sha256 })),
-        )
-        .await?;
+        let sent = api.request("PATCH", &format!("/logs/{id}")).header("upload-offset", "0");
+        api.answer(sent, text.clone()).await?;
+        api.post(&format!("/logs/{id}/finish"), &json!({ "sha256": sha256 })).await?;
     }
     let accepted_after = begun.elapsed();
-    api.answer(api.client().post(api.url(&format!("/sessions/{session_id}/process")))).await?;
+    let process = api.request("POST", &format!("/sessions/{session_id}/process"));
+    api.answer(process, Bytes::new()).await?;
     loop {
-        let session = api.answer(api.client().get(api.url(&format!("/sessions/{session_id}")))).await?;
+        let session = api.get(&format!("/sessions/{session_id}")).await?;
         match session["state"].as_str() {
             Some("finished") => break,
             Some("failed") => bail!("a walk that was handed in failed: {}", session["error"]),

@@ -1,4 +1,4 @@
-// A client in ten lines, three times: hands a walk in and takes its track out.
+// A client of the pedestrian in ten lines, three times: hands a walk of two feet in and takes its track out.
 
 const CURL = `S=SERVER/api/v1; A="Authorization: Bearer $TOKEN"; J="Content-Type: application/json"
 WHO=$(curl -s -H "$A" $S/inspectors | jq -r '.[0].id')
@@ -43,4 +43,9 @@ console.log(await (await ask("/sessions/" + walk + "/track.csv")).text());`;
  * @param {string} server
  * @returns {[string, string][]}
  */
-export const clients = (server) => [["curl", CURL], ["Python", PYTHON], ["JavaScript", JAVASCRIPT]].map(([name, lines]) => [name, lines.replaceAll("SERVER", server)]);
+export const clients = (server) =>
+  [
+    ["curl", CURL],
+    ["Python", PYTHON],
+    ["JavaScript", JAVASCRIPT],
+  ].map(([name, lines]) => [name, lines.replaceAll("SERVER", server)]);

@@ -1,0 +1,183 @@
+// The systems of the page. A system decides how the streams of a carrier's sensors become a track; what differs from one to
+// the next on the screens comes from the object that it hands to the page, and no other file names a system's own things.
+//
+// A session names its system (`session.system`; one of a server from before systems names none and is the pedestrian's).
+// A screen asks `systemOf(session)` for the object and `word(system, key)` for words: the system's own
+// (messages/NAME.en.json, every key beginning with the name) before the page's before those of the server's declaration.
+//
+// A new system is a file beside this one that exports `system`, a line in FILES, and its two message files. One without a
+// file is shown by what the server declares of it (`generic.js`).
+
+import { addWords, has, t } from "../i18n.js";
+import { generic } from "./generic.js";
+
+/**
+ * One stream of a session, as somebody hands its log in.
+ * @typedef {{
+ *   stream: string, id: string, kind: "imu" | "values", required: boolean, columns: {name: string, unit: string, required: boolean}[],
+ * }} UploadSlot `id` names its card for tests; the server looks at a log of `imu` beforehand, of `values` the columns are named
+ */
+
+/**
+ * A figure at the cursor of a replay, which only this system has. `point` is a column of the track at the cursor, NaN for an empty
+ * field and null when no point is close to the cursor; `chart` is the value of a chart's line there, null in a hole.
+ * @typedef {{point: (column: string) => number | null, chart: (chart: string, series: string) => number | null}} Moment
+ * @typedef {{name: string, charts: string[], words: (moment: Moment) => string}} Readout
+ */
+
+/**
+ * @typedef {{
+ *   name: string, carrierKind: string, icon: string,
+ *   uploadSlots: UploadSlot[], exchangeable: boolean, slotOf: (fileName: string) => string | null,
+ *   sessionBody: (streams: string[]) => Record<string, unknown>, logBody: (stream: string) => Record<string, unknown>,
+ *   streamOf: (row: any) => string | null,
+ *   parts: {name: string, ink: string}[], pointColumns: string[],
+ *   aids: string[], ladder: string[][],
+ *   plots: (kit: typeof import("../replay/plots.js")) => import("../replay/plots.js").Plot[],
+ *   plotGroups: string[], firstPlotGroups: string[],
+ *   readouts: Readout[], reportFigures: (report: any) => {value: string, label: string}[],
+ *   clients: (() => Promise<{clients: (origin: string) => [string, string][]}>) | null,
+ *   words: Record<string, string>,
+ * }} System
+ *
+ * `name`             as sessions name it
+ * `carrierKind`      what is positioned, such as `person`
+ * `icon`             the disc of its sign on the map: SVG about the origin, within 9 units of it, of class `disc`
+ * `uploadSlots`      the streams to hand in, in order
+ * `exchangeable`     whether the logs of its two streams are easily mistaken for each other: then they can be exchanged
+ * `slotOf`           the stream that a file's name tells; null when it tells none
+ * `sessionBody`      what `POST /sessions` is told of the system and the streams that there are logs of
+ * `logBody`          what `POST /sessions/{id}/logs` is told of the stream
+ * `streamOf`         the stream that a row of the server (log, anomaly, input) is of; null: of none
+ * `parts`            what has a place of its own beside the carrier's, and its ink
+ * `pointColumns`     columns of a track that are read beside those of every system
+ * `aids`, `ladder`   what the filter can be helped by, in the order in which it is built up; and steps of it worth showing
+ * `plots`            the charts of a replay, made of the kit that the replay brings along
+ * `plotGroups`, …    the groups by which charts are switched on and off, and those shown at first
+ * `readouts`         more figures at the cursor
+ * `reportFigures`    more figures of the report, with a key of their words
+ * `clients`          examples of programs that hand a session in, for the page of the API
+ * `words`            what the server's declaration says, by key, where the page has no message
+ */
+
+/** Systems with a file of their own. @type {Record<string, () => Promise<{system: System}>>} */
+const FILES = {
+  pedestrian: () => import("./pedestrian.js"),
+};
+
+/** What a session is of that names no system. */
+export const FIRST = "pedestrian";
+
+/** @type {Map<string, System>} */
+const loaded = new Map();
+/** What the server declares, in its order. @type {import("./generic.js").Declaration[]} */
+let declared = [];
+/** @type {Promise<boolean> | null} */
+let asked = null;
+
+/**
+ * The file and the words of a system; nothing where it has none.
+ * @param {string} name
+ */
+export async function loadSystem(name) {
+  if (loaded.has(name) || !Object.hasOwn(FILES, name)) return;
+  const [{ system }] = await Promise.all([FILES[name](), addWords(name)]);
+  loaded.set(name, system);
+}
+
+/**
+ * Fetches what the server declares, once, and what the page has for each.
+ * @param {Pick<typeof import("../api.js"), "systems">} api
+ * @returns {Promise<boolean>} whether it is known now
+ */
+export function learnSystems(api) {
+  asked ??= api
+    .systems()
+    .then(async ({ systems }) => {
+      await Promise.all(systems.map(({ name }) => loadSystem(name)));
+      for (const one of systems) if (!loaded.has(one.name)) loaded.set(one.name, generic(one));
+      declared = systems;
+      return true;
+    })
+    .catch(() => {
+      // Asked again when it is needed again.
+      asked = null;
+      return false;
+    });
+  return asked;
+}
+
+/** Names of the systems that a session can be begun of. */
+export const systemNames = () => (declared.length > 0 ? declared.map(({ name }) => name) : [FIRST]);
+
+/** @param {string} [name] none: the first */
+export function systemNamed(name = FIRST) {
+  return loaded.get(name) ?? undeclared(name);
+}
+
+/** @param {{system?: string | null} | null | undefined} row a session, or what belongs to one */
+export const systemOf = (row) => systemNamed(row?.system ?? FIRST);
+
+/**
+ * Whether one of these names its system: then the server declares them, too.
+ * @param {Iterable<{system?: string | null}>} rows sessions
+ */
+export function anyNamed(rows) {
+  for (const { system } of rows) if (system) return true;
+  return false;
+}
+
+/** Whether nothing is known of the system of a session yet. @param {{system?: string | null}} row */
+export const isUnknown = ({ system }) => Boolean(system) && !loaded.has(system ?? FIRST);
+
+/** Those that nothing is known of, yet: their carriers are on the map all the same. @type {Map<string, System>} */
+const unknown = new Map();
+
+/** @param {string} name */
+function undeclared(name) {
+  const nothing = { title: name, carrier_kind: "", streams: [], parts: [], aids: [], charts: [], anomalies: [] };
+  const made = unknown.get(name) ?? generic({ name, ...nothing });
+  unknown.set(name, made);
+  return made;
+}
+
+/**
+ * The key of the system's own message, else the general one.
+ * @param {System | null} system null: the general one
+ * @param {string} key
+ */
+export function keyOf(system, key) {
+  const own = system && `${system.name}.${key}`;
+  return own && has(own) ? own : key;
+}
+
+/**
+ * The words of a key as this system has them; else the last part of the key, which is the server's own word.
+ * @param {System} system
+ * @param {string} key
+ * @param {Record<string, string | number>} [values]
+ */
+export function word(system, key, values) {
+  const found = keyOf(system, key);
+  return has(found) ? t(found, values) : (system.words[key] ?? key.slice(key.lastIndexOf(".") + 1));
+}
+
+/**
+ * What an anomaly of this kind means and what to do; nothing where nobody says.
+ * @param {System} system
+ * @param {string} kind
+ */
+export function aboutAnomaly(system, kind) {
+  const key = `anomaly.about.${kind}`;
+  const found = keyOf(system, key);
+  return has(found) ? t(found) : (system.words[key] ?? "");
+}
+
+/** A stream as it is shown. @param {System} system @param {string} stream */
+export const streamName = (system, stream) => word(system, `stream.${stream}`);
+
+/** The stream of a row of the server as it is shown; null where it is of none. @param {System} system @param {any} row */
+export function streamOf(system, row) {
+  const stream = system.streamOf(row);
+  return stream && streamName(system, stream);
+}
