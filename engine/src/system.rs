@@ -12,11 +12,12 @@ use crate::event::Event;
 use crate::stream::{Reading, StreamId};
 use crate::visit::Visit;
 
+pub use crate::replay::Solution;
 pub use config::{ConfigError, NotRestored, SessionConfig, SystemConfig};
 pub use declaration::{
     AidRule, ChartRule, Column, Declaration, Parameter, PartRule, Simulated, SimulatedStream, StreamRule,
 };
-pub use summary::{Progress, SensorState, Solution, Summary};
+pub use summary::{Progress, SensorState, Summary};
 
 /// A system at work on one session. It does no input or output, and the same readings and visits give the same events to
 /// the last bit, however they were cut into batches.

@@ -124,7 +124,7 @@ impl UnitsCheck {
                 ParseErrorKind::RadiansNotDegrees,
                 "angular rates in deg/s, of some hundreds in every step",
                 format!(
-                    "at most {:.1} in {} rows, in {} of which the foot is in motion: these look like radians per second",
+                    "at most {:.1} in {} rows, in {} of which the sensor is in motion: these look like radians per second",
                     self.fastest_rad_s.to_degrees(),
                     self.rows,
                     self.moving

@@ -13,7 +13,7 @@ use super::smoothing::{Mark, Smoothing, Source, TRAIL_NS};
 use crate::anomaly::Cause;
 use crate::cause::SensorCause;
 use crate::event::{Event, TrackPoint, VisitOutcome};
-use crate::system::Solution;
+use crate::replay::Solution;
 use crate::visit::Visit;
 
 mod saved;

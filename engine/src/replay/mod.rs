@@ -11,6 +11,8 @@ mod inputs;
 mod numbered_queue;
 mod recording;
 mod smoothing;
+mod solution;
 
 pub(crate) use self::history::LOOKS_BACK_NS;
 pub use self::inputs::InputStore;
+pub use self::solution::Solution;

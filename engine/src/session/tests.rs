@@ -1,11 +1,12 @@
 //! The door and a walk behind it: smoothing again, and looks inside.
 
+use crate::event::{Part, TrackPoint};
 use crate::geo::Site;
 use crate::session::{Session, SessionConfig, Solution};
 use crate::sim::pedestrian::{SensorModel, WalkKind, simulate};
 use crate::systems::pedestrian::system::{Filters, Pedestrian};
 use crate::systems::pedestrian::{self, Side};
-use crate::track::Track;
+use crate::track::{self, Track};
 use crate::visit::Visit;
 
 /// Three minutes of the spiral, smoothed; with one of its visits told 20 s late.
@@ -96,4 +97,26 @@ fn a_look_inside_tells_biases_with_sigmas_and_the_field_s_heading_and_changes_no
             assert!(sigma > 0.0 && sigma <= 0.08 && bias.abs() < 0.5, "{bias} ± {sigma} m/s²");
         }
     }
+}
+
+#[test]
+fn a_foot_that_is_missing_is_empty_fields_in_the_track_s_csv() {
+    let point = TrackPoint {
+        t_ns: 1_250_000_000,
+        position_n_m: [1.0, -2.5, 0.1],
+        heading_rad: 0.3,
+        sigma_heading_rad: 0.01,
+        sigma_n_m: [0.1, 0.2, 0.3],
+        covariance_en_m2: 0.001,
+        tilt: None,
+        parts: [None, Some(Part { position_n_m: [1.1, -2.4, 0.0], stance: true })],
+    };
+    let mut out = Vec::new();
+    track::csv::write(&pedestrian::DECLARATION, &[point], &mut out).unwrap();
+    assert_eq!(
+        String::from_utf8(out).unwrap(),
+        "t_s,e_m,n_m,u_m,heading_rad,sigma_e_m,sigma_n_m,sigma_u_m,left_e_m,left_n_m,left_u_m,\
+         right_e_m,right_n_m,right_u_m,left_stance,right_stance\n\
+         1.25,1,-2.5,0.1,0.3,0.1,0.2,0.3,,,,1.1,-2.4,0,,1\n"
+    );
 }

@@ -111,7 +111,6 @@ pub fn write<'a>(
 #[cfg(test)]
 pub(super) mod tests {
     use super::*;
-    use crate::systems::catalogue;
 
     pub(in crate::track) fn point() -> TrackPoint {
         TrackPoint {
@@ -124,18 +123,6 @@ pub(super) mod tests {
             tilt: None,
             parts: [None, Some(Part { position_n_m: [1.1, -2.4, 0.0], stance: true })],
         }
-    }
-
-    #[test]
-    fn a_missing_part_is_empty_fields() {
-        let mut out = Vec::new();
-        write(catalogue::usual(), &[point()], &mut out).unwrap();
-        assert_eq!(
-            String::from_utf8(out).unwrap(),
-            "t_s,e_m,n_m,u_m,heading_rad,sigma_e_m,sigma_n_m,sigma_u_m,left_e_m,left_n_m,left_u_m,\
-             right_e_m,right_n_m,right_u_m,left_stance,right_stance\n\
-             1.25,1,-2.5,0.1,0.3,0.1,0.2,0.3,,,,1.1,-2.4,0,,1\n"
-        );
     }
 
     #[test]
