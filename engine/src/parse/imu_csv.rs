@@ -2,7 +2,7 @@
 
 use crate::parse::error::{ParseError, ParseErrorKind};
 use crate::parse::header::Header;
-use crate::parse::number::{bad_number, need_number, need_time_ns, number};
+use crate::parse::number::{need_number, need_time_ns, optional_number};
 use crate::parse::records::{Record, Records};
 use crate::parse::units_check::{Said, UnitsCheck};
 use crate::sample::ImuSample;
@@ -155,15 +155,15 @@ impl Places {
         let [gx, gy, gz, ax, ay, az] = inertial;
         let mag_b_ut = match self.mag {
             Some([x, y, z]) => {
-                let x = optional(record, x, COLUMNS[7])?;
-                let y = optional(record, y, COLUMNS[8])?;
-                let z = optional(record, z, COLUMNS[9])?;
+                let x = optional_number(record, x, COLUMNS[7])?;
+                let y = optional_number(record, y, COLUMNS[8])?;
+                let z = optional_number(record, z, COLUMNS[9])?;
                 x.zip(y).zip(z).map(|((x, y), z)| [x, y, z])
             }
             None => None,
         };
         let pressure_hpa = match self.pressure {
-            Some(index) => optional(record, index, COLUMNS[10])?,
+            Some(index) => optional_number(record, index, COLUMNS[10])?,
             None => None,
         };
         Ok(ImuSample {
@@ -173,19 +173,6 @@ impl Places {
             mag_b_ut,
             pressure_hpa,
         })
-    }
-}
-
-/// A value that may be missing: an empty field, or NaN as the binary frame spells it.
-fn optional(record: &Record<'_>, index: usize, column: &str) -> Result<Option<f64>, ParseError> {
-    let field = record.field(index);
-    if field.is_empty() {
-        return Ok(None);
-    }
-    match number(field) {
-        Some(value) => Ok((!value.is_nan()).then_some(value)),
-        None if field.trim_ascii().is_empty() => Ok(None),
-        None => Err(bad_number(record, index, column)),
     }
 }
 

@@ -22,6 +22,19 @@ pub(super) fn need_finite(record: &Record<'_>, index: usize, column: &str) -> Re
     Err(bad_number(record, index, column))
 }
 
+/// A value that may be missing: an empty field, or NaN as the binary frame spells it.
+pub(super) fn optional_number(record: &Record<'_>, index: usize, column: &str) -> Result<Option<f64>, ParseError> {
+    let field = record.field(index);
+    if field.is_empty() {
+        return Ok(None);
+    }
+    match number(field) {
+        Some(value) => Ok((!value.is_nan()).then_some(value)),
+        None if field.trim_ascii().is_empty() => Ok(None),
+        None => Err(bad_number(record, index, column)),
+    }
+}
+
 /// A field that has to be a time in seconds; given in whole nanoseconds.
 pub(super) fn need_time_ns(record: &Record<'_>, index: usize, column: &str) -> Result<i64, ParseError> {
     let field = record.field(index);
