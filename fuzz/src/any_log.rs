@@ -31,7 +31,7 @@ pub(crate) fn check(reading: &Reading, file: &[u8], piece: usize) {
         sentence::check(&error, file);
     }
     let mut survey = LogSurvey::default();
-    whole.iter().for_each(|sample| survey.take(sample));
+    whole.iter().for_each(|sample| survey.take(sample.into()));
     let survey = survey.finish();
     assert_eq!(survey.samples, whole.len() as u64);
     assert!(survey.still_s >= 0.0 && survey.duration_s >= 0.0, "{survey:?}");

@@ -6,6 +6,7 @@
 use serde::Serialize;
 
 use crate::sample::ImuSample;
+use crate::stream::Reading;
 
 /// Samples by which the usual interval is judged.
 const JUDGED_BY: usize = 512;
@@ -50,7 +51,7 @@ pub struct LogSurvey {
     with_field: u64,
     with_pressure: u64,
     field_sum_ut: f64,
-    rows: Vec<ImuSample>,
+    rows: Vec<Vec<Option<f64>>>,
     chart: Chart,
 }
 
@@ -109,7 +110,8 @@ pub struct Survey {
     pub field_mean_ut: Option<f64>,
     /// Share of samples with an air pressure.
     pub pressure_share: f64,
-    /// The first samples: `[t_s, gyr x y z, acc x y z, mag x y z, pressure]`, `None` for a missing value.
+    /// The first samples: `[t_s, gyr x y z, acc x y z, mag x y z, pressure]`, or the time and the values of a row;
+    /// `None` for a missing value.
     pub first_rows: Vec<Vec<Option<f64>>>,
     /// The lengths of rate and force over time.
     pub chart: ChartView,
@@ -129,19 +131,32 @@ pub struct ChartView {
 }
 
 impl LogSurvey {
-    /// Takes one sample.
-    pub fn take(&mut self, sample: &ImuSample) {
+    /// Takes one reading: of a row of numbers its time alone is judged.
+    pub fn take(&mut self, reading: Reading<'_>) {
+        let t_ns = reading.t_ns();
         if self.samples == 0 {
-            self.first_ns = sample.t_ns;
-            self.last_ns = sample.t_ns;
+            self.first_ns = t_ns;
+            self.last_ns = t_ns;
         } else {
-            self.take_interval(sample.t_ns.saturating_sub(self.last_ns), self.last_ns);
+            self.take_interval(t_ns.saturating_sub(self.last_ns), self.last_ns);
         }
-        self.last_ns = sample.t_ns;
+        self.last_ns = t_ns;
         self.samples += 1;
         if self.rows.len() < ROWS_SHOWN {
-            self.rows.push(*sample);
+            self.rows.push(match reading {
+                Reading::Imu(sample) => row(sample),
+                Reading::Values { values, .. } => {
+                    let values = values.iter().map(|value| (!value.is_nan()).then_some(*value));
+                    std::iter::once(Some(seconds(t_ns))).chain(values).collect()
+                }
+            });
         }
+        if let Reading::Imu(sample) = reading {
+            self.take_sample(sample);
+        }
+    }
+
+    fn take_sample(&mut self, sample: &ImuSample) {
         for (extreme, value) in
             self.extremes.iter_mut().zip(sample.w_ib_b_rad_s.iter().chain(&sample.f_b_m_s2))
         {
@@ -238,7 +253,7 @@ impl LogSurvey {
             field_share: share(self.with_field),
             field_mean_ut: (self.with_field > 0).then(|| self.field_sum_ut / self.with_field as f64),
             pressure_share: share(self.with_pressure),
-            first_rows: self.rows.iter().map(row).collect(),
+            first_rows: self.rows,
             first_gaps: self.gaps,
             chart: self.chart.view(),
         }
@@ -344,7 +359,7 @@ mod tests {
 
     fn survey(samples: impl IntoIterator<Item = ImuSample>) -> Survey {
         let mut survey = LogSurvey::default();
-        samples.into_iter().for_each(|sample| survey.take(&sample));
+        samples.into_iter().for_each(|sample| survey.take((&sample).into()));
         survey.finish()
     }
 

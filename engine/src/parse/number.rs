@@ -23,7 +23,11 @@ pub(super) fn need_finite(record: &Record<'_>, index: usize, column: &str) -> Re
 }
 
 /// A value that may be missing: an empty field, or NaN as the binary frame spells it.
-pub(super) fn optional_number(record: &Record<'_>, index: usize, column: &str) -> Result<Option<f64>, ParseError> {
+pub(super) fn optional_number(
+    record: &Record<'_>,
+    index: usize,
+    column: &str,
+) -> Result<Option<f64>, ParseError> {
     let field = record.field(index);
     if field.is_empty() {
         return Ok(None);

@@ -1,8 +1,9 @@
 //! The log of any stream, read by the kind of its readings.
 
 use crate::parse::error::{ParseError, ParseErrorKind};
-use crate::parse::log_format::LogFormat;
+use crate::parse::log_format::{LogFormat, Recognised};
 use crate::parse::log_reader::{LogReader, Reading};
+use crate::parse::table_head::{TableHead, TextHead};
 use crate::parse::values_csv::ValuesCsv;
 use crate::stream::{Kind, Readings, Rows};
 use crate::system::StreamRule;
@@ -22,7 +23,12 @@ pub struct ValuesReader {
     parser: ValuesCsv,
     columns: usize,
     zero_ns: i64,
+    clock_ns: Option<(i64, i64)>,
+    head: Vec<u8>,
 }
+
+/// The beginning of a table that is kept to be shown.
+const HEAD_BYTES: usize = 32 << 10;
 
 impl StreamReader {
     /// A reader at the start of the log of a stream of this rule.
@@ -45,42 +51,54 @@ impl StreamReader {
         }
     }
 
-    /// Takes some bytes and gives the readings that they complete.
+    /// Takes some bytes and appends the readings that they complete to `readings`, which began as [`Self::none`].
     ///
     /// # Errors
     ///
     /// At the first thing that is wrong; the reader is then of no further use.
-    pub fn push(&mut self, bytes: &[u8]) -> Result<Readings, ParseError> {
-        match self {
-            StreamReader::Imu(reader) => {
-                let mut samples = Vec::new();
-                reader.push(bytes, &mut samples)?;
-                Ok(Readings::Imu(samples))
-            }
-            StreamReader::Values(values) => {
-                let mut rows = Rows::new(values.columns);
-                values.parser.push(bytes, &mut rows)?;
-                Ok(Readings::Values(values.placed(rows)))
-            }
+    pub fn push(&mut self, bytes: &[u8], readings: &mut Readings) -> Result<(), ParseError> {
+        match (self, readings) {
+            (StreamReader::Imu(reader), Readings::Imu(samples)) => reader.push(bytes, samples),
+            (StreamReader::Values(reader), Readings::Values(rows)) => reader.push(bytes, rows),
+            _ => Err(other_kind()),
         }
     }
 
-    /// The log is over: gives the last readings and says what is wrong with it as a whole.
+    /// The log is over: appends the last readings and says what is wrong with it as a whole.
     ///
     /// # Errors
     ///
     /// When the log holds no reading, or values that can only be in other units.
-    pub fn finish(&mut self) -> Result<Readings, ParseError> {
+    pub fn finish(&mut self, readings: &mut Readings) -> Result<(), ParseError> {
+        match (self, readings) {
+            (StreamReader::Imu(reader), Readings::Imu(samples)) => reader.finish(samples),
+            (StreamReader::Values(reader), Readings::Values(rows)) => reader.finish(rows),
+            _ => Err(other_kind()),
+        }
+    }
+
+    /// What the log's own clock showed at its first and at its last reading, ns.
+    pub fn clock_ns(&self) -> Option<(i64, i64)> {
         match self {
-            StreamReader::Imu(reader) => {
-                let mut samples = Vec::new();
-                reader.finish(&mut samples)?;
-                Ok(Readings::Imu(samples))
-            }
-            StreamReader::Values(values) => {
-                let mut rows = Rows::new(values.columns);
-                values.parser.finish(&mut rows)?;
-                Ok(Readings::Values(values.placed(rows)))
+            StreamReader::Imu(reader) => reader.clock_ns(),
+            StreamReader::Values(reader) => reader.clock_ns,
+        }
+    }
+
+    /// How the log of an inertial sensor is read, once that is known.
+    pub fn recognised(&self) -> Option<&Recognised> {
+        match self {
+            StreamReader::Imu(reader) => reader.recognised(),
+            StreamReader::Values(_) => None,
+        }
+    }
+
+    /// The table that the beginning of the log looks like.
+    pub fn table(&self) -> Option<TableHead> {
+        match self {
+            StreamReader::Imu(reader) => reader.table(),
+            StreamReader::Values(reader) => {
+                TextHead::read(&reader.head, reader.head.len() < HEAD_BYTES)?.table()
             }
         }
     }
@@ -107,26 +125,55 @@ impl ValuesReader {
         if let Some((_, what)) = said.into_iter().find(|(said, _)| *said) {
             return Err(ParseError::new(
                 ParseErrorKind::BadMapping,
-                format!("rows in the columns of the stream {} and nothing said of them but clock_zero_ns", rule.name),
+                format!(
+                    "rows in the columns of the stream {} and nothing said of them but clock_zero_ns",
+                    rule.name
+                ),
                 what,
                 "leave it out: it is for the log of an inertial sensor",
             ));
         }
-        let columns = rule.columns.len();
-        Ok(ValuesReader { parser: ValuesCsv::new(rule.columns), columns, zero_ns: clock_zero_ns.unwrap_or(0) })
+        Ok(ValuesReader {
+            parser: ValuesCsv::new(rule.columns),
+            columns: rule.columns.len(),
+            zero_ns: clock_zero_ns.unwrap_or(0),
+            clock_ns: None,
+            head: Vec::new(),
+        })
+    }
+
+    fn push(&mut self, bytes: &[u8], rows: &mut Rows) -> Result<(), ParseError> {
+        let more = bytes.len().min(HEAD_BYTES - self.head.len());
+        self.head.extend_from_slice(&bytes[..more]);
+        let mut new = Rows::new(self.columns);
+        let parsed = self.parser.push(bytes, &mut new);
+        self.place(&new, rows);
+        parsed
+    }
+
+    fn finish(&mut self, rows: &mut Rows) -> Result<(), ParseError> {
+        let mut new = Rows::new(self.columns);
+        let end = self.parser.finish(&mut new);
+        self.place(&new, rows);
+        end
     }
 
     /// Turns the log's own clock into the session's.
-    fn placed(&self, rows: Rows) -> Rows {
-        if self.zero_ns == 0 {
-            return rows;
+    fn place(&mut self, new: &Rows, rows: &mut Rows) {
+        for (t_ns, values) in new.iter() {
+            self.clock_ns = Some((self.clock_ns.map_or(t_ns, |(first_ns, _)| first_ns), t_ns));
+            rows.push(t_ns.saturating_sub(self.zero_ns), values.iter().copied());
         }
-        let mut placed = Rows::new(self.columns);
-        for (t_ns, values) in rows.iter() {
-            placed.push(t_ns.saturating_sub(self.zero_ns), values.iter().copied());
-        }
-        placed
     }
+}
+
+fn other_kind() -> ParseError {
+    ParseError::new(
+        ParseErrorKind::UnknownFormat,
+        "readings of the kind that the stream has",
+        "those of another kind",
+        "read the log of each stream into readings of its own",
+    )
 }
 
 #[cfg(test)]
@@ -137,8 +184,8 @@ mod tests {
     fn read(reading: Reading, text: &str) -> Result<Readings, ParseError> {
         let mut reader = StreamReader::new(&fixes::DECLARATION.streams[0], reading)?;
         let mut readings = reader.none();
-        readings.append(reader.push(text.as_bytes())?);
-        readings.append(reader.finish()?);
+        reader.push(text.as_bytes(), &mut readings)?;
+        reader.finish(&mut readings)?;
         Ok(readings)
     }
 
@@ -165,13 +212,17 @@ mod tests {
 
     #[test]
     fn the_log_of_an_inertial_sensor_is_no_log_of_positions_and_the_other_way_round() {
-        let imu = "t_s,gyr_x_rad_s,gyr_y_rad_s,gyr_z_rad_s,acc_x_m_s2,acc_y_m_s2,acc_z_m_s2\n0,0,0,0,0,0,9.8\n";
+        let imu =
+            "t_s,gyr_x_rad_s,gyr_y_rad_s,gyr_z_rad_s,acc_x_m_s2,acc_y_m_s2,acc_z_m_s2\n0,0,0,0,0,0,9.8\n";
         let error = read(Reading::default(), imu).unwrap_err();
         assert_eq!((error.code(), error.column.as_deref()), ("missing_column", Some("e_m")));
         let mut reader = StreamReader::new(&pedestrian::DECLARATION.streams[0], Reading::default()).unwrap();
-        reader.push(b"t_s,e_m,n_m,u_m\n0,1,2,3\n").unwrap();
-        let error = reader.finish().unwrap_err();
+        let mut readings = reader.none();
+        reader.push(b"t_s,e_m,n_m,u_m\n0,1,2,3\n", &mut readings).unwrap();
+        let error = reader.finish(&mut readings).unwrap_err();
         assert_eq!((error.code(), error.column.as_deref()), ("missing_column", Some("gyr_x_rad_s")));
-        assert_eq!(reader.none(), Readings::Imu(Vec::new()));
+        assert_eq!(readings, Readings::Imu(Vec::new()));
+        let mut rows = Readings::Values(Rows::new(3));
+        assert_eq!(reader.push(b"0", &mut rows).unwrap_err().code(), "unknown_format");
     }
 }

@@ -102,24 +102,24 @@ impl NewSession {
     }
 }
 
+/// The system of this name; the usual one without one.
+pub(super) fn system_named(name: Option<&str>) -> Result<&'static Declaration> {
+    let Some(name) = name else { return Ok(catalogue::usual()) };
+    catalogue::named(name).ok_or_else(|| {
+        let known: Vec<&str> = catalogue::SYSTEMS.iter().map(|system| system.name).collect();
+        Error::invalid(
+            "unknown_system",
+            format!("expected one of the systems {}, found {name:?}: name one of these", known.join(", ")),
+        )
+    })
+}
+
 /// The system of this name, and the streams of these names in the order of their numbers.
 fn system_and_streams(
     name: Option<&str>,
     wanted: Option<Vec<StreamId>>,
 ) -> Result<(&'static Declaration, Vec<StreamId>)> {
-    let system = match name {
-        None => catalogue::usual(),
-        Some(name) => catalogue::named(name).ok_or_else(|| {
-            let known: Vec<&str> = catalogue::SYSTEMS.iter().map(|system| system.name).collect();
-            Error::invalid(
-                "unknown_system",
-                format!(
-                    "expected one of the systems {}, found {name:?}: name one of these",
-                    known.join(", ")
-                ),
-            )
-        })?,
-    };
+    let system = system_named(name)?;
     let Some(wanted) = wanted else {
         return Ok((system, system.usual_streams().iter().map(|stream| stream.id).collect()));
     };

@@ -5,11 +5,14 @@ use axum::extract::State;
 use axum::http::{HeaderMap, HeaderName, HeaderValue, StatusCode, header};
 use axum::response::{IntoResponse, Response};
 use lodestep_engine::parse::Reading;
+use lodestep_engine::stream::StreamId;
+use lodestep_engine::system::StreamRule;
 use schemars::JsonSchema;
 use serde::Deserialize;
 use uuid::Uuid;
 
 use super::extract::{Json, Path, Query};
+use super::sessions::system_named;
 use super::{Needs, Routes};
 use crate::error::{Error, Result};
 use crate::rights::Right;
@@ -155,6 +158,10 @@ async fn preview_upload(
 struct PreviewQuery {
     /// What the log does not say itself, as JSON.
     reading: Option<String>,
+    /// The system that has the log's stream; the one of walks, when it is left out.
+    system: Option<String>,
+    /// The name of the log's stream; the system's first, when it is left out.
+    stream: Option<String>,
     /// Whether the body is only the beginning of a log.
     #[serde(default)]
     part: bool,
@@ -166,6 +173,7 @@ async fn preview(
     Query(query): Query<PreviewQuery>,
     body: Body,
 ) -> Result<axum::Json<Preview>> {
+    let rule = rule_named(query.system.as_deref(), query.stream.as_deref())?;
     let reading = match query.reading.as_deref() {
         None => Reading::default(),
         Some(text) => serde_json::from_str(text).map_err(|error| {
@@ -184,7 +192,25 @@ async fn preview(
             format!("expected at most {MOST_PREVIEW_BYTES} bytes to look at, found more: send the beginning of the log with ?part=true, or look at the whole of it with POST /logs/{{id}}/preview once it is uploaded"),
         )
     })?;
-    Ok(axum::Json(accept_log::preview_bytes(&app, bytes, reading, query.part).await?))
+    Ok(axum::Json(accept_log::preview_bytes(&app, bytes, rule, reading, query.part).await?))
+}
+
+/// The rule of a system's stream, by their names.
+fn rule_named(system: Option<&str>, stream: Option<&str>) -> Result<&'static StreamRule> {
+    let system = system_named(system)?;
+    let Some(name) = stream else { return Ok(&system.streams[0]) };
+    let found = StreamId::read(name).and_then(|id| system.stream(id));
+    found.and_then(|stream| system.rule_of(&stream)).ok_or_else(|| {
+        let names: Vec<&str> = system.streams.iter().map(|rule| rule.name).collect();
+        Error::invalid(
+            "unknown_stream",
+            format!(
+                "expected a stream of the {} system ({}), found {name:?}: name one of these",
+                system.name,
+                names.join(", ")
+            ),
+        )
+    })
 }
 
 async fn give_up(State(app): State<App>, Path(log_id): Path<Uuid>) -> Result<StatusCode> {

@@ -6,6 +6,7 @@ use axum::http::StatusCode;
 use bytes::Bytes;
 use futures_util::FutureExt;
 use lodestep_engine::parse::Reading;
+use lodestep_engine::system::StreamRule;
 use uuid::Uuid;
 
 use super::preview_log::{self, Preview};
@@ -16,7 +17,7 @@ use super::uploads::{self, disk_error, parse_sha256};
 use crate::error::{Error, Place, Result};
 use crate::state::App;
 use crate::store::logs::{self, Codec, Log, LogState};
-use crate::store::{raw_chunks, session_search};
+use crate::store::{raw_chunks, session_search, sessions};
 use crate::utc;
 use crate::yielding::yielding;
 
@@ -64,7 +65,8 @@ pub(crate) async fn finish(
         uploads::same_reading(&held, &log.reading)?;
         return settle(app, Log { state: LogState::Unchanged, sha256: Some(sha256), ..log }).await;
     }
-    match read(app, &log).await {
+    let rule = rule_of(app, &log).await?;
+    match read(app, &log, rule).await {
         Ok(read) => accept(app, Log { sha256: Some(sha256), ..log }, read).await,
         Err(ReadLogError::Unpack(UnpackError::Io(error)) | ReadLogError::Spill(error)) => {
             Err(disk_error(error))
@@ -113,7 +115,18 @@ async fn check_hash(app: &App, log: &Log, sha256: &str) -> Result<()> {
     ))
 }
 
-async fn read(app: &App, log: &Log) -> Result<ReadLog, ReadLogError> {
+/// What the system of a log's session declares for the log's stream.
+async fn rule_of(app: &App, log: &Log) -> Result<&'static StreamRule> {
+    let session = sessions::get(app.store.read(), log.session_id).await?;
+    let session = session.ok_or_else(|| Error::not_found("log", log.id))?;
+    let system = session.declaration();
+    let rule = system.stream(log.stream.0).and_then(|stream| system.rule_of(&stream));
+    rule.ok_or_else(|| {
+        Error::Internal(anyhow::anyhow!("the {} system has no stream {}", system.name, log.stream.0))
+    })
+}
+
+async fn read(app: &App, log: &Log, rule: &'static StreamRule) -> Result<ReadLog, ReadLogError> {
     let folder = app.config.uploads();
     let path = upload_file::path(&folder, log.id);
     let spill_path = upload_file::spill_path(&folder, log.id);
@@ -124,7 +137,7 @@ async fn read(app: &App, log: &Log) -> Result<ReadLog, ReadLogError> {
     let (stream, reading) = (log.stream.0, log.reading.clone());
     // Reading is work for a core: a few at a time, the others wait here.
     let _permit = app.log_readers.acquire().await;
-    match blocking(move || read_log::read_log(&path, &spill_path, stream, reading, limits)).await {
+    match blocking(move || read_log::read_log(&path, &spill_path, (stream, rule), reading, limits)).await {
         Ok(read) => read,
         Err(error) => Err(ReadLogError::Spill(io::Error::other(error.to_string()))),
     }
@@ -145,6 +158,7 @@ pub(crate) async fn preview_upload(app: &App, log_id: Uuid, reading: Option<Read
             "this upload is finished and its bytes are gone: look at a log before it is finished",
         ));
     }
+    let rule = rule_of(app, &log).await?;
     let path = upload_file::path(&app.config.uploads(), log_id);
     let part = log.size_bytes.is_none_or(|size_bytes| log.offset_bytes < size_bytes);
     let reading = reading.unwrap_or(log.reading);
@@ -152,6 +166,7 @@ pub(crate) async fn preview_upload(app: &App, log_id: Uuid, reading: Option<Read
     look(
         app,
         move || if empty { Ok(Box::new(io::empty())) } else { Ok(Box::new(std::fs::File::open(path)?)) },
+        rule,
         reading,
         part,
     )
@@ -159,20 +174,27 @@ pub(crate) async fn preview_upload(app: &App, log_id: Uuid, reading: Option<Read
 }
 
 /// What these bytes, the whole of a log or its beginning, would be read as; nothing is kept.
-pub(crate) async fn preview_bytes(app: &App, bytes: Bytes, reading: Reading, part: bool) -> Result<Preview> {
-    look(app, move || Ok(Box::new(io::Cursor::new(bytes))), reading, part).await
+pub(crate) async fn preview_bytes(
+    app: &App,
+    bytes: Bytes,
+    rule: &'static StreamRule,
+    reading: Reading,
+    part: bool,
+) -> Result<Preview> {
+    look(app, move || Ok(Box::new(io::Cursor::new(bytes))), rule, reading, part).await
 }
 
 async fn look(
     app: &App,
     open: impl FnOnce() -> io::Result<Box<dyn io::Read>> + Send + 'static,
+    rule: &'static StreamRule,
     reading: Reading,
     part: bool,
 ) -> Result<Preview> {
     let limits = limits(app);
     let _permit = app.log_readers.acquire().await;
     let looked =
-        blocking(move || preview_log::preview(open().map_err(UnpackError::Io)?, limits, reading, part));
+        blocking(move || preview_log::preview(open().map_err(UnpackError::Io)?, rule, limits, reading, part));
     looked.await?.map_err(|error| problem(error.into()))
 }
 

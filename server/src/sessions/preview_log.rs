@@ -5,7 +5,9 @@ use std::io::Read;
 use lodestep_engine::parse::log_format::{LogFormat, Note};
 use lodestep_engine::parse::log_survey::{LogSurvey, Survey};
 use lodestep_engine::parse::mapping::{Delimiter, Mapping};
-use lodestep_engine::parse::{LogReader, ParseError, Reading};
+use lodestep_engine::parse::{ParseError, Reading, StreamReader};
+use lodestep_engine::stream::Kind;
+use lodestep_engine::system::StreamRule;
 use serde::Serialize;
 
 use super::unpack::{Unpack, UnpackError, UnpackLimits};
@@ -42,18 +44,25 @@ pub(crate) struct Preview {
     problem: Option<Problem>,
 }
 
-/// Reads a log to its end, or what there is of a `part` of one, and keeps nothing.
+/// Reads the log of a stream of this rule to its end, or what there is of a `part` of one, and keeps nothing.
 pub(crate) fn preview(
     source: impl Read,
+    rule: &'static StreamRule,
     limits: UnpackLimits,
     reading: Reading,
     part: bool,
 ) -> Result<Preview, UnpackError> {
     let field_unsaid = reading.field_ut_per_count.is_none();
     // A field in counts is looked at as it is: how large it is says how much a count may be.
-    let mut reader =
-        LogReader::new(Reading { field_ut_per_count: reading.field_ut_per_count.or(Some(1.0)), ..reading });
+    let field_ut_per_count = match rule.kind {
+        Kind::Imu => reading.field_ut_per_count.or(Some(1.0)),
+        Kind::Values => reading.field_ut_per_count,
+    };
     let mut survey = LogSurvey::default();
+    let mut reader = match StreamReader::new(rule, Reading { field_ut_per_count, ..reading }) {
+        Ok(reader) => reader,
+        Err(error) => return Ok(Preview::of_nothing(part, error)),
+    };
     let read = read_through(source, limits, part, &mut reader, &mut survey);
     let problem = match read {
         Ok(()) => None,
@@ -64,7 +73,10 @@ pub(crate) fn preview(
     let notes = recognised.map_or_else(Vec::new, |recognised| recognised.notes.clone());
     let table = reader.table();
     Ok(Preview {
-        format: recognised.map(|recognised| recognised.format),
+        format: match rule.kind {
+            Kind::Imu => recognised.map(|recognised| recognised.format),
+            Kind::Values => reader.clock_ns().map(|_| LogFormat::Canonical),
+        },
         mapping: recognised.and_then(|recognised| recognised.mapping.clone()),
         field_in_counts: field_unsaid && notes.contains(&Note::FieldWithoutUnit),
         notes,
@@ -78,6 +90,25 @@ pub(crate) fn preview(
     })
 }
 
+impl Preview {
+    /// Of a log that was not looked into: what was said of it is wrong.
+    fn of_nothing(part: bool, error: ParseError) -> Preview {
+        Preview {
+            format: None,
+            mapping: None,
+            notes: Vec::new(),
+            delimiter: None,
+            columns: Vec::new(),
+            rows: Vec::new(),
+            clock_ns: None,
+            part,
+            field_in_counts: false,
+            survey: LogSurvey::default().finish(),
+            problem: Some(problem(error)),
+        }
+    }
+}
+
 enum Trouble {
     Parse(ParseError),
     Unpack(UnpackError),
@@ -87,13 +118,13 @@ fn read_through(
     source: impl Read,
     limits: UnpackLimits,
     part: bool,
-    reader: &mut LogReader,
+    reader: &mut StreamReader,
     survey: &mut LogSurvey,
 ) -> Result<(), Trouble> {
     let mut unpack = Unpack::new(source, limits).map_err(Trouble::Unpack)?;
     let mut piece = vec![0; PIECE_BYTES];
-    let mut samples = Vec::new();
     loop {
+        let mut readings = reader.none();
         let read = match unpack.read(&mut piece) {
             Ok(read) => read,
             // A part of a packed log ends where it was cut.
@@ -102,11 +133,11 @@ fn read_through(
         };
         let parsed = match read {
             // The last line of a part is half a line.
-            0 if part && reader.recognised().is_some() => Ok(()),
-            0 => reader.finish(&mut samples),
-            read => reader.push(&piece[..read], &mut samples),
+            0 if part && (reader.recognised().is_some() || reader.clock_ns().is_some()) => Ok(()),
+            0 => reader.finish(&mut readings),
+            read => reader.push(&piece[..read], &mut readings),
         };
-        samples.drain(..).for_each(|sample| survey.take(&sample));
+        readings.iter().for_each(|reading| survey.take(reading));
         parsed.map_err(Trouble::Parse)?;
         if read == 0 {
             return Ok(());
@@ -123,9 +154,15 @@ fn problem(error: ParseError) -> Problem {
 mod tests {
     use std::io::Write;
 
+    use lodestep_engine::systems::catalogue;
+
     use super::*;
 
     const LIMITS: UnpackLimits = UnpackLimits { max_unpacked_bytes: 1 << 30, max_ratio: 200 };
+
+    fn foot() -> &'static StreamRule {
+        &catalogue::usual().streams[0]
+    }
 
     fn log(rows: usize) -> String {
         let mut text =
@@ -142,12 +179,12 @@ mod tests {
         encoder.write_all(log(20_000).as_bytes()).unwrap();
         let packed = encoder.finish().unwrap();
         let half = &packed[..packed.len() / 2];
-        let seen = preview(half, LIMITS, Reading::default(), true).unwrap();
+        let seen = preview(half, foot(), LIMITS, Reading::default(), true).unwrap();
         assert!(seen.problem.is_none() && seen.part);
         assert!(seen.survey.samples > 5_000 && seen.survey.samples < 15_000, "{}", seen.survey.samples);
         assert_eq!((seen.format, seen.survey.rate_hz), (Some(LogFormat::Canonical), Some(100.0)));
         assert!(matches!(
-            preview(half, LIMITS, Reading::default(), false),
+            preview(half, foot(), LIMITS, Reading::default(), false),
             Err(UnpackError::Truncated { .. })
         ));
     }
@@ -155,7 +192,7 @@ mod tests {
     #[test]
     fn what_is_wrong_comes_with_what_was_found_before_it() {
         let text = log(5_000) + "50.0,0,0,zero,0,0,9.8\n";
-        let seen = preview(text.as_bytes(), LIMITS, Reading::default(), false).unwrap();
+        let seen = preview(text.as_bytes(), foot(), LIMITS, Reading::default(), false).unwrap();
         assert_eq!((seen.survey.samples, seen.columns.len()), (5_000, 7));
         let problem = seen.problem.unwrap();
         assert_eq!((&*problem.code, problem.place.unwrap().line), ("not_a_number", Some(5_002)));
@@ -163,9 +200,25 @@ mod tests {
 
     #[test]
     fn an_unknown_table_shows_its_columns() {
-        let seen =
-            preview(&b"a,b,c,d,e,f,g\n1,2,3,4,5,6,7\n"[..], LIMITS, Reading::default(), false).unwrap();
+        let seen = preview(&b"a,b,c,d,e,f,g\n1,2,3,4,5,6,7\n"[..], foot(), LIMITS, Reading::default(), false)
+            .unwrap();
         assert_eq!((seen.format, seen.columns.len(), seen.rows.len()), (None, 7, 1));
         assert_eq!(seen.problem.unwrap().code, "unknown_format");
+    }
+
+    #[test]
+    fn rows_of_numbers_are_looked_at_by_the_columns_of_their_stream() {
+        let fixes = &catalogue::named("fixes").unwrap().streams[0];
+        let log = "t_s,e_m,n_m,u_m\n0,1,2,3\n1,1,2,3\n2,1,2,3\n";
+        let seen = preview(log.as_bytes(), fixes, LIMITS, Reading::default(), false).unwrap();
+        assert!(seen.problem.is_none());
+        assert_eq!((seen.format, seen.survey.rate_hz), (Some(LogFormat::Canonical), Some(1.0)));
+        assert_eq!((seen.columns.len(), seen.rows.len(), seen.clock_ns), (4, 3, Some([0, 2_000_000_000])));
+        assert_eq!(seen.survey.first_rows[0], [Some(0.0), Some(1.0), Some(2.0), Some(3.0), None]);
+        let said = Reading { rate_hz: Some(100.0), ..Reading::default() };
+        let wrong = preview(log.as_bytes(), fixes, LIMITS, said, false).unwrap();
+        assert_eq!(wrong.problem.unwrap().code, "bad_mapping");
+        let foot = preview(log.as_bytes(), foot(), LIMITS, Reading::default(), false).unwrap();
+        assert_eq!(foot.problem.unwrap().code, "missing_column");
     }
 }

@@ -5,9 +5,9 @@ use std::io::{self, Read};
 use std::path::Path;
 
 use lodestep_engine::parse::log_format::LogFormat;
-use lodestep_engine::parse::{LogReader, ParseError, Reading};
-use lodestep_engine::sample::ImuSample;
+use lodestep_engine::parse::{ParseError, Reading, StreamReader};
 use lodestep_engine::stream::{Readings, StreamId};
+use lodestep_engine::system::StreamRule;
 use sha2::{Digest, Sha256};
 
 use super::spill::Spill;
@@ -62,18 +62,19 @@ pub(crate) fn sha256(path: &Path) -> io::Result<String> {
     Ok(hasher.finalize().iter().map(|byte| format!("{byte:02x}")).collect())
 }
 
-/// Reads the log at `path` as `reading` says, setting packed samples aside in `spill_path`.
+/// Reads the log of a stream at `path`, by its rule and as `reading` says, setting packed samples aside in `spill_path`.
 pub(crate) fn read_log(
     path: &Path,
     spill_path: &Path,
-    stream: StreamId,
+    (stream, rule): (StreamId, &'static StreamRule),
     reading: Reading,
     limits: UnpackLimits,
 ) -> Result<ReadLog, ReadLogError> {
     let file = File::open(path).map_err(UnpackError::Io)?;
     let mut unpack = Unpack::new(file, limits)?;
-    let mut chunks = Chunks::new(stream, Spill::create(spill_path).map_err(ReadLogError::Spill)?);
-    let mut reader = LogReader::new(reading);
+    let mut reader = StreamReader::new(rule, reading)?;
+    let spill = Spill::create(spill_path).map_err(ReadLogError::Spill)?;
+    let mut chunks = Chunks::new(stream, reader.none(), spill);
     match parse(&mut unpack, &mut reader, &mut chunks) {
         // What does not read as a log may be a bomb: that is the more useful thing to say.
         Err(ReadLogError::Parse(error)) => {
@@ -82,11 +83,14 @@ pub(crate) fn read_log(
         }
         other => other?,
     }
-    let format = reader.recognised().map_or(LogFormat::Canonical, |recognised| recognised.format);
-    chunks.finish(unpack.packing(), format)
+    chunks.finish(unpack.packing(), reader.format())
 }
 
-fn parse(unpack: &mut Unpack<File>, reader: &mut LogReader, chunks: &mut Chunks) -> Result<(), ReadLogError> {
+fn parse(
+    unpack: &mut Unpack<File>,
+    reader: &mut StreamReader,
+    chunks: &mut Chunks,
+) -> Result<(), ReadLogError> {
     let mut piece = vec![0; PIECE_BYTES];
     loop {
         match unpack.read(&mut piece)? {
@@ -102,7 +106,7 @@ fn parse(unpack: &mut Unpack<File>, reader: &mut LogReader, chunks: &mut Chunks)
 /// Samples on their way into chunks.
 struct Chunks {
     stream: StreamId,
-    waiting: Vec<ImuSample>,
+    waiting: Readings,
     samples: u64,
     first_t_ns: Option<i64>,
     last_t_ns: i64,
@@ -110,8 +114,7 @@ struct Chunks {
 }
 
 impl Chunks {
-    fn new(stream: StreamId, spill: Spill) -> Chunks {
-        let waiting = Vec::with_capacity(2 * SAMPLES_A_CHUNK);
+    fn new(stream: StreamId, waiting: Readings, spill: Spill) -> Chunks {
         Chunks { stream, waiting, samples: 0, first_t_ns: None, last_t_ns: 0, spill }
     }
 
@@ -125,24 +128,20 @@ impl Chunks {
         Ok(())
     }
 
-    fn pack(&mut self, samples: Vec<ImuSample>) -> Result<(), ReadLogError> {
-        let (Some(first), Some(last)) = (samples.first(), samples.last()) else { return Ok(()) };
-        self.first_t_ns.get_or_insert(first.t_ns);
-        self.last_t_ns = last.t_ns;
-        self.samples += samples.len() as u64;
+    fn pack(&mut self, readings: Readings) -> Result<(), ReadLogError> {
+        let last = readings.len().checked_sub(1).and_then(|last| readings.get(last));
+        let (Some(first), Some(last)) = (readings.get(0), last) else { return Ok(()) };
+        self.first_t_ns.get_or_insert(first.t_ns());
+        self.last_t_ns = last.t_ns();
+        self.samples += readings.len() as u64;
         let first_sequence = self.spill.chunks() as u64;
-        let packed = Packed::new(&Samples {
-            stream: self.stream,
-            first_sequence,
-            sequences: 1,
-            readings: Readings::Imu(samples),
-        })?;
+        let packed = Packed::new(&Samples { stream: self.stream, first_sequence, sequences: 1, readings })?;
         self.spill.push(packed).map_err(ReadLogError::Spill)
     }
 
     fn finish(mut self, packing: Packing, format: LogFormat) -> Result<ReadLog, ReadLogError> {
         self.pack_full()?;
-        let rest = std::mem::take(&mut self.waiting);
+        let rest = self.waiting.split_off(0);
         self.pack(rest)?;
         Ok(ReadLog {
             packing,
