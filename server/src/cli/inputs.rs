@@ -15,18 +15,21 @@ use crate::sessions::provenance::hex;
 /// What was read, by hash.
 #[derive(Debug, Serialize)]
 pub(super) struct Inputs {
-    /// Over the bytes of each foot's file, left first.
-    logs_sha256: [Option<String>; 2],
+    /// Over the bytes of each stream's file, in the order of the streams' numbers.
+    logs_sha256: Vec<Option<String>>,
     /// Over the visits with the places of their markers.
     visits_sha256: String,
 }
 
 impl Inputs {
     /// Of these files and visits.
-    pub(super) fn read(logs: [Option<&Path>; 2], visits: &[Visit]) -> Result<Inputs> {
-        let [left, right] = logs.map(|path| path.map(file_sha256).transpose());
+    pub(super) fn read<'a>(
+        logs: impl IntoIterator<Item = Option<&'a Path>>,
+        visits: &[Visit],
+    ) -> Result<Inputs> {
+        let logs = logs.into_iter().map(|path| path.map(file_sha256).transpose());
         Ok(Inputs {
-            logs_sha256: [left?, right?],
+            logs_sha256: logs.collect::<Result<_>>()?,
             visits_sha256: hex(&Sha256::digest(serde_json::to_vec(visits)?)),
         })
     }

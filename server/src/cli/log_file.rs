@@ -1,4 +1,4 @@
-//! One foot's log on its way from a file: unpacked, parsed and handed on piece by piece.
+//! One stream's log on its way from a file: unpacked, parsed and handed on piece by piece.
 
 use std::fs::File;
 use std::io::{self, Read};
@@ -8,9 +8,10 @@ use anyhow::Result;
 use indicatif::ProgressBar;
 use lodestep_engine::parse::log_format::LogFormat;
 use lodestep_engine::parse::log_reader::common_zero_ns;
-use lodestep_engine::parse::{LogReader, Reading};
-use lodestep_engine::sample::ImuSample;
+use lodestep_engine::parse::{Reading, StreamReader};
 use lodestep_engine::stream::Readings;
+use lodestep_engine::system::StreamRule;
+use lodestep_engine::systems::catalogue;
 
 use crate::cli::failure::Failure;
 use crate::sessions::in_time_order::StreamReadings;
@@ -26,7 +27,7 @@ const NO_LIMITS: UnpackLimits = UnpackLimits { max_unpacked_bytes: u64::MAX, max
 pub(super) struct LogFile {
     path: PathBuf,
     unpack: Unpack<Watched>,
-    reader: LogReader,
+    reader: StreamReader,
     buffer: Vec<u8>,
     ended: bool,
 }
@@ -46,13 +47,23 @@ impl Read for Watched {
 }
 
 impl LogFile {
-    /// Opens a log that says all of itself, and adds its size to the bar's length.
+    /// Opens a log of the usual system that says all of itself, and adds its size to the bar's length.
     pub(super) fn open(path: &Path, bar: &ProgressBar) -> Result<LogFile> {
         LogFile::open_as(path, Reading::default(), bar)
     }
 
-    /// Opens a log, to be read as this says, and adds its size to the bar's length.
+    /// The same, to be read as this says.
     pub(super) fn open_as(path: &Path, reading: Reading, bar: &ProgressBar) -> Result<LogFile> {
+        LogFile::open_of(&catalogue::usual().streams[0], path, reading, bar)
+    }
+
+    /// Opens the log of a stream of this rule, to be read as this says, and adds its size to the bar's length.
+    pub(super) fn open_of(
+        rule: &'static StreamRule,
+        path: &Path,
+        reading: Reading,
+        bar: &ProgressBar,
+    ) -> Result<LogFile> {
         let file = open(path)?;
         bar.inc_length(file.metadata().map_or(0, |metadata| metadata.len()));
         let unpack = Unpack::new(Watched { file, bar: bar.clone() }, NO_LIMITS)
@@ -60,7 +71,7 @@ impl LogFile {
         Ok(LogFile {
             path: path.to_owned(),
             unpack,
-            reader: LogReader::new(reading),
+            reader: StreamReader::new(rule, reading).map_err(|error| Failure::bad_input(path, error))?,
             buffer: vec![0; PIECE_BYTES],
             ended: false,
         })
@@ -69,46 +80,37 @@ impl LogFile {
 
 impl StreamReadings for LogFile {
     fn next_piece(&mut self) -> Result<Readings> {
-        let mut samples = Vec::new();
-        self.read_piece(&mut samples)?;
-        Ok(Readings::Imu(samples))
-    }
-}
-
-impl LogFile {
-    /// Replaces `samples` by the next piece; leaves it empty at the end.
-    fn read_piece(&mut self, samples: &mut Vec<ImuSample>) -> Result<()> {
-        samples.clear();
-        while samples.is_empty() && !self.ended {
+        let mut readings = self.reader.none();
+        while readings.is_empty() && !self.ended {
             let n =
                 self.unpack.read(&mut self.buffer).map_err(|error| Failure::bad_input(&self.path, error))?;
             let parsed = if n == 0 {
                 self.ended = true;
-                self.reader.finish(samples)
+                self.reader.finish(&mut readings)
             } else {
-                self.reader.push(&self.buffer[..n], samples)
+                self.reader.push(&self.buffer[..n], &mut readings)
             };
             parsed.map_err(|error| Failure::bad_input(&self.path, error))?;
         }
-        Ok(())
+        Ok(readings)
     }
 }
 
-/// What the clocks of both feet's logs show at the session's start, where that has to be said: logs of
-/// another maker's clock count from the earlier first sample, so that the feet stay together.
-pub(super) fn shared_zero_ns(paths: [&Path; 2], reading: &Reading) -> Result<Option<i64>> {
-    let mut first_ns = [0; 2];
-    for (first_ns, path) in first_ns.iter_mut().zip(paths) {
+/// What the clocks of the logs of inertial sensors show at the session's start, where that has to be said: logs of another
+/// maker's clock count from the earliest first sample, so that the sensors stay together.
+pub(super) fn shared_zero_ns(paths: &[&Path], reading: &Reading) -> Result<Option<i64>> {
+    let mut ends: Option<[i64; 2]> = None;
+    for path in paths {
         let mut log = LogFile::open_as(path, reading.clone(), &ProgressBar::hidden())?;
-        let mut samples = Vec::new();
         while log.reader.clock_ns().is_none() && !log.ended {
-            log.read_piece(&mut samples)?;
+            log.next_piece()?;
         }
         let canonical = log.reader.recognised().is_none_or(|r| r.format == LogFormat::Canonical);
-        let Some((first, _)) = log.reader.clock_ns().filter(|_| !canonical) else { return Ok(None) };
-        *first_ns = first;
+        let Some((first_ns, _)) = log.reader.clock_ns().filter(|_| !canonical) else { return Ok(None) };
+        let [least, most] = ends.unwrap_or([first_ns; 2]);
+        ends = Some([least.min(first_ns), most.max(first_ns)]);
     }
-    Ok(common_zero_ns(first_ns))
+    Ok(ends.filter(|_| paths.len() > 1).and_then(common_zero_ns))
 }
 
 /// Opens an input file, or says why it cannot be.

@@ -9,6 +9,7 @@ mod failure;
 mod inputs;
 mod load;
 mod log_file;
+mod of_system;
 mod output_file;
 mod plot;
 mod predict;
@@ -46,10 +47,10 @@ const EXIT_CODES: &str = "Exit codes: 0 done; 1 something failed inside, or a re
 
 #[derive(Debug, Subcommand)]
 enum Verb {
-    /// Makes a track of the logs of one walk
-    Process(Box<process::ProcessArgs>),
-    /// Writes the logs of a walk that never was, with its truth
-    Simulate(simulate::SimulateArgs),
+    /// Makes a track of the logs of one walk, or of one session of another system
+    Process(Box<process::ProcessCommand>),
+    /// Writes the logs of a walk that never was, or of a session of another system, with its truth
+    Simulate(simulate::SimulateCommand),
     /// Scores recordings with the engine's defaults, the same for every file
     Evaluate(evaluate::EvaluateArgs),
     /// Says how good a result will be, before anybody has walked

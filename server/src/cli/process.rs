@@ -1,4 +1,4 @@
-//! `lodestep process`: the logs of one walk made into a track.
+//! `lodestep process`: the logs of one walk, or of a session of another system, made into a track.
 
 use std::io::Write as _;
 use std::path::PathBuf;
@@ -18,6 +18,7 @@ use time::format_description::well_known::Rfc3339;
 use crate::cli::failure::Failure;
 use crate::cli::inputs::Inputs;
 use crate::cli::log_file::{self, LogFile};
+use crate::cli::of_system::{self, OfSystem, SessionArgs};
 use crate::cli::report::Report;
 use crate::cli::run::{Walked, run};
 use crate::cli::solution::Solution;
@@ -38,8 +39,18 @@ Exit codes: 0 done; 1 something failed inside, or a result could not be written;
 
 /// The arguments of `lodestep process`.
 #[derive(Debug, Args)]
-#[command(after_help = AFTER_HELP)]
-pub(super) struct ProcessArgs {
+#[command(after_help = AFTER_HELP, args_conflicts_with_subcommands = true, subcommand_negates_reqs = true)]
+pub(super) struct ProcessCommand {
+    #[command(subcommand)]
+    session: Option<OfSystem<SessionArgs>>,
+
+    #[command(flatten)]
+    walk: Option<ProcessArgs>,
+}
+
+/// The arguments for a walk.
+#[derive(Debug, Args)]
+struct ProcessArgs {
     /// Log of the left foot (rad/s, m/s², µT, hPa)
     #[arg(long, value_name = "L.csv", required_unless_present = "right")]
     left: Option<PathBuf>,
@@ -126,8 +137,18 @@ pub(super) struct ProcessArgs {
     report: Option<PathBuf>,
 }
 
-/// Processes one walk.
-pub(super) fn process(args: &ProcessArgs) -> Result<()> {
+/// Processes one walk, or one session of the system that is named.
+pub(super) fn process(command: &ProcessCommand) -> Result<()> {
+    match (&command.session, &command.walk) {
+        (Some(session), _) => of_system::process(session),
+        (None, Some(walk)) => process_walk(walk),
+        (None, None) => {
+            Err(Failure::usage("expected the logs of a walk, or a system, found neither: see --help"))
+        }
+    }
+}
+
+fn process_walk(args: &ProcessArgs) -> Result<()> {
     args.check()?;
     let site = args.site.as_deref().map(|path| site_file::read(path, args.started_at)).transpose()?;
     let frame = site.as_ref().map(Site::local_frame);
@@ -141,7 +162,7 @@ pub(super) fn process(args: &ProcessArgs) -> Result<()> {
 
     let mut reading = args.reading()?;
     if let (Some(left), Some(right)) = (&args.left, &args.right) {
-        reading.clock_zero_ns = log_file::shared_zero_ns([left, right], &reading)?;
+        reading.clock_zero_ns = log_file::shared_zero_ns(&[left, right], &reading)?;
     }
     let bar = progress::of_bytes();
     let mut feet = Vec::new();
@@ -160,7 +181,7 @@ pub(super) fn process(args: &ProcessArgs) -> Result<()> {
     let start_unix_ns = args.started_at.and_then(|start| i64::try_from(start.unix_timestamp_nanos()).ok());
     args.out.write(config.system.declaration(), &walked.track, args.rate_hz, frame, start_unix_ns)?;
     if let Some(path) = &args.report {
-        let inputs = Inputs::read([&args.left, &args.right].map(Option::as_deref), &visits)?;
+        let inputs = Inputs::read([args.left.as_deref(), args.right.as_deref()], &visits)?;
         let report = serde_json::to_string_pretty(&Report::new(&config, &parameters, inputs, &walked))?;
         write_text(path, &(report + "\n"))?;
     }
@@ -286,7 +307,7 @@ fn in_a_line(walked: &Walked) -> String {
     )
 }
 
-fn parse_position(text: &str) -> Result<[f64; 3], String> {
+pub(super) fn parse_position(text: &str) -> Result<[f64; 3], String> {
     let values: Vec<f64> = text.split(',').map_while(|part| part.trim().parse().ok()).collect();
     match values[..] {
         [e, n, u] if text.split(',').count() == 3 && values.iter().all(|v| v.is_finite()) => Ok([e, n, u]),
@@ -296,7 +317,7 @@ fn parse_position(text: &str) -> Result<[f64; 3], String> {
     }
 }
 
-fn parse_angle_deg(text: &str) -> Result<f64, String> {
+pub(super) fn parse_angle_deg(text: &str) -> Result<f64, String> {
     text.parse().ok().filter(|value: &f64| value.abs() <= 360.0).ok_or_else(|| {
         format!("expected a number of degrees from -360 to 360, such as -2.45, found {text:?}")
     })
@@ -309,21 +330,21 @@ fn parse_gravity(text: &str) -> Result<f64, String> {
         .ok_or_else(|| format!("expected gravity in m/s², from 9.7 to 9.9, found {text:?}"))
 }
 
-fn parse_setting(text: &str) -> Result<(String, f64), String> {
+pub(super) fn parse_setting(text: &str) -> Result<(String, f64), String> {
     let found = text.split_once('=').and_then(|(key, value)| Some((key.trim(), value.trim().parse().ok()?)));
     let (key, value) = found
         .ok_or_else(|| format!("expected a key and a number such as marker_sigma_m=0.5, found {text:?}"))?;
     Ok((key.to_owned(), value))
 }
 
-fn parse_rate(text: &str) -> Result<f64, String> {
+pub(super) fn parse_rate(text: &str) -> Result<f64, String> {
     text.parse()
         .ok()
         .filter(|value: &f64| *value > 0.0 && value.is_finite())
         .ok_or_else(|| format!("expected a positive number, found {text:?}"))
 }
 
-fn parse_utc(text: &str) -> Result<OffsetDateTime, String> {
+pub(super) fn parse_utc(text: &str) -> Result<OffsetDateTime, String> {
     OffsetDateTime::parse(text, &Rfc3339)
         .map_err(|_| format!("expected a time such as 2026-05-01T08:00:00Z, found {text:?}"))
 }

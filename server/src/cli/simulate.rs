@@ -1,4 +1,4 @@
-//! `lodestep simulate`: the logs of a walk that never was, with its truth.
+//! `lodestep simulate`: the logs of a walk that never was, or of a session of another system, with its truth.
 
 use std::fmt::Write as _;
 use std::fs;
@@ -16,13 +16,25 @@ use lodestep_engine::sim::pedestrian::{Epoch, SensorModel, Simulator, WalkKind};
 use lodestep_engine::track::csv::push_seconds;
 
 use crate::cli::failure::Failure;
+use crate::cli::of_system::{self, OfSystem, SimulatedArgs};
 use crate::cli::output_file::{OutputFile, cannot};
 use crate::cli::track_output::write_text;
 use crate::cli::{progress, site_file};
 
 /// The arguments of `lodestep simulate`.
 #[derive(Debug, Args)]
-pub(super) struct SimulateArgs {
+#[command(args_conflicts_with_subcommands = true, subcommand_negates_reqs = true)]
+pub(super) struct SimulateCommand {
+    #[command(subcommand)]
+    session: Option<OfSystem<SimulatedArgs>>,
+
+    #[command(flatten)]
+    walk: Option<SimulateArgs>,
+}
+
+/// The arguments for a walk.
+#[derive(Debug, Args)]
+struct SimulateArgs {
     /// The walk: rectangle (1.4 km), spiral (3.3 km on FAST's road, a visit every 150 m), stairs,
     /// running, line:METRES, slow:METRES, run:METRES, crawl:METRES or standing:SECONDS
     #[arg(long, value_name = "WALK")]
@@ -63,8 +75,16 @@ enum Sensors {
     Perfect,
 }
 
-/// Writes one walk.
-pub(super) fn simulate(args: &SimulateArgs) -> Result<()> {
+/// Writes one walk, or one session of the system that is named.
+pub(super) fn simulate(command: &SimulateCommand) -> Result<()> {
+    match (&command.session, &command.walk) {
+        (Some(session), _) => of_system::simulate(session),
+        (None, Some(walk)) => simulate_walk(walk),
+        (None, None) => Err(Failure::usage("expected a walk, or a system, found neither: see --help")),
+    }
+}
+
+fn simulate_walk(args: &SimulateArgs) -> Result<()> {
     let site = args.site.as_deref().map_or_else(|| Ok(Site::fast()), |path| site_file::read(path, None))?;
     let model = match args.sensors {
         Sensors::Cmp10a => SensorModel::cmp10a(),
@@ -166,7 +186,7 @@ fn rounded(value: f64, steps_per_unit: f64) -> f64 {
     (value * steps_per_unit).round() / steps_per_unit
 }
 
-fn site_toml(site: &Site) -> String {
+pub(super) fn site_toml(site: &Site) -> String {
     format!(
         "# Where the site's origin lies: degrees, metres above the WGS84 ellipsoid.\n\
          name = {:?}\nlatitude_deg = {:?}\nlongitude_deg = {:?}\nheight_m = {:?}\n\

@@ -14,6 +14,7 @@ use std::path::PathBuf;
 
 use anyhow::Result;
 use clap::{Args, Subcommand};
+use lodestep_engine::system::Declaration;
 use lodestep_engine::systems::pedestrian::Aids;
 use serde::Serialize;
 
@@ -21,7 +22,7 @@ use crate::cli::failure::Failure;
 use crate::cli::print::print;
 use crate::cli::solution::Solution;
 use crate::cli::track_output::write_text;
-use crate::cli::{aids, progress};
+use crate::cli::{aids, of_system, progress};
 use score::Score;
 
 const AFTER_HELP: &str = "\
@@ -41,6 +42,10 @@ pub(super) struct EvaluateArgs {
     /// Recordings, or folders of them
     #[arg(value_name = "DIR|FILES", required = true)]
     paths: Vec<PathBuf>,
+
+    /// Score folders of this system, as `simulate SYSTEM` writes them, instead of walks
+    #[arg(long, value_name = "SYSTEM", value_parser = of_system::named, conflicts_with_all = ["closed", "aid", "hold_back", "picture"])]
+    system: Option<&'static Declaration>,
 
     /// Walks without truth end where they began
     #[arg(long)]
@@ -91,6 +96,9 @@ pub(super) fn evaluate(args: &EvaluateArgs) -> Result<()> {
         Some(Study::Stance(args)) => return stance::stance(args),
         Some(Study::Markers(args)) => return markers::markers(args),
         None => {}
+    }
+    if let Some(system) = args.system {
+        return of_system::evaluate(system, &args.paths, args.solution, args.json);
     }
     if args.picture.as_ref().is_some_and(|path| path.extension().is_none_or(|ending| ending != "svg")) {
         return Err(Failure::usage("--picture writes SVG: give a name that ends in .svg"));
