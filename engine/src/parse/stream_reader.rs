@@ -179,10 +179,26 @@ fn other_kind() -> ParseError {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::systems::{fixes, pedestrian};
+    use crate::system::Column;
+
+    const RULE: StreamRule = StreamRule {
+        role: "positions",
+        name: "fix",
+        title: "",
+        kind: Kind::Values,
+        columns: &[
+            Column { name: "e_m", required: true, about: "" },
+            Column { name: "n_m", required: true, about: "" },
+            Column { name: "u_m", required: true, about: "" },
+        ],
+        least: 1,
+        most: 1,
+    };
+    const POSITIONS: &StreamRule = &RULE;
+    const SENSOR: &StreamRule = &StreamRule { kind: Kind::Imu, columns: &[], ..RULE };
 
     fn read(reading: Reading, text: &str) -> Result<Readings, ParseError> {
-        let mut reader = StreamReader::new(&fixes::DECLARATION.streams[0], reading)?;
+        let mut reader = StreamReader::new(POSITIONS, reading)?;
         let mut readings = reader.none();
         reader.push(text.as_bytes(), &mut readings)?;
         reader.finish(&mut readings)?;
@@ -207,7 +223,7 @@ mod tests {
         let error = read(said.clone(), "").unwrap_err();
         assert_eq!(error.code(), "bad_mapping");
         assert!(error.to_string().contains("rate_hz"), "{error}");
-        assert!(StreamReader::new(&pedestrian::DECLARATION.streams[0], said).is_ok());
+        assert!(StreamReader::new(SENSOR, said).is_ok());
     }
 
     #[test]
@@ -216,7 +232,7 @@ mod tests {
             "t_s,gyr_x_rad_s,gyr_y_rad_s,gyr_z_rad_s,acc_x_m_s2,acc_y_m_s2,acc_z_m_s2\n0,0,0,0,0,0,9.8\n";
         let error = read(Reading::default(), imu).unwrap_err();
         assert_eq!((error.code(), error.column.as_deref()), ("missing_column", Some("e_m")));
-        let mut reader = StreamReader::new(&pedestrian::DECLARATION.streams[0], Reading::default()).unwrap();
+        let mut reader = StreamReader::new(SENSOR, Reading::default()).unwrap();
         let mut readings = reader.none();
         reader.push(b"t_s,e_m,n_m,u_m\n0,1,2,3\n", &mut readings).unwrap();
         let error = reader.finish(&mut readings).unwrap_err();

@@ -49,6 +49,7 @@ pub mod sessions;
 mod site;
 mod site_parameters;
 mod stands;
+mod systems;
 mod tokens;
 mod tracks;
 mod uploads;
@@ -75,6 +76,7 @@ pub fn routes(config: &Config) -> Routes {
         .merge(webhooks::routes())
         .merge(server::routes())
         .merge(site::routes())
+        .merge(systems::routes())
         .merge(inspectors::routes())
         .merge(sessions::routes())
         .merge(session_search::routes())

@@ -26,6 +26,7 @@ mod sessions;
 mod site_parameters;
 mod stands;
 mod surroundings;
+mod systems;
 mod upload;
 mod watching;
 mod webhooks;

@@ -43,6 +43,7 @@ const MATRIX: &[(&str, &str, &str)] = &[
     ("POST", "/api/v1/backups", "a"),
     ("GET", "/api/v1/site", "videsa"),
     ("GET", "/api/v1/site/plan", "videsa"),
+    ("GET", "/api/v1/systems", "videsa"),
     ("GET", "/api/v1/inspectors", "videsa"),
     ("POST", "/api/v1/inspectors", "da"),
     ("GET", "/api/v1/inspectors/{id}", "videsa"),

@@ -89,7 +89,7 @@ impl ForSystems for SessionArgs {
 }
 
 /// Processes one session.
-pub(in crate::cli) fn process(OfSystem { system, args }: &OfSystem<SessionArgs>) -> Result<()> {
+pub(in crate::cli) fn process(&OfSystem { system, ref args }: &OfSystem<SessionArgs>) -> Result<()> {
     if args.out.needs_site() && args.site.is_none() {
         return Err(Failure::usage(
             "GeoJSON, GPX and KML need to know where the site lies: add --site SITE.toml, or write .csv",

@@ -47,7 +47,7 @@ impl ForSystems for SimulatedArgs {
 const TRUTH: [&str; 3] = ["e_m", "n_m", "u_m"];
 
 /// Writes one session.
-pub(in crate::cli) fn simulate(OfSystem { system, args }: &OfSystem<SimulatedArgs>) -> Result<()> {
+pub(in crate::cli) fn simulate(&OfSystem { system, ref args }: &OfSystem<SimulatedArgs>) -> Result<()> {
     let Some(simulate) = system.simulate else {
         return Err(Failure::usage(format!("the {} system cannot be simulated", system.name)));
     };
