@@ -89,7 +89,7 @@ fn kept(data: &Path) -> Vec<PathBuf> {
 async fn killed_after_inspectors(database: &Path, into: &Path) -> PathBuf {
     let mut db = open(database, SqliteJournalMode::Wal).await;
     for number in 0..20 {
-        let sql = format!("insert into inspectors values ('{number}', 'Inspector {number}', 0)");
+        let sql = format!("insert into carriers values ('{number}', 'Inspector {number}', 0, 'person')");
         sqlx::query(AssertSqlSafe(sql)).execute(&mut db).await.unwrap();
     }
     fs::create_dir_all(into).unwrap();
@@ -102,7 +102,7 @@ async fn killed_after_inspectors(database: &Path, into: &Path) -> PathBuf {
 
 async fn inspectors(database: &Path) -> i64 {
     let mut db = open(database, SqliteJournalMode::Wal).await;
-    let count = sqlx::query_scalar("select count(*) from inspectors").fetch_one(&mut db).await.unwrap();
+    let count = sqlx::query_scalar("select count(*) from carriers").fetch_one(&mut db).await.unwrap();
     db.close().await.unwrap();
     count
 }
@@ -197,7 +197,7 @@ async fn what_is_not_lodestep_s_in_a_backup_is_named_and_refused() {
     let everybody = "create trigger everybody after insert on sign_ins begin
         update accounts set role = 'admin'; delete from audit; end";
     for (statement, words) in [
-        (everybody, ["the trigger \"everybody\" is not Lodestep's", "step 17"]),
+        (everybody, ["the trigger \"everybody\" is not Lodestep's", "step 18"]),
         ("create view seen as select name from accounts", ["the view \"seen\" is not Lodestep's", "dropped"]),
         ("create table extra (a)", ["the table \"extra\" is not Lodestep's", ""]),
         ("create index faster on sessions (title)", ["the index \"faster\" is not Lodestep's", ""]),
@@ -223,9 +223,9 @@ async fn steps_that_were_not_gone_by_a_lodestep_are_refused() {
     let scene = Scene::new();
     for (statement, words) in [
         ("update _sqlx_migrations set checksum = x'00' where version = 5", ["step 5", "different build"]),
-        ("update _sqlx_migrations set success = 0 where version = 17", ["step 17", "different build"]),
+        ("update _sqlx_migrations set success = 0 where version = 18", ["step 18", "different build"]),
         ("delete from _sqlx_migrations where version = 5", ["step 6", "different build"]),
-        ("delete from _sqlx_migrations where version = 17", ["step 16", "\"live_states\" is not Lodestep's"]),
+        ("delete from _sqlx_migrations where version = 18", ["step 17", "is not Lodestep's"]),
         ("delete from _sqlx_migrations", ["step 0", "is not Lodestep's"]),
         ("drop table _sqlx_migrations", ["it is not a database of Lodestep", ""]),
         (
@@ -261,7 +261,10 @@ async fn a_file_that_is_no_database_of_lodestep_is_refused() {
 async fn a_database_that_another_program_has_open_is_left_alone() {
     let scene = Scene::new();
     let mut db = open(&scene.data.join("lodestep.db"), SqliteJournalMode::Wal).await;
-    sqlx::query("insert into inspectors values ('1', 'Inspector', 0)").execute(&mut db).await.unwrap();
+    sqlx::query("insert into carriers values ('1', 'Inspector', 0, 'person')")
+        .execute(&mut db)
+        .await
+        .unwrap();
     let refused = said(&scene.restore(&scene.backup));
     assert!(refused.contains("another program has it open"), "{refused}");
     assert!(kept(&scene.data).is_empty());

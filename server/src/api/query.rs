@@ -143,7 +143,7 @@ mod tests {
             ),
             (
                 "stream=left&colour=red",
-                "expected only the fields at, stream, limit, with_track, within_m, found \"colour\" at colour in the query: leave it out, or correct its name",
+                "expected only the fields at, limit, stream, with_track, within_m, found \"colour\" at colour in the query: leave it out, or correct its name",
             ),
             ("stream=left&stream=right", "expected stream once in the query, found it twice: leave one out"),
         ] {
