@@ -1,6 +1,7 @@
 //! The systems that there are. This is the one file that names them all: a new one is one line here.
 
 use super::{fixes, pedestrian};
+use crate::event::AidKind;
 use crate::stream::{FormerKeys, StreamId};
 use crate::system::Declaration;
 
@@ -25,6 +26,11 @@ pub fn former_keys() -> Vec<FormerKeys> {
 /// The same of the system that has such a stream; `None` where it is not older than streams.
 pub fn former_keys_of(stream: StreamId) -> Option<FormerKeys> {
     SYSTEMS.iter().find(|system| system.stream(stream).is_some()).and_then(|system| system.former_keys)
+}
+
+/// The aid of this word, of the first system that has it: in the order in which that system declares its aids.
+pub fn aid_named(word: &str) -> Option<AidKind> {
+    SYSTEMS.iter().find_map(|system| system.aid(word)).map(|aid| aid.kind)
 }
 
 #[cfg(test)]

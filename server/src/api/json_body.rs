@@ -14,40 +14,40 @@ use crate::stream_field::with_stream_keys;
 pub(super) fn read<T: DeserializeOwned + JsonSchema>(body: &[u8]) -> Result<T> {
     serde_json::from_slice(body).or_else(|error| {
         // A client that knows no streams says them in its own words.
-        let renamed = serde_json::from_slice::<Value>(body).map(with_stream_keys);
-        let read = renamed.and_then(serde_json::from_value);
-        read.map_err(|_| explained::<T>(body, error))
+        let said = serde_json::from_slice::<Value>(body).unwrap_or_default();
+        let renamed = with_stream_keys(said.clone());
+        let read = (renamed != said).then(|| serde_json::from_value(renamed).ok()).flatten();
+        read.ok_or_else(|| explained::<T>(body, error))
     })
 }
 
+/// Why a body could not be read.
 fn explained<T: JsonSchema>(body: &[u8], error: serde_json::Error) -> Error {
-    {
-        if body.trim_ascii().is_empty() {
-            return Error::http(
-                StatusCode::BAD_REQUEST,
-                "not_json",
-                "expected a JSON body, found an empty one: send what the route takes, {} where that is nothing",
-            );
-        }
-        // A field that is wrong or missing stops the reader before it has seen whether all of this is JSON.
-        let (error, value) = match serde_json::from_slice::<Value>(body) {
-            Ok(value) => (error, with_stream_keys(value)),
-            Err(syntax) => (syntax, Value::Null),
-        };
-        let place = Spot::of(&error, body);
-        match error.classify() {
-            Category::Data => does_not_fit::<T>(&value, &error, &place),
-            Category::Eof => place.not_json(
-                "JSON that is complete",
-                "its end",
-                "close what is open, and see whether all of it was sent",
-            ),
-            Category::Syntax | Category::Io => place.not_json(
-                "JSON",
-                &place.found(),
-                "correct it; quotes, commas and brackets are where to look",
-            ),
-        }
+    if body.trim_ascii().is_empty() {
+        return Error::http(
+            StatusCode::BAD_REQUEST,
+            "not_json",
+            "expected a JSON body, found an empty one: send what the route takes, {} where that is nothing",
+        );
+    }
+    // A field that is wrong or missing stops the reader before it has seen whether all of this is JSON.
+    let (error, value) = match serde_json::from_slice::<Value>(body) {
+        Ok(value) => (error, with_stream_keys(value)),
+        Err(syntax) => (syntax, Value::Null),
+    };
+    let place = Spot::of(&error, body);
+    match error.classify() {
+        Category::Data => does_not_fit::<T>(&value, &error, &place),
+        Category::Eof => place.not_json(
+            "JSON that is complete",
+            "its end",
+            "close what is open, and see whether all of it was sent",
+        ),
+        Category::Syntax | Category::Io => place.not_json(
+            "JSON",
+            &place.found(),
+            "correct it; quotes, commas and brackets are where to look",
+        ),
     }
 }
 

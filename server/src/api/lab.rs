@@ -129,6 +129,26 @@ struct ListQuery {
     session_id: Option<Uuid>,
 }
 
+/// Aids as their system declares them, each once, in its order.
+fn declared(aids: Vec<AidKind>) -> Result<Vec<AidKind>> {
+    let known = |aid: AidKind| {
+        catalogue::aid_named(aid.as_str()).ok_or_else(|| {
+            let all = catalogue::SYSTEMS.iter().flat_map(|system| system.aids);
+            let all: Vec<&str> = all.map(|aid| aid.kind.as_str()).collect();
+            let detail = format!(
+                "expected aids out of {}, found {:?}: name those to use",
+                all.join(", "),
+                aid.as_str()
+            );
+            Error::invalid("wrong_field", detail)
+        })
+    };
+    let mut aids = aids.into_iter().map(known).collect::<Result<Vec<_>>>()?;
+    aids.sort_unstable();
+    aids.dedup();
+    Ok(aids)
+}
+
 async fn list(State(app): State<App>, Query(query): Query<ListQuery>) -> Result<axum::Json<Vec<LabRun>>> {
     let sessions: Vec<Uuid> = query.session_id.into_iter().collect();
     Ok(axum::Json(lab_runs::list(app.store.read(), &sessions, MOST_RUNS).await?))
@@ -196,11 +216,7 @@ async fn ask(
     };
     let kept = set.as_ref().map(|set| set.parameters.clone()).unwrap_or_default();
     let parameters = checked(kept.into_iter().chain(new.parameters))?;
-    let aids = new.aids.map(|mut aids| {
-        aids.sort_unstable();
-        aids.dedup();
-        aids
-    });
+    let aids = new.aids.map(declared).transpose()?;
     let name = match (new.name.trim(), &set, &aids) {
         ("", Some(set), _) => set.name.clone(),
         ("", None, Some(aids)) => aids.iter().map(crate::store::columns_word).collect::<Vec<_>>().join(" + "),

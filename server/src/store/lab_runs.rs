@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 
 use lodestep_engine::event::AidKind;
 use lodestep_engine::session::Solution;
+use lodestep_engine::systems::catalogue;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use sqlx::sqlite::SqliteRow;
@@ -160,7 +161,11 @@ impl FromRow<'_, SqliteRow> for LabRun {
             name: row.try_get("name")?,
             parameter_set_id: columns::optional_id(row, "parameter_set_id")?,
             parameters: columns::json(row, "parameters")?,
-            aids: columns::optional_json(row, "aids")?,
+            aids: columns::optional_json::<Vec<AidKind>>(row, "aids")?.map(|mut aids| {
+                // In the order in which their system declares them.
+                aids.sort_by_key(|aid| catalogue::aid_named(aid.as_str()).unwrap_or(*aid));
+                aids
+            }),
             solution: columns::word(row, "solution")?,
             created_at: columns::instant(row, "created_at")?,
             created_by: row.try_get("created_by")?,

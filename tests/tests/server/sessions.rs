@@ -49,7 +49,7 @@ async fn a_session_that_cannot_be_is_refused_with_the_field() {
         (json!({ "inspector_id": id, "start": { "marker": "Z1" } }), 404, "marker_not_found"),
         (json!({ "inspector_id": id, "start": { "position_m": [1e7, 0, 0] } }), 422, "wrong_start"),
         (json!({ "inspector_id": id, "feet": [] }), 422, "wrong_feet"),
-        (json!({ "inspector_id": id, "feet": ["hand"] }), 422, "wrong_field"),
+        (json!({ "inspector_id": id, "feet": ["hand"] }), 422, "wrong_feet"),
         (json!({ "inspector_id": id, "initial_heading_deg": 1e9 }), 422, "wrong_heading"),
         (json!({ "inspector_id": id, "started_at": "yesterday" }), 422, "wrong_field"),
         (json!({ "inspector_id": id, "colour": "red" }), 422, "wrong_field"),
