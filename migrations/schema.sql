@@ -12,7 +12,7 @@ create table accounts (
     role text not null check (role in ('viewer', 'inspector', 'dispatcher', 'surveyor', 'engineer', 'admin')),
     password_hash text not null,          -- argon2id, as a PHC string with its salt and cost
     -- whose walks its owner may write, where the role is inspector
-    inspector_id text references inspectors (id) on delete set null,
+    inspector_id text references carriers (id) on delete set null,
     disabled integer not null default 0,  -- 1: its owner cannot sign in, and what was open is cut
     expires_at integer,                   -- UTC µs; null: it does not expire
     created_at integer not null,          -- UTC µs
@@ -23,12 +23,12 @@ create table accounts (
 create table anomalies (
     id integer not null primary key,
     session_id text not null references sessions (id) on delete cascade,
-    kind text not null,                           -- the engine's word for it, such as gap or saturation
-    foot text check (foot in ('left', 'right')),  -- null when it concerns the session
+    kind text not null,               -- the engine's word for it, such as gap or saturation
+    stream text,
     t_start_ns integer not null,
     t_end_ns integer not null,
-    samples integer not null,                     -- how many samples it concerns
-    detail text not null,                         -- expected and found, in a sentence with units
+    samples integer not null,         -- how many samples it concerns
+    detail text not null,             -- expected and found, in a sentence with units
     -- The figures of `detail`, JSON by name, the unit at its end; null for what was found before they were kept.
     figures text
 ) strict;
@@ -47,6 +47,14 @@ create table audit (
     after text                         -- JSON; null where nothing is left
 ) strict;
 create index audit_by_subject on audit (subject, id);
+
+-- The people who walk.
+create table carriers (
+    id text not null primary key,
+    name text not null unique,            -- as it is shown; one person, one name
+    created_at integer not null,          -- UTC µs
+    kind text not null default 'person'   -- person, instrument, …: as the system declares it
+) strict;
 
 -- The history of each fault, a row for each thing that changed. Never changed.
 create table fault_changes (
@@ -78,15 +86,15 @@ create table fault_photos (
 -- A finding on equipment, placed by where its inspector was at that time.
 create table faults (
     id text not null primary key,
-    inspector_id text not null references inspectors (id),
+    inspector_id text not null references carriers (id),
     session_id text references sessions (id) on delete set null,  -- the walk it was found on, where there is one
-    reported_at integer not null,                 -- UTC µs: when the inspector saw it
-    t_ns integer,                                 -- the same moment on the session's clock
-    kind text not null,                           -- what is wrong, a word such as hydraulic_leak
+    reported_at integer not null,               -- UTC µs: when the inspector saw it
+    t_ns integer,                               -- the same moment on the session's clock
+    kind text not null,                         -- what is wrong, a word such as hydraulic_leak
     severity text not null check (severity in ('low', 'medium', 'high')),
-    text text not null default '',                -- what is to be said of it
-    marker text,                                  -- the actuator that was named; null when not said
-    e_m real,                                     -- the inspector's position at the report; null when it is not known
+    text text not null default '',              -- what is to be said of it
+    marker text,                                -- the actuator that was named; null when not said
+    e_m real,                                   -- the inspector's position at the report; null when it is not known
     n_m real,
     u_m real,
     sigma_e_m real,
@@ -96,21 +104,14 @@ create table faults (
     -- JSON: [{"marker":"A17","probability":0.81,"distance_m":3.2}, …], likeliest first; marker null is "none of them"
     candidates text not null default '[]',
     state text not null default 'open' check (state in ('open', 'acknowledged', 'in_work', 'fixed', 'verified')),
-    assignee_id text references inspectors (id),  -- who is to see to it; null: nobody yet
-    version integer not null default 1,           -- counts its changes: who changes it names the one that was seen
-    closed_at integer,                            -- UTC µs when it was verified; null before
-    created_at integer not null,                  -- UTC µs
-    updated_at integer not null                   -- UTC µs of the last change
+    assignee_id text references carriers (id),  -- who is to see to it; null: nobody yet
+    version integer not null default 1,         -- counts its changes: who changes it names the one that was seen
+    closed_at integer,                          -- UTC µs when it was verified; null before
+    created_at integer not null,                -- UTC µs
+    updated_at integer not null                 -- UTC µs of the last change
 ) strict;
 create index faults_by_assignee on faults (assignee_id, state);
 create index faults_by_state on faults (state, reported_at);
-
--- The people who walk.
-create table inspectors (
-    id text not null primary key,
-    name text not null unique,     -- as it is shown; one person, one name
-    created_at integer not null    -- UTC µs
-) strict;
 
 -- Work on a stored session that takes a while: one row for each run.
 create table jobs (
@@ -160,12 +161,13 @@ create table lab_tracks (
 create table live_states (
     id integer not null primary key,
     session_id text not null references sessions (id) on delete cascade,
-    t_ns integer not null,                 -- since when the state knows its past, ns
-    fits text not null,                    -- hash of the program that saved it and of what the walk was told
-    samples integer not null,              -- taken before, both feet
-    next_sequence_left integer not null,   -- the batches that were not taken yet begin here
-    next_sequence_right integer not null,
-    body blob not null                     -- for that program alone
+    t_ns integer not null,            -- since when the state knows its past, ns since when the state knows its past, ns
+    -- hash of the program that saved it and of what the walk was told hash of the program that saved it and of how the
+    -- session was configured
+    fits text not null,
+    samples integer not null,         -- taken before, both feet taken before, of all streams
+    next_sequences text not null,     -- JSON by stream: the batches that were not taken yet begin here
+    body blob not null                -- for that program alone for that program alone
 ) strict;
 create unique index live_states_of_session on live_states (session_id, t_ns);
 
@@ -174,7 +176,7 @@ create unique index live_states_of_session on live_states (session_id, t_ns);
 create table logs (
     id text not null primary key,
     session_id text not null references sessions (id) on delete cascade,
-    foot text not null check (foot in ('left', 'right')),
+    stream text not null,
     -- unchanged: the session already held these very bytes
     state text not null check (state in ('receiving', 'accepted', 'unchanged', 'failed')),
     file_name text,                      -- as the sender calls it; shown, never used as a path
@@ -193,8 +195,8 @@ create table logs (
     -- JSON of what was said of it (mapping, rate_hz, field_ut_per_count, clock_zero_ns); null: nothing
     reading text
 ) strict;
-create unique index logs_accepted_once on logs (session_id, foot, sha256) where state = 'accepted';
-create index logs_by_session on logs (session_id, foot, created_at);
+create unique index logs_accepted_once on logs (session_id, stream, sha256) where state = 'accepted';
+create index logs_by_session on logs (session_id, stream, created_at);
 
 -- Which column of a table is which channel, in which unit, under a name.
 create table mappings (
@@ -286,7 +288,7 @@ create table parameter_sets (
 create table raw_chunks (
     id integer not null primary key,
     session_id text not null references sessions (id) on delete cascade,
-    foot text not null check (foot in ('left', 'right')),
+    stream text not null,
     log_id text references logs (id) on delete cascade,  -- the log it came from; null: the live stream
     first_sequence integer not null,  -- stream: number of its first batch; log: number of the chunk in the log
     sequences integer not null,       -- how many batches (or chunks) it holds, at least 1
@@ -326,41 +328,42 @@ create table session_reports (
 -- One walk of one inspector, from the standing start to the end.
 create table sessions (
     id text not null primary key,
-    inspector_id text not null references inspectors (id),
-    title text not null default '',               -- free words; may be empty
+    carrier_id text not null references carriers (id),
+    title text not null default '',                     -- free words; may be empty
     -- how far it has come
     state text not null check (state in ('created', 'receiving', 'live', 'processing', 'finished', 'failed')),
-    started_at integer not null,                  -- UTC µs of t_ns = 0
-    ended_at integer,                             -- UTC µs of its last point; null while it goes on
-    feet text not null check (feet in ('left', 'right', 'left,right')),  -- which feet carry a sensor
-    start_marker text,                            -- name of the marker it started at; null when coordinates were given
-    start_e_m real not null,                      -- where the middle of the feet stood at t_ns = 0, m
+    started_at integer not null,                        -- UTC µs of t_ns = 0
+    ended_at integer,                                   -- UTC µs of its last point; null while it goes on
+    -- name of the marker it started at; null when coordinates were given
+    start_marker text,
+    start_e_m real not null,                            -- where the middle of the feet stood at t_ns = 0, m
     start_n_m real not null,
     start_u_m real not null,
     -- heading of the first sensor's x axis, clockwise from true north, degrees; null: found from the magnetometer
     initial_heading_deg real,
-    samples integer not null default 0,           -- IMU samples processed, both feet
-    epochs integer not null default 0,            -- epochs the engine told (the stored track may keep fewer)
-    duration_s real not null default 0,           -- from the first to the last point, s
-    distance_m real not null default 0,           -- length of the path of the middle of the feet, m
-    since_marker_s real not null default 0,       -- since the last accepted visit (or the start), s
-    since_marker_m real not null default 0,       -- walked since then, m
+    samples integer not null default 0,                 -- IMU samples processed, both feet
+    epochs integer not null default 0,                  -- epochs the engine told (the stored track may keep fewer)
+    duration_s real not null default 0,                 -- from the first to the last point, s
+    distance_m real not null default 0,                 -- length of the path of the middle of the feet, m
+    since_marker_s real not null default 0,             -- since the last accepted visit (or the start), s
+    since_marker_m real not null default 0,             -- walked since then, m
     -- hash over every epoch of the main run, lower-case hex: two runs with the same hash gave the same bits
     track_sha256 text,
-    error text,                                   -- why it failed, in a sentence; null otherwise
-    created_at integer not null,                  -- UTC µs
-    automatic_visits integer not null default 0,  -- Whether a stand that is nearly certain is taken for a visit.
-    starred integer not null default 0,           -- 1: somebody marked it
-    note text not null default '',                -- what somebody wrote of it
-    noted_by text,                                -- who marked it or wrote that; null: nobody
-    noted_at integer,                             -- UTC µs; null likewise
+    error text,                                         -- why it failed, in a sentence; null otherwise
+    created_at integer not null,                        -- UTC µs
+    automatic_visits integer not null default 0,        -- Whether a stand that is nearly certain is taken for a visit.
+    starred integer not null default 0,                 -- 1: somebody marked it
+    note text not null default '',                      -- what somebody wrote of it
+    noted_by text,                                      -- who marked it or wrote that; null: nobody
+    noted_at integer,                                   -- UTC µs; null likewise
     -- its samples, packed, as they were when they were accepted or the walk was finished
     stored_bytes integer not null default 0,
     -- What a session's stream is computed with for as long as it goes on, so that a server that is started again makes
     -- the same of it; null: the defaults. A job takes what holds when it runs.
-    site_parameters_id integer references site_parameters (id)
+    site_parameters_id integer references site_parameters (id),
+    system text not null default 'pedestrian'           -- Which system computes the session.
 ) strict;
-create index sessions_by_inspector on sessions (inspector_id, started_at);
+create index sessions_by_inspector on sessions (carrier_id, started_at);
 create index sessions_by_start on sessions (started_at);
 create index sessions_by_state on sessions (state);
 
@@ -411,7 +414,7 @@ create table stands (
 create table stream_chunks (
     id integer not null primary key,  -- in the order of writing
     session_id text not null,         -- no foreign key: stream_stretches has it, and takes the chunks along
-    foot text not null check (foot in ('left', 'right')),
+    stream text not null,
     first_sequence integer not null,  -- number of its first batch
     sequences integer not null,       -- how many batches it holds, at least 1
     t_first_ns integer not null,      -- time of its first sample, ns
@@ -419,7 +422,7 @@ create table stream_chunks (
     encoding integer not null,        -- as in raw_chunks
     body blob not null                -- the samples in that layout
 ) strict;
-create unique index stream_chunks_by_stretch on stream_chunks (id >> 12, session_id, first_sequence, foot);
+create unique index stream_chunks_by_stretch on stream_chunks (id >> 12, session_id, first_sequence, stream);
 
 -- In which parts of stream_chunks a session has chunks: parts of 1,048,576, each of 256 stretches.
 create table stream_parts (
@@ -453,6 +456,21 @@ create trigger live_states_go_with_a_visit after delete on stream_visits begin
     delete from live_states where session_id = old.session_id;
 end;
 
+-- The streams of a session: what its readings come in.
+create table streams (
+    session_id text not null references sessions (id) on delete cascade,
+    number integer not null,           -- within the session, as binary frames carry it
+    name text not null,                -- within the session, as messages and the tables below spell it
+    role text not null,                -- what it is to the system: one of the roles that the system declares
+    kind text not null check (kind in ('imu', 'values')),  -- samples of an inertial sensor, or rows of numbers
+    -- from the body's origin to where it measures, in b; null where the system needs none
+    lever_arm_x_m real,
+    lever_arm_y_m real,
+    lever_arm_z_m real,
+    primary key (session_id, number),
+    unique (session_id, name)
+) strict, without rowid;
+
 -- A bearer token of a device or a script. Its secret was shown once; only its hash is kept.
 create table tokens (
     id text not null primary key,
@@ -462,7 +480,7 @@ create table tokens (
     secret_sha256 blob not null unique,
     rights text not null,                -- JSON list of words such as read and walk
     -- the one inspector whose walks it may write; null: those of its owner's rights
-    inspector_id text references inspectors (id) on delete cascade,
+    inspector_id text references carriers (id) on delete cascade,
     created_at integer not null,         -- UTC µs
     expires_at integer,                  -- UTC µs; null: it does not expire
     used_at integer,                     -- UTC µs of its last use, to a minute or so; null: never
@@ -486,14 +504,18 @@ create table track_points (
     sigma_n_m real not null,
     sigma_u_m real not null,
     covariance_en_m2 real not null,       -- of east and north, m²
-    left_e_m real,                        -- the left sensor; null when that foot carries none
-    left_n_m real,
-    left_u_m real,
-    right_e_m real,                       -- the right sensor; null when that foot carries none
-    right_n_m real,
-    right_u_m real,
-    left_stance integer,                  -- whether that foot stands; null with its position
-    right_stance integer,
+    part_0_e_m real,
+    part_0_n_m real,
+    part_0_u_m real,
+    part_1_e_m real,
+    part_1_n_m real,
+    part_1_u_m real,
+    part_0_stance integer,
+    part_1_stance integer,
+    roll_rad real,
+    pitch_rad real,
+    sigma_roll_rad real,
+    sigma_pitch_rad real,
     primary key (session_id, run, t_ns)
 ) strict, without rowid;
 

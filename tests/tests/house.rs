@@ -1,7 +1,6 @@
 //! The rules of the house that a compiler does not keep: which way the arrows point, where SQL lives,
 //! what the engine must not reach for.
 
-use std::collections::BTreeSet;
 use std::fs;
 use std::path::{Path, PathBuf};
 
