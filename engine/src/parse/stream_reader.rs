@@ -98,7 +98,9 @@ impl StreamReader {
         match self {
             StreamReader::Imu(reader) => reader.table(),
             StreamReader::Values(reader) => {
-                TextHead::read(&reader.head, reader.head.len() < HEAD_BYTES)?.table()
+                /// A time and a number.
+                const FEWEST_COLUMNS: usize = 2;
+                TextHead::read(&reader.head, reader.head.len() < HEAD_BYTES)?.table_of(FEWEST_COLUMNS)
             }
         }
     }

@@ -62,10 +62,14 @@ impl TextHead {
 
     /// Every line, parted in every way that gives enough columns.
     pub(super) fn candidates(&self) -> impl Iterator<Item = Candidate<'_>> {
-        self.lines.iter().enumerate().flat_map(|(line, text)| {
+        self.candidates_of(FEWEST_COLUMNS)
+    }
+
+    fn candidates_of(&self, fewest: usize) -> impl Iterator<Item = Candidate<'_>> {
+        self.lines.iter().enumerate().flat_map(move |(line, text)| {
             Delimiter::ALL.into_iter().filter_map(move |delimiter| {
                 let all: Vec<&str> = fields(text, delimiter).collect();
-                (all.len() >= FEWEST_COLUMNS).then(|| Candidate {
+                (all.len() >= fewest).then(|| Candidate {
                     line,
                     delimiter,
                     names: Names { alike: all.iter().map(|name| alike(name)).collect(), all },
@@ -87,14 +91,19 @@ impl TextHead {
 
     /// The table that these lines look most like: names above numbers.
     pub(super) fn table(&self) -> Option<TableHead> {
+        self.table_of(FEWEST_COLUMNS)
+    }
+
+    /// The same where a table may have as few columns as that.
+    pub(super) fn table_of(&self, fewest: usize) -> Option<TableHead> {
         let numeric = |field: &&str| field.replace(',', ".").parse::<f64>().is_ok();
-        self.candidates()
+        self.candidates_of(fewest)
             .filter(|header| {
                 header.names.all.iter().filter(|name| numeric(name)).count() * 2 < header.names.all.len()
             })
             .filter(|header| {
                 let below = self.row_below(header);
-                below.len() >= FEWEST_COLUMNS && below.iter().filter(|f| numeric(f)).count() >= FEWEST_COLUMNS
+                below.len() >= fewest && below.iter().filter(|f| numeric(f)).count() >= fewest
             })
             .max_by_key(|header| (header.names.all.len(), std::cmp::Reverse(header.line)))
             .map(|header| self.shown(&header))

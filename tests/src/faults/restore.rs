@@ -114,27 +114,40 @@ async fn run(words: &[OsString]) -> Output {
     command.output().await.expect("the program can be started")
 }
 
-/// Kills a restore at each call of some kinds of every thread; where it only reads and writes, at every `step`-th.
+/// Kills a restore at each call of some kinds of every thread; where it only reads and writes, at every `step`-th, and at
+/// each of the last ones, which come after the swap.
 pub async fn kill_at_calls(folders: &Folders, step: usize) -> Came {
     let mut came = Came::default();
     for (calls, step) in CALLS.into_iter().zip([1, 1, step]) {
-        for n in (1..).step_by(step) {
-            let data = TempDir::new().expect("a temporary folder can be made");
-            folders.former_in(data.path());
-            let inject = format!("inject={calls}:signal=KILL:when={n}");
-            let words = ["strace", "-f", "-qq", "-o", "/dev/null", "-e", &inject].map(OsString::from);
-            let words: Vec<_> = words.into_iter().chain(folders.restore(data.path())).collect();
-            let output = run(&words).await;
-            let what = format!("killed at call {n} of {calls}");
-            if output.status.success() {
-                came.done += 1;
-                came.wrong.extend(not_done(data.path(), &what).await);
+        let mut n = 1;
+        while killed_at(folders, calls, n, &mut came).await {
+            n += step;
+        }
+        for last in n.saturating_sub(step) + 1..n {
+            if !killed_at(folders, calls, last, &mut came).await {
                 break;
             }
-            count(&mut came, stopped(folders, data.path(), &what).await);
         }
     }
     came
+}
+
+/// Kills a restore at the `n`-th call of this kind; `false` where it had done its work before.
+async fn killed_at(folders: &Folders, calls: &str, n: usize, came: &mut Came) -> bool {
+    let data = TempDir::new().expect("a temporary folder can be made");
+    folders.former_in(data.path());
+    let inject = format!("inject={calls}:signal=KILL:when={n}");
+    let words = ["strace", "-f", "-qq", "-o", "/dev/null", "-e", &inject].map(OsString::from);
+    let words: Vec<_> = words.into_iter().chain(folders.restore(data.path())).collect();
+    let output = run(&words).await;
+    let what = format!("killed at call {n} of {calls}");
+    if output.status.success() {
+        came.done += 1;
+        came.wrong.extend(not_done(data.path(), &what).await);
+        return false;
+    }
+    count(came, stopped(folders, data.path(), &what).await);
+    true
 }
 
 /// Kills so many restores, each a little later than the one before, from the first moment to the last.

@@ -196,8 +196,7 @@ async fn fixes_are_the_same_by_every_door_also_when_the_server_starts_anew_in_th
     assert_eq!(finished(&server, &streamed).await, line, "stream");
 
     for session_id in [&uploaded, &streamed] {
-        for (ending, holds) in [("geojson", "FeatureCollection"), ("gpx", "<trkpt"), ("kml", "<coordinates")]
-        {
+        for (ending, holds) in [("geojson", "FeatureCollection"), ("gpx", "<trkpt"), ("kml", "<gx:coord>")] {
             let export = look_at(&server, &format!("/api/v1/sessions/{session_id}/track.{ending}")).await;
             assert!(export.contains(holds), "{ending}: {}", export.chars().take(300).collect::<String>());
         }
