@@ -84,8 +84,8 @@
 //! | paper 1, §3.1 | true heading = magnetic heading − declination | azimuth of the levelled field = declination, east positive, which is the same with a declination of the other sign |
 //! | paper 1, §3.1 | a heading update at every sample of a stance | once a stance, and what bends the field from stance to stance alike is an error state: a compass's deviation and the field's deflection (`systems::pedestrian::slow_errors`) |
 //! | paper 1, §3.2 | MARU from sample to sample | from end to end of a stance: 0.25 µT of noise hides what 0.01 s of bias does ([`measure::magnetic_rate`]) |
-//! | paper 1, §3.3 | the smallest distance of the feet is zero, along the line between them | `separation_m`, measured across the swing with its sign: two feet that changed sides are pulled back, not pushed on ([`measure::foot_separation`]); its error is set aside at its past moment, and nothing is run again (`ins::aside`) |
-//! | – | – | a stride lies evenly about the standing foot, along the way and upwards, which a distance across the way cannot say ([`measure::foot_separation`]) |
+//! | paper 1, §3.3 | the smallest distance of the feet is zero, along the line between them | `separation_m`, measured across the swing with its sign: two feet that changed sides are pulled back, not pushed on ([`systems::pedestrian::foot_separation`]); its error is set aside at its past moment, and nothing is run again (`ins::aside`) |
+//! | – | – | a stride lies evenly about the standing foot, along the way and upwards, which a distance across the way cannot say ([`systems::pedestrian::foot_separation`]) |
 //! | paper 1, §3.4 | a marker corrects the sensor's position | it corrects the middle of the feet, with a gate that lets the second of two agreeing visits through |
 //! | paper 1, §2.1 | Earth's rotation is left out | likewise: 15 °/h is far below the bias of these sensors |
 //! | paper 2, II-A | height = 443300·(…) | 44330 m ([`measure::height`]) |
@@ -109,7 +109,7 @@
 //!
 //! # Contents
 //!
-//! Arrows point one way: `systems → measure, detect, ins → geo, rotation`. `sim` knows none of the filter.
+//! Arrows point one way: `session → systems → replay, measure, detect, ins → geo, rotation`. `sim` knows none of the filter.
 
 pub mod anomaly;
 pub mod cause;
