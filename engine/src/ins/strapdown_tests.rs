@@ -118,13 +118,13 @@ fn off(start: &Rig, earth: &Earth, seed: u64) -> (DMatrix<f64>, DMatrix<f64>) {
             errors(&estimate, &truth)
         };
         let (found, predicted) = ((after(1.0) - after(-1.0)) * 0.5, phi.column(k) * step);
-        for block in 0..B {
+        for (block, scale) in typical.iter().enumerate() {
             let at = (block, k / 3);
             let predicted = part(&predicted, block);
-            off[at] = off[at].max((part(&found, block) - predicted).norm() / typical[block]);
+            off[at] = off[at].max((part(&found, block) - predicted).norm() / scale);
             let mut before = DVector::zeros(N);
             before[k] = step;
-            change[at] = change[at].max((predicted - part(&before, block)).norm() / typical[block]);
+            change[at] = change[at].max((predicted - part(&before, block)).norm() / scale);
         }
     }
     (off, change)

@@ -101,6 +101,9 @@ pub struct AidRule {
     pub charted: bool,
 }
 
+/// Reads a level from the configuration that a session was computed with, in the chart's unit.
+pub type Level = fn(&SessionConfig) -> f64;
+
 /// A chart of a system's own.
 #[derive(Clone, Copy, Debug)]
 pub struct ChartRule {
@@ -109,7 +112,7 @@ pub struct ChartRule {
     /// The unit of its values.
     pub unit: &'static str,
     /// Levels that its values are held against, by the configuration that a session was computed with.
-    pub limits: &'static [(&'static str, fn(&SessionConfig) -> f64)],
+    pub limits: &'static [(&'static str, Level)],
 }
 
 /// A parameter that an engineer may turn.

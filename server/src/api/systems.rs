@@ -110,7 +110,7 @@ impl StreamView {
             Kind::Imu => imu_csv::COLUMNS[1..]
                 .iter()
                 .enumerate()
-                .map(|(place, name)| ColumnView { name: *name, required: place < IMU_REQUIRED, about: "" })
+                .map(|(place, name)| ColumnView { name, required: place < IMU_REQUIRED, about: "" })
                 .collect(),
             Kind::Values => rule
                 .columns

@@ -70,7 +70,7 @@ pub(crate) struct Findings {
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) enum Shown {
     /// The newest point.
-    Position(NewestPoint),
+    Position(Box<NewestPoint>),
     /// A corrected stretch of the trail, oldest vertex first.
     Revision(Vec<TrailPoint>),
 }
@@ -239,7 +239,7 @@ impl Walk {
             while self.shown.len() > 2 && self.shown[1].0 <= point.t_ns - SPEED_OVER_NS {
                 self.shown.pop_front();
             }
-            findings.shown.push(Shown::Position(NewestPoint {
+            findings.shown.push(Shown::Position(Box::new(NewestPoint {
                 point,
                 speed_m_s: self.speed_m_s(),
                 motion: if point.t_ns.saturating_sub(self.moved_ns) >= STANDING_AFTER_NS {
@@ -248,7 +248,7 @@ impl Walk {
                     Motion::Walking
                 },
                 summary: self.session.summary(),
-            }));
+            })));
         }
     }
 

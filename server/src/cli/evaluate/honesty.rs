@@ -134,7 +134,7 @@ fn add(
         declination_rad: site.declination_deg.to_radians(),
         gravity_m_s2: site.gravity_m_s2,
         solution: Solution::Smoothed,
-        ..own.session(&configuration.feet)
+        ..own.session(configuration.feet)
     };
     let logs = configuration.feet.iter().map(|foot| {
         let log = if *foot == Side::Left { &walk.left } else { &walk.right };
