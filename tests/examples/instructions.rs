@@ -25,6 +25,7 @@ fn main() {
 
 /// Two feet, every aid that a walk without markers allows; the name is what callgrind looks for.
 #[inline(never)]
+#[expect(clippy::unwrap_used, reason = "a preset that is refused is a fault of the program")]
 fn run_session(config: SessionConfig, walk: &Walk) -> usize {
     let mut session = Session::new(config).unwrap();
     let mut events: Vec<Event> = Vec::new();

@@ -89,6 +89,7 @@ async fn main() {
 
 /// For the time of each point: the number of the frame after which it is known. Left and right frames
 /// of a number go out together, left first.
+#[expect(clippy::unwrap_used, reason = "a preset that is refused is a fault of the program")]
 fn frames_that_release(walk: &Walk, site: &Site) -> HashMap<i64, usize> {
     let config = SessionConfig {
         declination_rad: site.declination_deg.to_radians(),

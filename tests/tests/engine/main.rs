@@ -1,6 +1,8 @@
 //! The engine as a whole: walks with a known truth, told to sessions in every way they may come,
 //! with sensors that break; recorded walks; and whether the filter knows how wrong it is.
 
+#![allow(clippy::unwrap_used, reason = "in a test a panic is the message")]
+
 mod bad_data;
 mod dense_reference;
 mod height;
