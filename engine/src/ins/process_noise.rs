@@ -34,8 +34,9 @@ pub struct Growth {
     pub accelerometer_bias: Vector3<f64>,
     /// Position in n, m².
     pub position: Vector3<f64>,
-    /// Velocity in n, m²/s²: on the mean in the middle of the time, so that
+    /// Velocity in n, m²/s².
     pub velocity: Vector3<f64>,
-    /// times this it has moved the position, too, s.
+    /// The velocity's noise times this has moved the position, too, s: half of the time, as it comes in the
+    /// middle of it on the mean.
     pub position_share_s: f64,
 }
