@@ -12,7 +12,7 @@
 //! |---|---|---|
 //! | n | navigation: the plane that touches the ellipsoid at the site's origin ([`geo::local_frame`]) | x east, y north, z up |
 //! | b | body: the case of one sensor, as its maker drew the axes; one for each foot | any mounting; levelling at the start finds it |
-//! | i | inertial | for sensors of this class n is taken to be at rest in it (see below) |
+//! | i | inertial | for feet n is taken to be at rest in it; for instruments it turns with Earth ([`ins::earth`]) |
 //! | e | Earth: centred and fixed, WGS84 | z to the north pole, x to the meridian of Greenwich |
 //!
 //! At rest the specific force points up and has the length of gravity: a sensor that lies level reads +g on
@@ -41,13 +41,20 @@
 //! | position δp, in n | estimated − true | [`Position`](ins::layout::ErrorState::Position) |
 //! | velocity δv, in n | estimated − true | [`Velocity`](ins::layout::ErrorState::Velocity) |
 //! | accelerometer bias δb_a, in b | true − estimated | [`AccelerometerBias`](ins::layout::ErrorState::AccelerometerBias) |
+//! | scale factors δs_g, δs_a, by axis of b | true − estimated | [`SensorStates`](ins::layout::SensorStates), where they are states |
+//! | lever arm δl, in b | true − estimated | [`LeverArm`](ins::lever_arm::LeverArm), where it is a state |
 //! | compass deviation, stride error, surroundings | true − estimated | `systems::pedestrian::slow_errors` |
 //!
-//! A bias is what the reading has too much: reading = truth + bias. With these signs the errors grow as
+//! A bias is what the reading has too much: reading = (1 + scale factor) · truth + bias, by axis. With these signs
+//! the errors grow as
 //!
 //! φ̇ = −C δb_g,  δv̇ = \[f_n×\] φ + C δb_a,  δṗ = δv,
 //!
-//! and each bias fades with its correlation time ([`ins::error_model`]). An innovation has the sign of the
+//! and each bias fades with its correlation time ([`ins::error_model`]); on a turning Earth and with scale factors, as
+//!
+//! φ̇ = −\[w_ie×\] φ − C (δb_g + W δs_g),  δv̇ = \[f_n×\] φ − 2 \[w_ie×\] δv + ∂g/∂p δp + C (δb_a + F δs_a),  δṗ = δv,
+//!
+//! W and F the diagonals of rate and specific force ([`ins::strapdown`]). An innovation has the sign of the
 //! errors: for a position or velocity it is estimated − measured ([`ins::observation`]). Corrections are taken
 //! off the state at once ([`ins::nav_state`]), after which the estimated errors are zero again.
 //!
@@ -63,6 +70,8 @@
 //! | B | `mag_b_ut` | magnetic flux density, µT |
 //! | α_nm | `declination_rad` | declination, rad |
 //! | T_gb, T_ab | `…_correlation_time_s` | of the biases, s |
+//! | ω_ie^n, g^n | [`Earth`](ins::earth::Earth): `w_ie_n`, `gravity_n` | Earth rate and gravity at a place, in n |
+//! | l^b | [`LeverArm`](ins::lever_arm::LeverArm) | from the sensor to an antenna, tip or prism, m |
 //! | P, Φ, Q | [`ins::block_covariance`], [`ins::error_model`] | covariance of the errors, its transition, its growth |
 //! | H, m, R | [`Observation`](ins::observation::Observation): jacobians, innovation, noise | of one measurement |
 //! | λ, Λ | `ins::adjoint` | what the future says of the errors, and how sure it is: smoothed errors P λ, covariance P − P Λ P |
@@ -90,8 +99,13 @@
 //! | paper 1, §2.1 | Earth's rotation is left out | likewise: 15 °/h is far below the bias of these sensors |
 //! | paper 2, II-A | height = 443300·(…) | 44330 m ([`measure::height`]) |
 //! | paper 2, (1)–(2) | a closed form for P₃₃ whose units do not balance | kept to compare with; [`systems::vertical`] derives one that agrees with the filter |
+//! | paper 3 | a level frame that moves along, with transport rate | n is fixed to Earth: no transport rate, and gravity that leans with distance, which is the same motion ([`ins::earth`]) |
+//! | paper 3, (20) | GPS − SINS, without a lever arm | estimated − measured, as the errors have it, and each antenna at its own lever arm ([`measure::antenna_position`], [`measure::antenna_velocity`]) |
 //! | paper 3, tables 4–6 | "RMS" beside "Ave" | RMS there is scatter about the mean |
 //! | paper 4 | north-east-down | everything here is east-north-up |
+//! | paper 4, (10) | ω_eb as the rate of e against b | of b against e, as its equation has it ([`ins::lever_arm`]) |
+//! | paper 4, (12) | the rate at the epoch | readings that are means over an interval give it as the mean of two neighbours ([`LeverArm::velocity`](ins::lever_arm::LeverArm::velocity)) |
+//! | paper 4, (14) | the tip's lever arm in the antenna's Jacobian | the antenna's ([`measure::antenna_position`]) |
 //! | IGRF-13, WMM2020 | declination −2.62° at FAST in 2024 | [`geo::magnetic_field`] is the World Magnetic Model 2025 |
 //!
 //! # Sources
