@@ -8,7 +8,7 @@ import { one, setAttribute, setText } from "./html.js";
 import { currentLanguage, loadLanguage, pickLanguage, t, translate } from "./i18n.js";
 import { apply, emptyState } from "./state/live.js";
 import { forgetInk } from "./map/ink.js";
-import { FIRST, anyNamed, learnSystems, loadSystem } from "./systems/index.js";
+import { FIRST, learnSystems, loadSystem } from "./systems/index.js";
 import { makeAlarms } from "./ui/alarms.js";
 import { makeHelp } from "./ui/help.js";
 import { makeGoTo } from "./ui/go_to.js";
@@ -42,7 +42,6 @@ async function start() {
     onMessage(message) {
       if (message.type === "error" && message.code === "not_signed_in") dispatchEvent(new Event("signed-out"));
       const { gap, changed } = apply(live, message, Date.now());
-      if (changed.has("all") || changed.has("session")) learn();
       shownBy?.changed(...changed);
       return { gap };
     },
@@ -52,14 +51,8 @@ async function start() {
     },
   });
   feed.open();
-  let learning = false;
-  /** What the server declares of the systems that its sessions are of. */
-  async function learn() {
-    if (learning || !anyNamed(live.sessions.values())) return;
-    learning = true;
-    learning = await learnSystems(api);
-    if (learning) shownBy?.changed("all");
-  }
+  // Until it is known, sessions of a system that the page has no file for have a point and a trail.
+  learnSystems(api).then(() => shownBy?.changed("all"));
   const [site, plan] = await fetchUntilThere(() => Promise.all([api.site(), api.sitePlan()]));
   const app = (shownBy = makeApp(site, plan, me, live));
   one("#account").hidden = false;

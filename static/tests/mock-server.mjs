@@ -16,6 +16,7 @@ import { MockMarkers } from "./mock/markers.mjs";
 import { MockSite, iso } from "./mock/site.mjs";
 import { MockWebhooks } from "./mock/webhooks.mjs";
 import { searchSessions } from "./mock/session_search.mjs";
+import { PEDESTRIAN } from "./mock/systems.mjs";
 import { MockStaff } from "./mock/staff.mjs";
 
 const ROOT = fileURLToPath(new URL("..", import.meta.url));
@@ -30,9 +31,9 @@ const CSP = "default-src 'self'; frame-ancestors 'none'; base-uri 'none'; form-a
 
 /**
  * @param {{port?: number, stepMs?: number, crowd?: number, systems?: import("../js/systems/generic.js").Declaration[]}} [options]
- *   `crowd`: see `MockSite`; `systems`: what is declared, else it is a server from before there were several
+ *   `crowd`: see `MockSite`
  */
-export async function startMock({ port = 0, stepMs = 500, crowd = 0, systems } = {}) {
+export async function startMock({ port = 0, stepMs = 500, crowd = 0, systems = [PEDESTRIAN] } = {}) {
   // A crowd walks in real time; the four whom the tests know walk half a second a step, however often they step.
   const site = new MockSite(crowd > 0 ? { crowd, stepS: stepMs / 1000 } : {});
   const staff = new MockStaff();
@@ -168,7 +169,7 @@ export async function startMock({ port = 0, stepMs = 500, crowd = 0, systems } =
       case "GET site/:id":
         return json(site.plan);
       case "GET systems":
-        return systems ? json({ systems }) : problem(404, "no_such_route", "this server has one system");
+        return json({ systems });
       case "GET inspectors":
         return json(site.inspectors);
       case "POST inspectors": {

@@ -3,13 +3,12 @@
 
 /**
  * @typedef {{
- *   number: number, name: string, role: string, kind: "imu" | "values", least: number, most: number,
- *   columns?: {name: string, unit: string, required: boolean}[],
- * }} StreamDeclaration `least`: how many of these a session must have, 0 or 1; `columns` of a kind `values`
+ *   name: string, role: string, title: string, kind: "imu" | "values", least: number, most: number,
+ *   columns: {name: string, required: boolean}[],
+ * }} StreamDeclaration streams of one role: from `least` to `most`, called NAME_1, NAME_2 and so on where there may be several
  * @typedef {{
- *   name: string, title: string, carrier_kind: string, streams: StreamDeclaration[], parts: {number: number, name: string}[],
- *   aids: {name: string, title: string, degrees_of_freedom?: number, gate?: number | null}[],
- *   charts: {name: string, unit: string, lines: string[]}[], anomalies: {kind: string, sentence: string}[],
+ *   name: string, title: string, carrier_kind: string, streams: StreamDeclaration[], parts: {name: string, title: string}[],
+ *   aids: {name: string}[], charts: {name: string, unit: string}[], anomalies: string[],
  * }} Declaration of one system, as `GET /systems` lists them
  */
 
@@ -20,7 +19,8 @@ const INKS = ["0", "1", "3", "5", "4", "6"];
  * @param {Declaration} declaration
  * @returns {import("./index.js").System}
  */
-export function generic({ name, title, carrier_kind, streams, parts, aids, charts, anomalies }) {
+export function generic({ name, title, carrier_kind, streams: rules, parts, aids, charts, anomalies }) {
+  const streams = rules.flatMap(each);
   const names = aids.map((aid) => aid.name);
   return {
     name,
@@ -30,8 +30,9 @@ export function generic({ name, title, carrier_kind, streams, parts, aids, chart
       stream: stream.name,
       id: `stream-${stream.name}`,
       kind: stream.kind,
-      required: stream.least > 0,
-      columns: stream.columns ?? [],
+      required: stream.required,
+      // A log of an inertial sensor may be of many formats.
+      columns: stream.kind === "values" ? stream.columns : [],
     })),
     exchangeable: streams.length === 2 && streams.every(({ kind, role }) => kind === "imu" && role === streams[0].role),
     slotOf: (fileName) => namedIn(fileName.toLowerCase(), streams),
@@ -42,7 +43,7 @@ export function generic({ name, title, carrier_kind, streams, parts, aids, chart
     pointColumns: [],
     aids: names,
     ladder: names.map((_, n) => names.slice(0, n + 1)),
-    plots: (kit) => plots(kit, names, charts),
+    plots: (kit) => plots(kit, names, charts, [...streams, ...parts]),
     plotGroups: ["motion", "measured", "heading", "sigma", "innovations", "height"],
     firstPlotGroups: ["motion", "measured", "sigma", "height"],
     readouts: [],
@@ -50,18 +51,30 @@ export function generic({ name, title, carrier_kind, streams, parts, aids, chart
     clients: null,
     words: Object.fromEntries([
       ["title", title],
-      ...streams.map((stream) => [`stream.${stream.name}`, said(stream.name)]),
+      ...parts.map((part) => [`stream.${part.name}`, part.title]),
+      ...streams.map((stream) => [`stream.${stream.name}`, stream.title]),
       ...charts.map((chart) => [`plot.${chart.name}`, said(chart.name)]),
-      ...aids.flatMap((aid) => [
-        [`aid.${aid.name}`, aid.title],
-        [`plot.nis_${aid.name}`, `NIS, ${aid.title}`],
+      ...names.flatMap((aid) => [
+        [`aid.${aid}`, said(aid)],
+        [`plot.nis_${aid}`, `NIS, ${said(aid)}`],
       ]),
-      ...anomalies.flatMap(({ kind, sentence }) => [
-        [`anomaly.${kind}`, said(kind)],
-        [`anomaly.about.${kind}`, sentence],
-      ]),
+      ...anomalies.map((kind) => [`anomaly.${kind}`, said(kind)]),
     ]),
   };
+}
+
+/**
+ * The streams that a session may have of one role.
+ * @param {StreamDeclaration} rule
+ */
+function each(rule) {
+  const count = Array.from({ length: rule.most }, (_, k) => k + 1);
+  return count.map((k) => ({
+    ...rule,
+    name: rule.most > 1 ? `${rule.name}_${k}` : rule.name,
+    title: rule.most > 1 ? `${rule.title} ${k}` : rule.title,
+    required: k <= rule.least,
+  }));
 }
 
 /** A name as it is read. @param {string} name */
@@ -70,7 +83,7 @@ const said = (name) => name.replaceAll("_", " ");
 /**
  * The stream that is named in a file's name; null for none or several.
  * @param {string} fileName
- * @param {StreamDeclaration[]} streams
+ * @param {{name: string}[]} streams
  */
 function namedIn(fileName, streams) {
   const found = streams.filter((stream) => fileName.includes(stream.name.toLowerCase()));
@@ -78,15 +91,18 @@ function namedIn(fileName, streams) {
 }
 
 /**
- * What every system has, and the rest of the declared charts in their own units.
+ * What every system has, and the rest of the declared charts in their own units. Which lines these have is not declared: every
+ * stream and part may have one, and the track's runs; those that are not there do not show.
  * @param {typeof import("../replay/plots.js")} kit
  * @param {string[]} aids
  * @param {Declaration["charts"]} charts
+ * @param {{name: string}[]} lines that they may have beside those of the runs
  * @returns {import("../replay/plots.js").Plot[]}
  */
-function plots({ COMMON, innovations }, aids, charts) {
+function plots({ COMMON, innovations, runs }, aids, charts, lines) {
   const { speed, height, markers, ...others } = COMMON;
-  const common = [speed, ...Object.values(others), ...aids.map(innovations), markers, height];
+  const weighed = aids.map(innovations).filter(({ id }) => id !== markers.id);
+  const common = [speed, ...Object.values(others), ...weighed, markers, height];
   const drawn = new Set(common.map(({ id }) => id));
   return [
     ...common,
@@ -99,12 +115,15 @@ function plots({ COMMON, innovations }, aids, charts) {
         unit: chart.unit === "1" ? "" : chart.unit,
         factor: 1,
         digits: 2,
-        lines: chart.lines.map((line, i) => ({
-          chart: chart.name,
-          series: line,
-          label: `stream.${line}`,
-          ink: INKS[i % INKS.length],
-        })),
+        lines: [
+          ...lines.map(({ name }, i) => ({
+            chart: chart.name,
+            series: name,
+            label: `stream.${name}`,
+            ink: INKS[i % INKS.length],
+          })),
+          ...runs(chart.name),
+        ],
       })),
   ];
 }

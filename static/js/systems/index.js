@@ -14,8 +14,8 @@ import { generic } from "./generic.js";
 /**
  * One stream of a session, as somebody hands its log in.
  * @typedef {{
- *   stream: string, id: string, kind: "imu" | "values", required: boolean, columns: {name: string, unit: string, required: boolean}[],
- * }} UploadSlot `id` names its card for tests; the server looks at a log of `imu` beforehand, of `values` the columns are named
+ *   stream: string, id: string, kind: "imu" | "values", required: boolean, columns: {name: string, required: boolean}[],
+ * }} UploadSlot `id` names its card for tests; the server looks at a log of `imu` beforehand, of `values` the columns are named, each with its unit at the end
  */
 
 /**
@@ -117,15 +117,6 @@ export function systemNamed(name = FIRST) {
 
 /** @param {{system?: string | null} | null | undefined} row a session, or what belongs to one */
 export const systemOf = (row) => systemNamed(row?.system ?? FIRST);
-
-/**
- * Whether one of these names its system: then the server declares them, too.
- * @param {Iterable<{system?: string | null}>} rows sessions
- */
-export function anyNamed(rows) {
-  for (const { system } of rows) if (system) return true;
-  return false;
-}
 
 /** Whether nothing is known of the system of a session yet. @param {{system?: string | null}} row */
 export const isUnknown = ({ system }) => Boolean(system) && !loaded.has(system ?? FIRST);

@@ -108,6 +108,4 @@ export function uploadForm(system, refused) {
 
 /** @param {UploadSlot} slot */
 const columnWords = ({ columns }) =>
-  columns
-    .map(({ name, unit, required }) => `${name}${unit === "1" ? "" : ` (${unit})`}${required ? "" : "?"}`)
-    .join(", ");
+  ["t_s", ...columns.map(({ name, required }) => (required ? name : `${name}?`))].join(", ");

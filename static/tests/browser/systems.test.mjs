@@ -3,7 +3,7 @@
 import assert from "node:assert/strict";
 import { after, before, describe, test } from "node:test";
 import { startMock } from "../mock-server.mjs";
-import { RAFT } from "../mock/systems.mjs";
+import { PEDESTRIAN, RAFT } from "../mock/systems.mjs";
 import { becomes, findChrome, HOW_TO_GET_CHROME, openPage } from "./chrome.mjs";
 
 const skip = (await findChrome()) ? false : HOW_TO_GET_CHROME;
@@ -16,7 +16,7 @@ describe("systems beside the first", { skip }, () => {
   let tab;
 
   before(async () => {
-    mock = await startMock({ stepMs: 100, systems: [{ ...RAFT, name: "pedestrian", title: "" }, RAFT] });
+    mock = await startMock({ stepMs: 100, systems: [PEDESTRIAN, RAFT] });
     for (const session of mock.site.sessions.values()) session.system = "pedestrian";
     mock.site.sessions.get("s2").system = "raft";
     mock.walks.get("s8").system = "raft";
@@ -57,10 +57,10 @@ describe("systems beside the first", { skip }, () => {
     await page.goto(`${mock.url}/#/upload`);
     await page.getByTestId("foot-left").waitFor();
     await page.locator("select[name=system]").selectOption({ label: "Raft" });
-    await page.getByTestId("stream-range").getByText("depth_m (m)").waitFor();
+    await page.getByTestId("stream-range_1").getByText("t_s, depth_m, quality?").waitFor();
     assert.equal(await page.locator(".swap").count(), 0);
     await page.getByTestId("files").setInputFiles([
-      { name: "range.csv", mimeType: "text/csv", buffer: Buffer.from("t_s,depth_m\n0,4\n") },
+      { name: "range_1.csv", mimeType: "text/csv", buffer: Buffer.from("t_s,depth_m\n0,4\n") },
       { name: "log.csv", mimeType: "text/csv", buffer: Buffer.from(LOG) },
     ]);
     await page.getByTestId("stream-bow").getByText("log.csv").waitFor();
@@ -72,7 +72,7 @@ describe("systems beside the first", { skip }, () => {
       page.getByRole("button", { name: "Hand in" }).click(),
     ]);
     const { system, streams } = begun.postDataJSON();
-    assert.deepEqual([system, streams, first.postDataJSON().stream], ["raft", ["bow", "range"], "bow"]);
+    assert.deepEqual([system, streams, first.postDataJSON().stream], ["raft", ["bow", "range_1"], "bow"]);
   });
 
   test("an address leads to the upload of a system, and nothing went wrong on the way", async () => {

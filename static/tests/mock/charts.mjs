@@ -18,7 +18,7 @@ const CHARTS = {
   sigma_heading: [["main", "filtered", "without_markers"], (s, k) => 0.02 + 0.01 * k],
   separation: [["main"], (s) => 0.35 + 0.22 * Math.sin(s * 5)],
   height: [["main", "filtered", "without_markers"], (s, k) => -s / 60 + 0.4 * k],
-  depth: [["range"], (s) => 4 + Math.sin(s / 50)],
+  depth: [["range_1"], (s) => 4 + Math.sin(s / 50)],
   pressure_height: [["left", "right"], (s, k) => -s / 60 + 0.5 * Math.sin(s / 90 + k)],
 };
 for (const [aid, mean] of Object.entries({ zupt: 1.2, heading: 0.7, maru: 1.5, separation: 0.6, altimeter: 0.9 })) {

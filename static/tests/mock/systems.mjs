@@ -1,35 +1,52 @@
-// A system that the page has no file for, as a server declares it.
+// Systems as a server declares them: the first, which the page has a file for, and one that it has none for.
 
-/** @type {import("../../js/systems/generic.js").Declaration} */
+/** @typedef {import("../../js/systems/generic.js").Declaration} Declaration */
+
+/** @type {Declaration} */
+export const PEDESTRIAN = {
+  name: "pedestrian",
+  title: "A person with a sensor on each foot",
+  carrier_kind: "person",
+  streams: ["left", "right"].map((name) => ({
+    name,
+    role: `${name}_foot`,
+    title: `The ${name} foot`,
+    kind: "imu",
+    columns: [],
+    least: 0,
+    most: 1,
+  })),
+  parts: ["left", "right"].map((name) => ({ name, title: `The ${name} foot` })),
+  aids: [{ name: "zupt" }],
+  charts: [],
+  anomalies: ["gap"],
+};
+
+/** @type {Declaration} */
 export const RAFT = {
   name: "raft",
   title: "Raft",
   carrier_kind: "raft",
   streams: [
-    { number: 0, name: "bow", role: "body", kind: "imu", least: 1, most: 1 },
+    { name: "bow", role: "body", title: "Sensor at the bow", kind: "imu", columns: [], least: 1, most: 1 },
     {
-      number: 1,
       name: "range",
       role: "echo_sounder",
+      title: "Echo sounder",
       kind: "values",
-      least: 0,
-      most: 1,
       columns: [
-        { name: "t_s", unit: "s", required: true },
-        { name: "depth_m", unit: "m", required: true },
-        { name: "quality", unit: "1", required: false },
+        { name: "depth_m", required: true },
+        { name: "quality", required: false },
       ],
+      least: 0,
+      most: 2,
     },
   ],
-  parts: [{ number: 0, name: "bow" }],
-  aids: [{ name: "echo", title: "Echo sounder", degrees_of_freedom: 1, gate: 10.83 }],
+  parts: [{ name: "keel", title: "Keel" }],
+  aids: [{ name: "echo" }, { name: "markers" }],
   charts: [
-    { name: "speed", unit: "m/s", lines: ["main"] },
-    { name: "nis_echo", unit: "1", lines: ["accepted", "rejected"] },
-    { name: "depth", unit: "m", lines: ["range"] },
+    { name: "speed", unit: "m/s" },
+    { name: "depth", unit: "m" },
   ],
-  anomalies: [
-    { kind: "gap", sentence: "Samples are missing." },
-    { kind: "run_aground", sentence: "The raft does not move any more." },
-  ],
+  anomalies: ["gap", "run_aground"],
 };
