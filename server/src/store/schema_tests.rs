@@ -105,13 +105,19 @@ impl Comments {
             let rest: Vec<&str> = words.filter(|word| *word != "unique").collect();
             match (word, rest.as_slice()) {
                 ("create", [what, name, ..]) => {
-                    self.objects.entry((*name).to_owned()).or_insert(about);
+                    self.objects.insert((*name).to_owned(), about);
                     table = (*what == "table").then(|| (*name).to_owned());
                 }
                 ("alter", ["table", name, "add", "column", column, ..]) => {
                     self.of_column(name, column, comment.unwrap_or(&about));
                 }
-                ("alter", ["table", from, "rename", "to", to]) => self.rename(from, to.trim_end_matches(';')),
+                ("alter", ["table", name, "rename", "column", from, "to", to]) => {
+                    self.rename_column(name, from, to.trim_end_matches(';'), about);
+                }
+                ("alter", ["table", from, "rename", "to", to]) => {
+                    self.rename(from, to.trim_end_matches(';'), about);
+                }
+                ("drop", ["table", name]) => self.forget_columns(name.trim_end_matches(';')),
                 _ => {}
             }
         }
@@ -122,12 +128,27 @@ impl Comments {
         *all = format!("{all} {comment}").trim().to_owned();
     }
 
-    /// A table that takes the place of an older one; that one's own comment says better what it is.
-    fn rename(&mut self, from: &str, to: &str) {
-        let about = self.objects.remove(from).unwrap_or_default();
-        self.objects.entry(to.to_owned()).or_insert(about);
+    fn forget_columns(&mut self, of: &str) {
+        self.columns.retain(|(table, _), _| table != of);
+        self.headings.retain(|(table, _), _| table != of);
+    }
+
+    /// What is said here of a column, else what was said of it under its former name.
+    fn rename_column(&mut self, table: &str, from: &str, to: &str, about: String) {
+        let before = self.columns.remove(&(table.to_owned(), from.to_owned())).unwrap_or_default();
+        let about = if about.is_empty() { before } else { about };
+        self.columns.insert((table.to_owned(), to.to_owned()), about);
+    }
+
+    /// A table under another name: what is said of it here, else of the table whose place it takes, else of itself.
+    fn rename(&mut self, from: &str, to: &str, about: String) {
+        let before = self.objects.remove(from).unwrap_or_default();
+        if about.is_empty() {
+            self.objects.entry(to.to_owned()).or_insert(before);
+        } else {
+            self.objects.insert(to.to_owned(), about);
+        }
         for comments in [&mut self.columns, &mut self.headings] {
-            comments.retain(|(table, _), _| table != to);
             let moved: Vec<_> = comments.keys().filter(|(table, _)| table == from).cloned().collect();
             for key in moved {
                 let comment = comments.remove(&key).unwrap_or_default();
