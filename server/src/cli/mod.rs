@@ -11,6 +11,7 @@ mod load;
 mod log_file;
 mod of_system;
 mod output_file;
+mod own;
 mod plot;
 mod predict;
 mod print;

@@ -18,6 +18,7 @@ use super::named::{ForSystems, OfSystem};
 use crate::cli::failure::Failure;
 use crate::cli::inputs::Inputs;
 use crate::cli::log_file::{self, LogFile};
+use crate::cli::own::{self, OwnCommand};
 use crate::cli::process::{parse_angle_deg, parse_position, parse_rate, parse_setting, parse_utc};
 use crate::cli::report::Report;
 use crate::cli::run::{Walked, run};
@@ -83,13 +84,22 @@ pub(in crate::cli) struct SessionArgs {
 }
 
 impl ForSystems for SessionArgs {
+    const OWN: &'static [OwnCommand] = own::PROCESS;
+
     fn has(_: &Declaration) -> bool {
         true
     }
 }
 
 /// Processes one session.
-pub(in crate::cli) fn process(&OfSystem { system, ref args }: &OfSystem<SessionArgs>) -> Result<()> {
+pub(in crate::cli) fn process(session: &OfSystem<SessionArgs>) -> Result<()> {
+    match session {
+        OfSystem::ByDeclaration { system, args } => process_declared(system, args),
+        OfSystem::Own { command, matches } => (command.run)(matches),
+    }
+}
+
+fn process_declared(system: &'static Declaration, args: &SessionArgs) -> Result<()> {
     if args.out.needs_site() && args.site.is_none() {
         return Err(Failure::usage(
             "GeoJSON, GPX and KML need to know where the site lies: add --site SITE.toml, or write .csv",

@@ -13,6 +13,7 @@ use lodestep_engine::system::{Declaration, Simulated};
 
 use super::named::{ForSystems, OfSystem};
 use crate::cli::failure::Failure;
+use crate::cli::own::{self, OwnCommand};
 use crate::cli::simulate::site_toml;
 use crate::cli::site_file;
 use crate::cli::track_output::write_text;
@@ -38,6 +39,8 @@ pub(in crate::cli) struct SimulatedArgs {
 }
 
 impl ForSystems for SimulatedArgs {
+    const OWN: &'static [OwnCommand] = own::SIMULATE;
+
     fn has(system: &Declaration) -> bool {
         system.simulate.is_some()
     }
@@ -47,7 +50,14 @@ impl ForSystems for SimulatedArgs {
 const TRUTH: [&str; 3] = ["e_m", "n_m", "u_m"];
 
 /// Writes one session.
-pub(in crate::cli) fn simulate(&OfSystem { system, ref args }: &OfSystem<SimulatedArgs>) -> Result<()> {
+pub(in crate::cli) fn simulate(session: &OfSystem<SimulatedArgs>) -> Result<()> {
+    match session {
+        OfSystem::ByDeclaration { system, args } => simulate_declared(system, args),
+        OfSystem::Own { command, matches } => (command.run)(matches),
+    }
+}
+
+fn simulate_declared(system: &'static Declaration, args: &SimulatedArgs) -> Result<()> {
     let Some(simulate) = system.simulate else {
         return Err(Failure::usage(format!("the {} system cannot be simulated", system.name)));
     };
