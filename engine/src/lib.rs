@@ -128,6 +128,7 @@
 pub mod anomaly;
 pub mod cause;
 pub mod detect;
+#[cfg(feature = "parse")]
 pub mod evaluate;
 pub mod event;
 pub mod figures;
@@ -136,11 +137,13 @@ pub mod identify;
 pub mod ins;
 pub mod measure;
 pub mod parameters;
+#[cfg(feature = "parse")]
 pub mod parse;
 pub mod replay;
 pub mod rotation;
 pub mod sample;
 pub mod session;
+#[cfg(feature = "sim")]
 pub mod sim;
 pub mod stream;
 pub mod system;
@@ -151,3 +154,18 @@ pub mod word;
 
 mod array;
 mod merge;
+
+// What a session takes and gives, without looking for the room that it is from.
+pub use anomaly::Anomaly;
+pub use event::{Event, TrackPoint};
+pub use geo::Site;
+pub use sample::ImuSample;
+pub use session::{ConfigError, Session, SessionConfig, Solution, Summary};
+pub use stream::{Reading, Stream, StreamId};
+pub use track::Track;
+pub use visit::Visit;
+
+/// The examples of the README are kept true by being run.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;
