@@ -15,8 +15,8 @@ use crate::visit::Visit;
 pub use crate::replay::Solution;
 pub use config::{ConfigError, NotRestored, SessionConfig, SystemConfig};
 pub use declaration::{
-    AidRule, ChartRule, Column, Declaration, Level, Parameter, PartRule, Simulated, SimulatedStream,
-    StreamRule,
+    AidRule, ChartRule, Column, Declaration, InstrumentRule, Level, Parameter, PartRule, Simulated,
+    SimulatedStream, StreamRule,
 };
 pub use summary::{Progress, SensorState, Summary};
 

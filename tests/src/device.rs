@@ -36,6 +36,7 @@ impl TestDevice {
             system: None,
             streams: None,
             initial_heading_deg: None,
+            instrument: None,
         };
         device.send(&DeviceMessage::Hello(hello)).await;
         match device.next().await {

@@ -51,6 +51,9 @@ pub enum Hello {
         /// Heading of the first sensor's x axis, clockwise from true north, degrees.
         #[serde(skip_serializing_if = "Option::is_none")]
         initial_heading_deg: Option<f64>,
+        /// What the instrument is like, TOML as the system documents it.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        instrument: Option<String>,
     },
 }
 
@@ -211,6 +214,7 @@ struct HelloFields {
     start: Option<Start>,
     system: Option<String>,
     streams: Option<Vec<StreamId>>,
+    instrument: Option<String>,
     initial_heading_deg: Option<f64>,
     #[serde(flatten)]
     others: Others,
@@ -237,6 +241,7 @@ impl HelloFields {
                     None => by_former_key(&self.others, former.iter().map(|keys| keys.streams))?,
                 },
                 initial_heading_deg: self.initial_heading_deg,
+                instrument: self.instrument,
             }),
             (Some(_), Some(_)) => Err(wrong("both")),
             (None, None) => Err(wrong("neither")),
@@ -389,6 +394,7 @@ mod tests {
                 system: None,
                 streams: Some(vec![StreamId::named("right")]),
                 initial_heading_deg: None,
+                instrument: None,
             })
         );
         let batch = read(

@@ -30,6 +30,8 @@ pub struct SessionConfig {
     pub max_lead_ns: Option<i64>,
     /// Whether what is reported is smoothed.
     pub solution: Solution,
+    /// What the instrument is like, TOML as the system documents it ([`super::InstrumentRule`]); `None` where nothing is said.
+    pub instrument: Option<String>,
     /// The markers to choose from where somebody stands; without them stands are not reported.
     pub identification: Option<Identification>,
     /// The system, with its own configuration.
@@ -92,6 +94,7 @@ impl SessionConfig {
             gravity_m_s2: 9.80665,
             max_lead_ns: None,
             solution: Solution::default(),
+            instrument: None,
             identification: None,
             system,
         }
@@ -130,6 +133,9 @@ impl Serialize for SessionConfig {
         map.serialize_entry("gravity_m_s2", &self.gravity_m_s2)?;
         map.serialize_entry("max_lead_ns", &self.max_lead_ns)?;
         map.serialize_entry("solution", &self.solution)?;
+        if let Some(instrument) = &self.instrument {
+            map.serialize_entry("instrument", instrument)?;
+        }
         for (name, value) in &self.system.fields() {
             map.serialize_entry(name, value)?;
         }

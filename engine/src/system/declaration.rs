@@ -23,6 +23,8 @@ pub struct Declaration {
     pub former_keys: Option<FormerKeys>,
     /// Its streams.
     pub streams: &'static [StreamRule],
+    /// What has to be said of the instrument; `None` for a system that is the same for all.
+    pub instrument: Option<InstrumentRule>,
     /// The parts of its points, beside the position.
     pub parts: &'static [PartRule],
     /// Whether its points have roll and pitch.
@@ -62,6 +64,16 @@ pub struct StreamRule {
     pub least: usize,
     /// At most so many.
     pub most: usize,
+}
+
+/// What a system is told of its instrument: a document in TOML, [`SessionConfig::instrument`], that is read when the session
+/// starts.
+#[derive(Clone, Copy, Debug)]
+pub struct InstrumentRule {
+    /// What it says, in a line.
+    pub about: &'static str,
+    /// One that is complete.
+    pub example: &'static str,
 }
 
 /// A column of a stream's readings.

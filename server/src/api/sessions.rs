@@ -17,6 +17,7 @@ use super::{Needs, Routes};
 use crate::auth::Caller;
 use crate::error::{Error, Result};
 use crate::rights::Right;
+use crate::sessions::engine_config::engine_config;
 use crate::sessions::{parameters, stand_choice, uploads};
 use crate::state::App;
 use crate::store::logs::LogState;
@@ -80,6 +81,10 @@ pub struct NewSession {
     /// Heading of the first sensor's x axis, clockwise from true north, degrees; from the magnetometer,
     /// when it is left out.
     pub initial_heading_deg: Option<f64>,
+    /// What the instrument is like, TOML as its system documents it (`instrument` in `GET /systems`); asked for by systems
+    /// that need it.
+    #[serde(default)]
+    pub instrument: Option<String>,
     /// Whether a stand that is nearly certain is taken for a visit; not, when it is left out.
     #[serde(default)]
     pub automatic_visits: bool,
@@ -97,6 +102,7 @@ impl NewSession {
             streams: None,
             start: None,
             initial_heading_deg: None,
+            instrument: None,
             automatic_visits: false,
         }
     }
@@ -146,6 +152,37 @@ fn system_and_streams(
     streams.dedup();
     system.check_streams(&streams).map_err(|error| Error::invalid("wrong_feet", error.to_string()))?;
     Ok((system, streams.into_iter().map(|stream| stream.id).collect()))
+}
+
+/// Bytes of an instrument's document: a hundred times what the largest needs.
+const INSTRUMENT_BYTES: usize = 256 << 10;
+
+/// The instrument that a session of this system is told of.
+fn checked_instrument(system: &Declaration, told: Option<String>) -> Result<Option<String>> {
+    match (&told, system.instrument) {
+        (Some(text), Some(_)) if text.len() > INSTRUMENT_BYTES => Err(Error::invalid(
+            "wrong_instrument",
+            format!(
+                "expected an instrument in at most {INSTRUMENT_BYTES} bytes of TOML, found {}: give the document alone",
+                text.len()
+            ),
+        )),
+        (Some(_), None) => Err(Error::invalid(
+            "wrong_instrument",
+            format!("the {} system is told of no instrument: leave it out", system.name),
+        )),
+        _ => Ok(told),
+    }
+}
+
+/// Makes sure that the system starts with what the session says: an instrument that it cannot use is refused before
+/// anything is stored.
+fn starts(app: &App, session: &Session) -> Result<()> {
+    let config = engine_config(&app.site, session, &session.streams);
+    match lodestep_engine::Session::new(config) {
+        Ok(_) => Ok(()),
+        Err(error) => Err(Error::invalid("wrong_instrument", error.to_string())),
+    }
 }
 
 /// `{"marker":"A17"}` or `{"position_m":[e,n,u]}`.
@@ -217,6 +254,7 @@ pub(crate) async fn begin(
         former: BTreeMap::new(),
         start,
         initial_heading_deg: new.initial_heading_deg,
+        instrument: checked_instrument(system, new.instrument)?,
         automatic_visits: new.automatic_visits,
         site_parameters_id: parameters::of_new_session(app).await?,
         samples: 0,
@@ -230,6 +268,7 @@ pub(crate) async fn begin(
         created_at: now,
     }
     .with_former_keys();
+    starts(app, &session)?;
     let row = session.clone();
     let entry = caller.did("session.added", session.id, None, serde_json::to_value(&session).ok());
     app.store

@@ -32,6 +32,8 @@ struct SystemView {
     /// What it positions.
     carrier_kind: &'static str,
     streams: Vec<StreamView>,
+    /// What has to be said of the instrument when a session is begun; null where nothing has.
+    instrument: Option<InstrumentView>,
     /// The parts of its points, beside the position.
     parts: Vec<PartView>,
     /// Whether its points have roll and pitch.
@@ -45,6 +47,14 @@ struct SystemView {
     anomalies: Vec<String>,
     /// Whether `lodestep simulate` knows it by its name.
     simulated: bool,
+}
+
+/// What a system is told of its instrument.
+#[derive(Debug, Serialize, JsonSchema)]
+struct InstrumentView {
+    about: &'static str,
+    /// A document that is complete, TOML.
+    example: &'static str,
 }
 
 /// Streams of one role.
@@ -161,6 +171,9 @@ impl SystemView {
             title: system.title,
             carrier_kind: system.carrier_kind,
             streams: streams.collect(),
+            instrument: system
+                .instrument
+                .map(|rule| InstrumentView { about: rule.about, example: rule.example }),
             parts: parts.collect(),
             has_tilt: system.has_tilt,
             aids: system.aids.iter().map(aid).collect(),

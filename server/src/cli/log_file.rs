@@ -143,3 +143,9 @@ pub(super) fn read_small(path: &Path) -> Result<Vec<u8>> {
         }
     }
 }
+
+/// The same of a text, such as TOML.
+pub(super) fn read_text(path: &Path) -> Result<String> {
+    String::from_utf8(read_small(path)?)
+        .map_err(|_| Failure::bad_input(path, "expected text in UTF-8, found other bytes: save it as UTF-8"))
+}

@@ -33,7 +33,7 @@ pub(super) async fn open(app: &App, caller: &Caller, hello: Hello) -> Result<Ope
     caller.needs(Right::Walk)?;
     match hello {
         Hello::Continue { session_id } => go_on(app, caller, &session_id).await,
-        Hello::Begin { inspector_id, start, system, streams, initial_heading_deg } => {
+        Hello::Begin { inspector_id, start, system, streams, initial_heading_deg, instrument } => {
             let new = NewSession {
                 start: start.map(|start| match start {
                     Start::Marker(name) => NewStart::Marker(name),
@@ -42,6 +42,7 @@ pub(super) async fn open(app: &App, caller: &Caller, hello: Hello) -> Result<Ope
                 system,
                 streams,
                 initial_heading_deg,
+                instrument,
                 ..NewSession::of(inspector(&inspector_id)?)
             };
             api::sessions::begin(app, caller, new, SessionState::Live)

@@ -35,6 +35,7 @@ const STEPS: &[(i64, &str, &str)] = &[
     (16, "streams by stretches", include_str!("../../../migrations/0016_streams_by_stretches.sql")),
     (17, "live states", include_str!("../../../migrations/0017_live_states.sql")),
     (18, "streams and systems", include_str!("../../../migrations/0018_streams_and_systems.sql")),
+    (19, "instruments", include_str!("../../../migrations/0019_instruments.sql")),
 ];
 
 /// The version of the tables that this program reads and writes: the number of the last step.

@@ -51,6 +51,9 @@ pub struct Session {
     pub start: Start,
     /// Heading of the first sensor's x axis, clockwise from true north, degrees; `None`: from the magnetometer.
     pub initial_heading_deg: Option<f64>,
+    /// What the instrument is like, TOML; `None` where its system takes none.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub instrument: Option<String>,
     /// Whether a stand that is nearly certain is taken for a visit.
     #[serde(default)]
     pub automatic_visits: bool,
@@ -149,6 +152,7 @@ impl FromRow<'_, SqliteRow> for Session {
                 position_m: columns::enu(row, ["start_e_m", "start_n_m", "start_u_m"])?,
             },
             initial_heading_deg: row.try_get("initial_heading_deg")?,
+            instrument: row.try_get("instrument")?,
             automatic_visits: row.try_get("automatic_visits")?,
             site_parameters_id: row.try_get("site_parameters_id")?,
             samples: columns::count(row, "samples")?,
@@ -222,8 +226,8 @@ pub async fn insert(db: &mut SqliteConnection, session: &Session) -> Result<(), 
         "insert into sessions (
             id, carrier_id, title, state, started_at, ended_at, system,
             start_marker, start_e_m, start_n_m, start_u_m, initial_heading_deg, created_at, automatic_visits,
-            site_parameters_id
-         ) values (?1, ?2, ?3, ?4, ?5, ?6, ?7, ?8, ?9, ?10, ?11, ?12, ?13, ?14, ?15)",
+            site_parameters_id, instrument
+         ) values (?1, ?2, ?3, ?4, ?5, ?6, ?7, ?8, ?9, ?10, ?11, ?12, ?13, ?14, ?15, ?16)",
     )
     .bind(session.id.to_string())
     .bind(session.inspector_id.to_string())
@@ -240,6 +244,7 @@ pub async fn insert(db: &mut SqliteConnection, session: &Session) -> Result<(), 
     .bind(utc::to_us(session.created_at))
     .bind(session.automatic_visits)
     .bind(session.site_parameters_id)
+    .bind(&session.instrument)
     .execute(&mut *db)
     .await?;
     for stream in session.declared_streams() {

@@ -54,6 +54,7 @@ async fn session_of(store: &Store, name: &str) -> Uuid {
         streams: vec![LEFT, RIGHT],
         former: BTreeMap::new(),
         start: Start { marker: Some("A17".into()), position_m: [1.0, -2.0, 3.5] },
+        instrument: None,
         initial_heading_deg: Some(12.5),
         automatic_visits: true,
         site_parameters_id: None,

@@ -29,6 +29,7 @@ import { generic } from "./generic.js";
  * @typedef {{
  *   name: string, carrierKind: string, icon: string,
  *   uploadSlots: UploadSlot[], exchangeable: boolean, slotOf: (fileName: string) => string | null,
+ *   instrument: {about: string, example: string} | null,
  *   sessionBody: (streams: string[]) => Record<string, unknown>, logBody: (stream: string) => Record<string, unknown>,
  *   streamOf: (row: any) => string | null,
  *   parts: {name: string, ink: string}[], pointColumns: string[],
@@ -46,6 +47,7 @@ import { generic } from "./generic.js";
  * `uploadSlots`      the streams to hand in, in order
  * `exchangeable`     whether the logs of its two streams are easily mistaken for each other: then they can be exchanged
  * `slotOf`           the stream that a file's name tells; null when it tells none
+ * `instrument`       what has to be said of the instrument, and a document in TOML that is complete; null where nothing has
  * `sessionBody`      what `POST /sessions` is told of the system and the streams that there are logs of
  * `logBody`          what `POST /sessions/{id}/logs` is told of the stream
  * `streamOf`         the stream that a row of the server (log, anomaly, input) is of; null: of none
@@ -126,7 +128,16 @@ const unknown = new Map();
 
 /** @param {string} name */
 function undeclared(name) {
-  const nothing = { title: name, carrier_kind: "", streams: [], parts: [], aids: [], charts: [], anomalies: [] };
+  const nothing = {
+    title: name,
+    carrier_kind: "",
+    streams: [],
+    instrument: null,
+    parts: [],
+    aids: [],
+    charts: [],
+    anomalies: [],
+  };
   const made = unknown.get(name) ?? generic({ name, ...nothing });
   unknown.set(name, made);
   return made;

@@ -26,6 +26,7 @@ export const system = {
   })),
   exchangeable: true,
   slotOf: footOf,
+  instrument: null,
   sessionBody: (feet) => ({ feet }),
   logBody: (foot) => ({ foot }),
   streamOf: (row) => row.stream ?? row.foot ?? null,

@@ -36,7 +36,13 @@ export function uploadForm(system, refused) {
           <b data-t="${keyOf(system, "upload.drop")}"></b>
           <p class="muted" data-t="${keyOf(system, "upload.formats")}"></p>
           <button type="button" class="choose" data-t="upload.choose"></button>
-          <input type="file" multiple hidden data-testid="files" accept=".csv,.txt,.log,.bin,.dat,.gz,.zst" />
+          <input
+            type="file"
+            multiple
+            hidden
+            data-testid="files"
+            accept=".csv,.txt,.log,.bin,.dat,.gz,.zst${system.instrument && ",.toml"}"
+          />
         </div>
         ${
           system.exchangeable
@@ -67,6 +73,7 @@ export function uploadForm(system, refused) {
             ><span data-t="upload.started_at"></span><input name="started_at" type="datetime-local"
           /></label>
         </div>
+        ${system.instrument && instrumentField(system.instrument)}
         <fieldset>
           <legend data-t="upload.start"></legend>
           <div class="choices">
@@ -105,6 +112,23 @@ export function uploadForm(system, refused) {
     </form>
   </div>`;
 }
+
+/**
+ * What the instrument is like: typed, pasted, or a file that is dropped with the logs.
+ * @param {{about: string, example: string}} instrument
+ */
+const instrumentField = ({ about, example }) =>
+  html`<label class="field"
+    ><span>${t("upload.instrument", { about })}</span
+    ><textarea
+      name="instrument"
+      rows="8"
+      spellcheck="false"
+      autocomplete="off"
+      placeholder="${example}"
+      data-testid="instrument"
+    ></textarea>
+  </label>`;
 
 /** @param {UploadSlot} slot */
 const columnWords = ({ columns }) =>

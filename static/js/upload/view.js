@@ -46,6 +46,8 @@ export function uploadView(app, side, argument) {
     if (busy) return;
     for (const file of chosen) {
       if (/visit|访问|打点/iu.test(file.name)) visits = file;
+      else if (system.instrument && /\.toml$/iu.test(file.name))
+        file.text().then((text) => (field("instrument").value = text));
       else {
         // By its name; without one that says, the stream that is still free.
         const free = slots.find(({ stream }) => !files[stream]) ?? slots.at(-1);
@@ -266,7 +268,16 @@ export function uploadView(app, side, argument) {
       // What is typed is site time.
       ...(started ? { started_at: new Date(`${started}+08:00`).toISOString() } : {}),
       ...start,
+      ...instrument(data),
     };
+  }
+
+  /** What the instrument is like, where the system asks for it. @param {FormData} data */
+  function instrument(data) {
+    if (!system.instrument) return {};
+    const text = String(data.get("instrument") ?? "").trim();
+    if (text === "") throw new Error(t("upload.need_instrument"));
+    return { instrument: text };
   }
 
   /**

@@ -122,6 +122,7 @@ async fn by_stream(server: &TestServer, input: &Input) -> Output {
         system: None,
         streams: Some(input.feet.iter().map(|(foot, _)| foot.stream()).collect()),
         initial_heading_deg: None,
+        instrument: None,
     };
     device.send(&DeviceMessage::Hello(hello)).await;
     let welcome = serde_json::to_value(device.next().await).unwrap();

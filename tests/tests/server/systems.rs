@@ -106,6 +106,7 @@ async fn begin(server: &TestServer) -> (TestDevice, String) {
         system: Some("fixes".to_owned()),
         streams: None,
         initial_heading_deg: None,
+        instrument: None,
     };
     device.send(&DeviceMessage::Hello(hello)).await;
     match device.next().await {
@@ -289,4 +290,22 @@ async fn a_simulated_session_is_processed_scored_and_not_written_over() {
     std::fs::write(&names[0], "t_s,e_m,n_m\n0,1,2\n").unwrap();
     let wrong = run(&["process", "fixes", "--stream", &stream, "--out", text(&track)]).await;
     assert_eq!(wrong, ExitCode::from(3));
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn an_instrument_is_refused_by_a_system_that_is_told_of_none() {
+    let server = TestServer::start().await;
+    let body = json!({
+        "inspector_id": server.inspector().await,
+        "system": "fixes",
+        "instrument": "[fixes]",
+    });
+    let told = ask(server.client.post(server.api("/sessions")).json(&body)).await;
+    assert_eq!((told.status, &told.body["code"]), (422, &json!("wrong_instrument")), "{told:?}");
+    let systems = server.look("/systems").await.body;
+    let systems = systems["systems"].as_array().unwrap();
+    for system in catalogue::SYSTEMS {
+        let shown = systems.iter().find(|shown| shown["name"] == system.name).unwrap();
+        assert_eq!(shown["instrument"].is_null(), system.instrument.is_none(), "{shown}");
+    }
 }

@@ -36,6 +36,7 @@ pub const DECLARATION: Declaration = Declaration {
         least: 1,
         most: 1,
     }],
+    instrument: None,
     parts: &[],
     has_tilt: false,
     aids: &[],

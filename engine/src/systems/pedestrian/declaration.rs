@@ -18,6 +18,7 @@ pub const DECLARATION: Declaration = Declaration {
         foot(ROLES[0], Side::Left.name(), "The sensor on the left foot"),
         foot(ROLES[1], Side::Right.name(), "The sensor on the right foot"),
     ],
+    instrument: None,
     parts: &[
         PartRule { name: Side::Left.name(), title: "The sensor on the left foot", has_stance: true },
         PartRule { name: Side::Right.name(), title: "The sensor on the right foot", has_stance: true },

@@ -14,6 +14,14 @@ pub(super) fn text(system: &Declaration) -> String {
     for rule in system.streams {
         push_stream(rule, &mut out);
     }
+    if let Some(instrument) = system.instrument {
+        writeln!(out, "Instrument, as TOML: {}\n", instrument.about)
+            .expect("writing to a string cannot fail");
+        for line in instrument.example.lines() {
+            writeln!(out, "  {line}").expect("writing to a string cannot fail");
+        }
+        out.push('\n');
+    }
     out.push_str("Aids:");
     if system.aids.is_empty() {
         out.push_str(" none\n");

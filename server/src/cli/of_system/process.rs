@@ -37,6 +37,10 @@ pub(in crate::cli) struct SessionArgs {
     #[arg(long, value_name = "SITE.toml")]
     site: Option<PathBuf>,
 
+    /// What the instrument is like, TOML as the help of a system with one shows it
+    #[arg(long, value_name = "INSTRUMENT.toml")]
+    instrument: Option<PathBuf>,
+
     /// Surveyed markers: name,e_m,n_m,u_m or name,lat_deg,lon_deg,height_m
     #[arg(long, value_name = "M.csv", requires = "visits")]
     markers: Option<PathBuf>,
@@ -123,6 +127,7 @@ fn process_declared(system: &'static Declaration, args: &SessionArgs) -> Result<
     }
     config.initial_heading_rad = args.initial_heading_deg.map(f64::to_radians);
     config.solution = args.solution.into();
+    config.instrument = args.instrument.as_deref().map(log_file::read_text).transpose()?;
     parameters.apply(&mut config);
 
     let walked = run_logs(config.clone(), &visits, &logs)?;
