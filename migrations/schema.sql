@@ -24,7 +24,7 @@ create table anomalies (
     id integer not null primary key,
     session_id text not null references sessions (id) on delete cascade,
     kind text not null,               -- the engine's word for it, such as gap or saturation
-    stream text,
+    stream text,                      -- null when it concerns the session
     t_start_ns integer not null,
     t_end_ns integer not null,
     samples integer not null,         -- how many samples it concerns
@@ -48,7 +48,7 @@ create table audit (
 ) strict;
 create index audit_by_subject on audit (subject, id);
 
--- The people who walk.
+-- What is positioned: a person, an instrument. A person is what the page calls an inspector.
 create table carriers (
     id text not null primary key,
     name text not null unique,            -- as it is shown; one person, one name
@@ -156,18 +156,14 @@ create table lab_tracks (
     body blob not null          -- the points in that layout, as one zstd frame
 ) strict;
 
--- The states of live walks: a server that starts again takes one up and goes over some minutes of the walk in place of
--- all of it. Nothing in here is the truth: without it the walk is made from its samples.
 create table live_states (
     id integer not null primary key,
     session_id text not null references sessions (id) on delete cascade,
-    t_ns integer not null,            -- since when the state knows its past, ns since when the state knows its past, ns
-    -- hash of the program that saved it and of what the walk was told hash of the program that saved it and of how the
-    -- session was configured
-    fits text not null,
-    samples integer not null,         -- taken before, both feet taken before, of all streams
+    t_ns integer not null,            -- since when the state knows its past, ns
+    fits text not null,               -- hash of the program that saved it and of how the session was configured
+    samples integer not null,         -- taken before, of all streams
     next_sequences text not null,     -- JSON by stream: the batches that were not taken yet begin here
-    body blob not null                -- for that program alone for that program alone
+    body blob not null                -- for that program alone
 ) strict;
 create unique index live_states_of_session on live_states (session_id, t_ns);
 
@@ -176,7 +172,7 @@ create unique index live_states_of_session on live_states (session_id, t_ns);
 create table logs (
     id text not null primary key,
     session_id text not null references sessions (id) on delete cascade,
-    stream text not null,
+    stream text not null,                -- The name of the stream, where there was a foot.
     -- unchanged: the session already held these very bytes
     state text not null check (state in ('receiving', 'accepted', 'unchanged', 'failed')),
     file_name text,                      -- as the sender calls it; shown, never used as a path
@@ -361,7 +357,9 @@ create table sessions (
     -- What a session's stream is computed with for as long as it goes on, so that a server that is started again makes
     -- the same of it; null: the defaults. A job takes what holds when it runs.
     site_parameters_id integer references site_parameters (id),
-    system text not null default 'pedestrian'           -- Which system computes the session.
+    system text not null default 'pedestrian',          -- Which system computes the session.
+    -- TOML, as the system documents it; null where the system takes none
+    instrument text
 ) strict;
 create index sessions_by_inspector on sessions (carrier_id, started_at);
 create index sessions_by_start on sessions (started_at);
@@ -450,7 +448,7 @@ create table stream_visits (
 ) strict;
 create index stream_visits_by_session on stream_visits (session_id, after_samples);
 
--- A visit that is taken back is in every state that was saved since it was told: the walk is then made from its
+-- A visit that is taken back is in every state that was saved since it was told: the session is then made from its
 -- samples.
 create trigger live_states_go_with_a_visit after delete on stream_visits begin
     delete from live_states where session_id = old.session_id;
@@ -504,13 +502,14 @@ create table track_points (
     sigma_n_m real not null,
     sigma_u_m real not null,
     covariance_en_m2 real not null,       -- of east and north, m²
+    -- The parts of a point, by number: the feet of a walk were the first two. Roll and pitch, where a system has them.
     part_0_e_m real,
     part_0_n_m real,
     part_0_u_m real,
-    part_1_e_m real,
+    part_1_e_m real,                      -- the right sensor; null when that foot carries none
     part_1_n_m real,
     part_1_u_m real,
-    part_0_stance integer,
+    part_0_stance integer,                -- whether that foot stands; null with its position
     part_1_stance integer,
     roll_rad real,
     pitch_rad real,
