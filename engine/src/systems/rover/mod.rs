@@ -31,6 +31,13 @@
 //! While the position is vague the second-order term of ‖d‖ (mean and variance) belongs to innovation and noise.
 //! Files `ranges*`, `anchors*` and `uwb_alone*` hold this; the rest of the folder does not know what a range is.
 
+pub mod arcs;
+pub mod differences;
+pub mod filter;
+pub mod fixing;
 pub mod instrument;
+pub mod noise;
 pub mod row;
+pub mod run;
+pub mod satellites;
 pub mod state;
