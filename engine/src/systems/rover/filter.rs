@@ -142,7 +142,11 @@ impl Filter {
         }
         self.end_lost(&differences, losses);
         let distance_m = at.norm();
-        let may_learn = true;
+        // The first epoch says at once how good codes are, and is weighed again by what it says.
+        if self.epoch == 1 || self.mode == AmbiguityMode::Epoch {
+            let (mut state, mut arcs) = (self.state.clone(), self.arcs.clone());
+            weigh(&mut state, &mut arcs, &differences, &at, &mut self.noise, self.epoch, distance_m);
+        }
         let result = weigh(
             &mut self.state,
             &mut self.arcs,
@@ -151,7 +155,6 @@ impl Filter {
             &mut self.noise,
             self.epoch,
             distance_m,
-            may_learn,
         );
         self.base_epoch = Some(pair.base.time);
         // More than a third of what was held does not fit: it was wrong.
@@ -165,7 +168,7 @@ impl Filter {
             drop_arcs(&mut self.state, &mut self.arcs, &[], end);
             return Some(position);
         }
-        let found = search(&self.state, &self.arcs, &differences);
+        let found = search(&self.state, &self.arcs, &differences, &self.noise, distance_m);
         let mut quality = Quality::Float;
         let mut shown = None;
         let mut first_clock = result.first_clock;
@@ -174,7 +177,7 @@ impl Filter {
                 Some((before, count)) if answer.agrees(before) == Some(true) => count + 1,
                 _ => 1,
             };
-            let clear = self.two_bands && answer.directions >= 6 && answer.success > 0.9999;
+            let clear = self.two_bands && answer.directions >= 6;
             let enough = if self.two_bands { 3.max((2.0 / self.interval_s) as u32) } else { 15 };
             let hold = self.mode == AmbiguityMode::Carried
                 && equal >= enough

@@ -6,6 +6,7 @@ use nalgebra::DMatrix;
 
 use super::arcs::{Ambiguity, Group, Key, group};
 use super::differences::Difference;
+use super::noise::Noise;
 use super::satellites::{Arcs, drop_arcs};
 use super::state::State;
 use crate::adjust::integers::{Integers, integers, success_rate};
@@ -46,10 +47,21 @@ struct Candidate {
     index: usize,
     arc: u32,
     elevation_rad: f64,
+    wavelength_m: f64,
+    /// What stays in the phase from epoch to epoch and no covariance shows: multipath, and half of the atmosphere; m.
+    lasting_m: f64,
+    /// What stays of the ionosphere, m on this band.
+    ionosphere_m: f64,
 }
 
 /// Searches whole values of the float ambiguities of this epoch, whose clocks are still in the state.
-pub fn search(state: &State, arcs: &Arcs, differences: &[Difference]) -> Search {
+pub fn search(
+    state: &State,
+    arcs: &Arcs,
+    differences: &[Difference],
+    noise: &Noise,
+    distance_m: f64,
+) -> Search {
     let mut held: BTreeMap<Group, usize> = BTreeMap::new();
     let mut candidates = Vec::new();
     for difference in differences.iter().filter(|one| one.phase_m.is_some()) {
@@ -63,6 +75,9 @@ pub fn search(state: &State, arcs: &Arcs, differences: &[Difference]) -> Search 
                     index,
                     arc: arc.id,
                     elevation_rad: difference.elevation_rad,
+                    wavelength_m: difference.wavelength_m,
+                    lasting_m: noise.lasting_m(difference),
+                    ionosphere_m: noise.ionosphere_m(difference, distance_m),
                 });
             }
             Ambiguity::Float(_) => {}
@@ -72,12 +87,13 @@ pub fn search(state: &State, arcs: &Arcs, differences: &[Difference]) -> Search 
     candidates.sort_by(|a, b| b.elevation_rad.total_cmp(&a.elevation_rad).then(a.key.cmp(&b.key)));
     let mut found = Search::default();
     let mut size = candidates.len();
-    for _ in 0..6 {
+    for _ in 0..10 {
         let (rows, cycles) = rows_of(state, &candidates[..size], &held);
         if rows.is_empty() {
             break;
         }
-        let (a, q) = moments(state, &rows);
+        let (a, mut q) = moments(state, &rows);
+        add_lasting(&mut q, &rows, &candidates[..size]);
         if success_rate(&q).is_some_and(|success| success >= SUCCESS)
             && let Ok(whole) = integers(&a, &q)
         {
@@ -87,8 +103,8 @@ pub fn search(state: &State, arcs: &Arcs, differences: &[Difference]) -> Search 
                 return found;
             }
         }
-        // Something does not fit, or is not sharp enough: once more without the lowest fifth.
-        let next = size - (size / 5).max(1);
+        // Something does not fit, or is not sharp enough: once more without the lowest eighth.
+        let next = size - (size / 8).max(1);
         if next < 4 {
             break;
         }
@@ -135,6 +151,33 @@ fn moments(state: &State, rows: &[Vec<(usize, f64)>]) -> (Vec<f64>, DMatrix<f64>
         covariance
     });
     (a, q)
+}
+
+/// Adds what lasts to the covariance: errors of the phases that are the same in every epoch of an arc look like cycles.
+fn add_lasting(q: &mut DMatrix<f64>, rows: &Rows, candidates: &[Candidate]) {
+    let by_index: BTreeMap<usize, &Candidate> = candidates.iter().map(|one| (one.index, one)).collect();
+    for i in 0..rows.len() {
+        for j in 0..=i {
+            let mut sum = 0.0;
+            for (k, a) in &rows[i] {
+                for (l, b) in &rows[j] {
+                    let (Some(one), Some(other)) = (by_index.get(k), by_index.get(l)) else { continue };
+                    if one.key.0 != other.key.0 {
+                        continue;
+                    }
+                    let mut shared = one.ionosphere_m * other.ionosphere_m;
+                    if k == l {
+                        shared += one.lasting_m * one.lasting_m;
+                    }
+                    sum += a * b * shared / (one.wavelength_m * other.wavelength_m);
+                }
+            }
+            q[(i, j)] += sum;
+            if i != j {
+                q[(j, i)] += sum;
+            }
+        }
+    }
 }
 
 /// The 99.9 % quantile of χ² with n degrees of freedom, by Wilson and Hilferty.

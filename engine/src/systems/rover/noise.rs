@@ -44,10 +44,10 @@ impl Noise {
             phase_sigma_m: given.phase_sigma_m.unwrap_or(phase),
             code_given: given.code_sigma_m.is_some(),
             phase_given: given.phase_sigma_m.is_some(),
-            code: VarianceComponent::new(60.0, 4000.0, 0.1, 400.0),
+            code: VarianceComponent::new(10.0, 4000.0, 0.1, 400.0),
             phase: VarianceComponent::new(60.0, 1500.0, 0.5, 50.0),
-            products: 0.0,
-            squares: 1.0,
+            products: 10.0,
+            squares: 20.0,
             last: BTreeMap::new(),
             carried,
         }
@@ -75,6 +75,20 @@ impl Noise {
         let atmosphere = 1.0e-6 * distance_m;
         (self.phase_sigma_m * self.phase_sigma_m * learnt + atmosphere * atmosphere / 2.0)
             * Noise::shape(difference)
+    }
+
+    /// What stays in a difference of phases from epoch to epoch, m: multipath as large as the noise itself.
+    pub fn lasting_m(&self, difference: &Difference) -> f64 {
+        self.phase_variance(difference, 0.0).sqrt()
+    }
+
+    /// What stays of the ionosphere between both stations on this band, m.
+    pub fn ionosphere_m(&self, difference: &Difference, distance_m: f64) -> f64 {
+        let ratio = difference.wavelength_m / 0.190_3;
+        let sin = libm::sin(difference.elevation_rad);
+        // The layer at 350 km is met at a steeper angle than the horizon's.
+        let slant = 1.0 / (0.3 + 0.7 * sin);
+        1.5e-6 * distance_m * slant * ratio * ratio
     }
 
     /// By how much the variance of code grows as errors of neighbouring epochs are alike: (1 + ρ) / (1 − ρ).

@@ -76,7 +76,6 @@ pub fn weigh(
     noise: &mut Noise,
     epoch: u64,
     distance_m: f64,
-    may_learn: bool,
 ) -> EpochResult {
     let mut result = EpochResult::default();
     // The middle of what codes say of each system's clock.
@@ -194,7 +193,7 @@ pub fn weigh(
         let residual = value - state.row_value(list);
         let redundancy = (1.0 - state.row_variance(list) / row.variance).clamp(0.0, 1.0);
         let key = (difference.satellite, difference.band);
-        if may_learn && redundancy > TESTABLE {
+        if redundancy > TESTABLE {
             if row.is_phase {
                 noise.take_phase(residual, row.variance, redundancy);
             } else {
