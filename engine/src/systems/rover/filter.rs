@@ -3,6 +3,7 @@
 use nalgebra::Vector3;
 
 use super::arcs::{Ambiguity, Key, Losses};
+use super::coupling::{CoupledRange, Coupling, RangeOutcome};
 use super::differences::{Base, Difference, Pair, differences, seen};
 use super::fixing::{Answer, release, search};
 use super::instrument::{AmbiguityMode, Instrument};
@@ -17,6 +18,8 @@ use crate::gnss::time::GpsTime;
 /// White noise of the acceleration, m²/s³: a trolley or a walker, in plan and upwards.
 const Q_PLAN: f64 = 1.0;
 const Q_UP: f64 = 0.3;
+/// Upwards where no satellite says how high: with a velocity that fades in a second, 2 cm/√s of height.
+const Q_UP_INSIDE: f64 = 0.0008;
 /// Plan sigma under which whole cycles are called fixed, m.
 pub const FIXED_PLAN_SIGMA_M: f64 = 0.05;
 /// What no residual shows: antennas, multipath that stays, the base's own place; m.
@@ -54,12 +57,18 @@ pub struct Filter {
     mask_rad: f64,
     systems: Vec<Constellation>,
     epoch: u64,
-    range_states: usize,
+    /// The ranges' part.
+    pub coupling: Coupling,
+    /// When satellites were taken last.
+    last_satellites: Option<GpsTime>,
+    /// When the filter began.
+    began: GpsTime,
+    /// The last epoch was fixed.
+    fixed: bool,
     last: Option<(Answer, u32)>,
     /// How often held integers were given up.
     pub releases: usize,
     doubts: u32,
-    base_epoch: Option<GpsTime>,
 }
 
 impl Filter {
@@ -72,15 +81,14 @@ impl Filter {
         two_bands: bool,
         interval_s: f64,
         systems: &[Constellation],
-        range_states: usize,
+        coupling: Coupling,
     ) -> Filter {
         let mut state = State::new(&p_n, &sigma_n);
         for _ in 0..3 {
             state.push(0.0, 4.0);
         }
-        if range_states > 0 {
-            state.push_many(range_states, 0.0);
-        }
+        state.push_many(coupling.states(), 0.0);
+        coupling.start(&mut state);
         let mode = instrument.ambiguities.mode;
         Filter {
             state,
@@ -93,21 +101,44 @@ impl Filter {
             mask_rad: instrument.gnss.elevation_mask_deg.unwrap_or(15.0).to_radians(),
             systems: systems.to_vec(),
             epoch: 0,
-            range_states,
+            coupling,
+            last_satellites: None,
+            began: time,
+            fixed: false,
             last: None,
             releases: 0,
             doubts: 0,
-            base_epoch: None,
         }
     }
 
     /// Moves on to a time.
     pub fn move_to(&mut self, time: GpsTime) {
         let dt_s = time.since(self.time);
-        if dt_s != 0.0 {
-            self.state.propagate(dt_s, [Q_PLAN, Q_PLAN, Q_UP]);
-            self.time = time;
+        if dt_s == 0.0 {
+            return;
         }
+        let outside = self.satellites_in_sight();
+        self.state.propagate(dt_s, [Q_PLAN, Q_PLAN, if outside { Q_UP } else { Q_UP_INSIDE }]);
+        if !outside {
+            // Nothing inside says how high the rover is: a floor is even, and the height walks slowly from the last known one.
+            self.state.fade(VELOCITY + 2, libm::exp(-dt_s.abs()), 0.0);
+        }
+        self.coupling.grow(&mut self.state, dt_s.abs(), outside);
+        self.time = time;
+    }
+
+    fn satellites_in_sight(&self) -> bool {
+        self.last_satellites.is_some_and(|last| self.time.since(last) < 1.5 * self.interval_s.max(0.5))
+    }
+
+    /// Takes a range at the filter's time.
+    pub fn range(&mut self, range: &CoupledRange) -> RangeOutcome {
+        // Far away or vague, a range bends over what is not known; only a start is so.
+        let bend = self.time.since(self.began) < 10.0
+            && !self.fixed
+            && self.state.sigma(0).max(self.state.sigma(2)) > 0.2;
+        let fixed = self.fixed && self.satellites_in_sight();
+        self.coupling.weigh(&mut self.state, range, fixed, bend)
     }
 
     /// The standard deviation in plan, m.
@@ -156,13 +187,14 @@ impl Filter {
             self.epoch,
             distance_m,
         );
-        self.base_epoch = Some(pair.base.time);
+        self.last_satellites = Some(self.time);
         // More than a third of what was held does not fit: it was wrong.
         if result.given_up >= 2 && 3 * result.given_up > result.held + result.given_up {
             self.doubts += 1;
             self.releases += 1;
             release(&mut self.state, &mut self.arcs);
             self.last = None;
+            self.fixed = false;
             let position = self.position(&self.state, Quality::Float, None, result.satellites);
             let end = self.clocks_begin(result.first_clock);
             drop_arcs(&mut self.state, &mut self.arcs, &[], end);
@@ -201,6 +233,7 @@ impl Filter {
         if held_directions >= 2 && self.plan_sigma_m() < FIXED_PLAN_SIGMA_M {
             quality = Quality::Fixed;
         }
+        self.fixed = quality == Quality::Fixed;
         let position =
             self.position(shown.as_ref().unwrap_or(&self.state), quality, found.ratio, result.satellites);
         let mut ended = result;
@@ -215,7 +248,7 @@ impl Filter {
             Ambiguity::Float(index) => Some(index + 1),
             Ambiguity::Held(_) => None,
         });
-        last.max().unwrap_or(RANGES + self.range_states).min(first_clock)
+        last.max().unwrap_or(RANGES + self.coupling.states()).min(first_clock)
     }
 
     fn held_directions(&self, differences: &[Difference]) -> usize {

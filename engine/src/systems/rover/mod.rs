@@ -32,6 +32,7 @@
 //! Files `ranges*`, `anchors*` and `uwb_alone*` hold this; the rest of the folder does not know what a range is.
 
 pub mod arcs;
+pub mod coupling;
 pub mod differences;
 pub mod filter;
 pub mod fixing;

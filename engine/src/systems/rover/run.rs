@@ -3,15 +3,18 @@
 use nalgebra::Vector3;
 
 use super::arcs::Losses;
+use super::coupling::{self, CoupledAnchor, CoupledRange, Coupling, RangeOutcome};
 use super::differences::{Base, Pair, age_s};
 use super::filter::Filter;
 use super::instrument::Instrument;
 use super::row::{Quality, Row};
+use super::state::RANGES;
 use crate::geo::Geodetic;
 use crate::gnss::ephemeris::Navigation;
 use crate::gnss::observations::{Epoch, Observations};
 use crate::gnss::satellite::Constellation;
-use crate::gnss::single_point::{SinglePoint, locate};
+use crate::gnss::single_point::{self, SinglePoint};
+use crate::gnss::time::GpsTime;
 
 /// The oldest base epoch that is used, s.
 const OLDEST_BASE_S: f64 = 30.0;
@@ -33,8 +36,27 @@ pub struct Inputs<'a> {
     pub instrument: &'a Instrument,
     /// Systems to use.
     pub systems: &'a [Constellation],
+    /// Ranges, in order of time.
+    pub ranges: &'a [CoupledRange],
+    /// Their anchors.
+    pub anchors: &'a [CoupledAnchor],
     /// Where the rover begins, e n u, m.
     pub initial_position_m: Option<[f64; 3]>,
+}
+
+/// What a run came to know of an anchor.
+#[derive(Clone, Debug, PartialEq)]
+pub struct AnchorOutcome {
+    /// Its name.
+    pub anchor: String,
+    /// What its ranges have too much, m.
+    pub bias_m: f64,
+    /// Standard deviation of the bias, m.
+    pub sigma_m: f64,
+    /// Ranges used.
+    pub used: usize,
+    /// Ranges rejected.
+    pub rejected: usize,
 }
 
 /// What a run gives.
@@ -44,6 +66,10 @@ pub struct Outcome {
     pub rows: Vec<Row>,
     /// Slips, told and found.
     pub slips: usize,
+    /// Anchors with what was learnt of them.
+    pub anchors: Vec<AnchorOutcome>,
+    /// Ranges' clock minus GPS time, s, and its sigma.
+    pub clock_offset_s: Option<[f64; 2]>,
     /// What was odd, a sentence each.
     pub anomalies: Vec<String>,
 }
@@ -70,47 +96,108 @@ impl<'a> BaseEpochs<'a> {
     }
 }
 
+/// A time at which a row is due.
+struct Due<'a> {
+    time: GpsTime,
+    epoch: Option<&'a Epoch>,
+}
+
+/// The rover's epochs, and the same grid where the receiver wrote none but ranges came.
+fn due<'a>(inputs: &Inputs<'a>, interval_s: f64, ranges: &[(GpsTime, CoupledRange)]) -> Vec<Due<'a>> {
+    let mut all = Vec::with_capacity(inputs.rover.epochs.len());
+    let some_range = |from: GpsTime, to: GpsTime| {
+        let first = ranges.partition_point(|(time, _)| *time <= from);
+        ranges.get(first).is_some_and(|(time, _)| *time <= to)
+    };
+    let mut fill = |all: &mut Vec<Due<'a>>, mut time: GpsTime, until: GpsTime| loop {
+        let next = time + interval_s;
+        if until.since(next) < 0.5 * interval_s {
+            break;
+        }
+        if some_range(time, next) {
+            all.push(Due { time: next, epoch: None });
+        }
+        time = next;
+    };
+    let mut last: Option<GpsTime> = None;
+    for epoch in &inputs.rover.epochs {
+        if let Some(last) = last {
+            fill(&mut all, last, epoch.time);
+        }
+        all.push(Due { time: epoch.time, epoch: Some(epoch) });
+        last = Some(epoch.time);
+    }
+    if let (Some(last), Some((until, _))) = (last, ranges.last()) {
+        fill(&mut all, last, *until + 1.01 * interval_s);
+    }
+    all
+}
+
 /// Works a run out.
 pub fn run(inputs: &Inputs<'_>) -> Outcome {
     let mut outcome = Outcome::default();
+    let Some(first) = inputs.rover.epochs.first() else { return outcome };
     let base = Base::new(inputs.base_place);
     let interval_s = inputs.rover.interval_s().unwrap_or(1.0);
     let two_bands = inputs.rover.has_two_bands() && inputs.base.has_two_bands();
+    let ranges: Vec<(GpsTime, CoupledRange)> = inputs
+        .ranges
+        .iter()
+        .map(|range| (GpsTime::from_week(first.time.week(), range.t_s), *range))
+        .collect();
     let mut bases = BaseEpochs { epochs: &inputs.base.epochs, next: 0, losses: Losses::default() };
     let mut rover_losses = Losses::default();
     let mut filter: Option<Filter> = None;
-    for epoch in &inputs.rover.epochs {
-        rover_losses.take(epoch);
-        let from_base = bases.at(epoch);
+    let mut next_range = 0;
+    for due in due(inputs, interval_s, &ranges) {
+        if let Some(epoch) = due.epoch {
+            rover_losses.take(epoch);
+        }
         if filter.as_ref().is_none_or(|filter| filter.plan_sigma_m() > 100.0) {
-            let near = inputs.initial_position_m.map(|p| base.to_e(&Vector3::from(p)));
-            let start = match locate(epoch, inputs.navigation, near.or(Some(base.p_e))) {
-                Some(point) => base.c_ne * (point.p_e - base.p_e),
-                None => continue,
-            };
-            let sigma = [30.0; 3];
+            let coupling = Coupling::new(inputs.anchors.to_vec(), &inputs.instrument.uwb);
+            let Some((start, sigma)) = start(inputs, &base, &due, &coupling, &ranges) else { continue };
+            next_range = ranges.partition_point(|(time, _)| due.time.since(*time) > interval_s);
+            let time = ranges.get(next_range).map_or(due.time, |(time, _)| (*time).min(due.time));
             filter = Some(Filter::new(
-                epoch.time,
-                start.into(),
+                time,
+                start,
                 sigma,
                 inputs.instrument,
                 two_bands,
                 interval_s,
                 inputs.systems,
-                0,
+                coupling,
             ));
         }
         let Some(filter) = &mut filter else { continue };
-        filter.move_to(epoch.time);
-        let fixed = from_base.and_then(|from_base| {
-            let pair = Pair { rover: epoch, base: from_base };
+        let mut heard = vec![false; inputs.anchors.len()];
+        while let Some((time, range)) = ranges.get(next_range) {
+            if *time > due.time {
+                break;
+            }
+            if *time >= filter.time {
+                filter.move_to(*time);
+            }
+            if filter.range(range) == RangeOutcome::Used {
+                heard[range.anchor] = true;
+            }
+            next_range += 1;
+        }
+        filter.move_to(due.time);
+        let anchors = heard.iter().filter(|heard| **heard).count();
+        let pair =
+            due.epoch.and_then(|rover| bases.at(rover).map(|from_base| Pair { rover, base: from_base }));
+        let satellites = pair.and_then(|pair| {
             let position = filter.satellites(pair, &base, inputs.navigation, [&rover_losses, &bases.losses]);
             rover_losses.clear();
             bases.losses.clear();
             position
         });
-        let position = fixed.unwrap_or_else(|| filter.position(&filter.state, Quality::Predicted, None, 0));
-        outcome.rows.push(row(epoch, &position, &base, &inputs.rover.epochs[0]));
+        let position = satellites.unwrap_or_else(|| {
+            let quality = if anchors > 0 { Quality::Uwb } else { Quality::Predicted };
+            filter.position(&filter.state, quality, None, 0)
+        });
+        outcome.rows.push(row(due.time, &position, anchors, &base, first));
     }
     if let Some(filter) = filter {
         outcome.slips = filter.arcs.slips_told + filter.arcs.slips_found;
@@ -120,22 +207,60 @@ pub fn run(inputs: &Inputs<'_>) -> Outcome {
                 filter.releases
             ));
         }
+        for (k, anchor) in inputs.anchors.iter().enumerate() {
+            outcome.anchors.push(AnchorOutcome {
+                anchor: anchor.name.clone(),
+                bias_m: filter.state.x[RANGES + 2 * k],
+                sigma_m: filter.state.sigma(RANGES + 2 * k),
+                used: filter.coupling.used[k],
+                rejected: filter.coupling.rejected[k],
+            });
+        }
+        if !inputs.anchors.is_empty() {
+            let clock = filter.coupling.clock();
+            outcome.clock_offset_s = Some([filter.state.x[clock], filter.state.sigma(clock)]);
+        }
     }
     outcome
 }
 
-fn row(epoch: &Epoch, position: &super::filter::Position, base: &Base, first: &Epoch) -> Row {
+/// Where the filter begins, and how sure that is.
+fn start(
+    inputs: &Inputs<'_>,
+    base: &Base,
+    due: &Due<'_>,
+    coupling: &Coupling,
+    ranges: &[(GpsTime, CoupledRange)],
+) -> Option<([f64; 3], [f64; 3])> {
+    if let Some(given) = inputs.initial_position_m {
+        return Some((given, [1.0; 3]));
+    }
+    if let Some(point) =
+        due.epoch.and_then(|epoch| single_point::locate(epoch, inputs.navigation, Some(base.p_e)))
+    {
+        return Some((in_n(&point, base), [30.0; 3]));
+    }
+    let first = ranges.partition_point(|(time, _)| due.time.since(*time) > 2.0);
+    let end = ranges.partition_point(|(time, _)| *time <= due.time);
+    let near: Vec<CoupledRange> = ranges.get(first..end)?.iter().map(|(_, range)| *range).collect();
+    let tag = &inputs.instrument.uwb;
+    let place = coupling::locate(coupling, &near, tag.antenna_height_m)?;
+    let up = tag.antenna_height_m.map_or(2.0, |_| tag.antenna_height_sigma_m.unwrap_or(0.1));
+    Some((place.into(), [3.0, 3.0, up]))
+}
+
+fn row(time: GpsTime, position: &super::filter::Position, anchors: usize, base: &Base, first: &Epoch) -> Row {
     let place = base.frame.to_geodetic(position.p_n);
     Row {
-        t_s: epoch.time.since(first.time),
-        gps_time: Some((epoch.time.week(), epoch.time.tow_s())),
+        t_s: time.since(first.time),
+        gps_time: Some((time.week(), time.tow_s())),
         p_n_m: position.p_n,
         geodetic: Some([place.latitude_deg, place.longitude_deg, place.height_m]),
         sigma_n_m: position.sigma_n,
         quality: position.quality,
         ratio: position.ratio,
         satellites: position.satellites,
-        anchors: 0,
+        anchors,
     }
 }
 
