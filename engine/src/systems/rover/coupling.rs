@@ -36,6 +36,17 @@ pub enum RangeOutcome {
     Rejected,
 }
 
+/// How the bend of a range over an uncertain position is treated.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Bend {
+    /// Not at all: the position is sharp, or what it lacks is never seen.
+    Flat,
+    /// By its mean and variance, as if it were new with every range.
+    SecondOrder,
+    /// As an error that many ranges share.
+    Doubtful,
+}
+
 /// What is assumed of radios and walls.
 #[derive(Clone, Copy, Debug)]
 struct Tuning {
@@ -55,6 +66,8 @@ const QUIET_M: f64 = 0.015;
 const SLOW_WALK: f64 = 0.001;
 /// Innovations beyond are rejected, in sigmas.
 const GATE: f64 = 4.0;
+/// Ranges that share the error of the place at which they are linearised.
+const SHARED: f64 = 30.0;
 /// So many rejections one after the other, and the quick bias is taken to have jumped.
 const JUMP: u32 = 12;
 
@@ -162,7 +175,7 @@ impl Coupling {
         state: &mut State,
         range: &CoupledRange,
         fixed: bool,
-        bend: bool,
+        bend: Bend,
     ) -> RangeOutcome {
         let k = range.anchor;
         let (slow, quick, clock) = (RANGES + 2 * k, RANGES + 2 * k + 1, self.clock());
@@ -182,10 +195,14 @@ impl Coupling {
         ];
         let mut innovation = range.range_m - distance - state.x[slow] - state.x[quick];
         let mut noise = self.tuning.noise_m * self.tuning.noise_m;
-        if bend {
+        if bend != Bend::Flat {
             let (mean, variance) = second_order(state, &u, distance);
-            innovation -= mean;
-            noise += variance;
+            if bend == Bend::SecondOrder {
+                innovation -= mean;
+                noise += variance;
+            } else {
+                noise += SHARED * (mean * mean + variance);
+            }
         }
         let variance = state.row_variance(&row) + noise;
         if innovation * innovation > GATE * GATE * variance {

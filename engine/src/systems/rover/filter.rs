@@ -3,7 +3,7 @@
 use nalgebra::Vector3;
 
 use super::arcs::{Ambiguity, Key, Losses};
-use super::coupling::{CoupledRange, Coupling, RangeOutcome};
+use super::coupling::{Bend, CoupledRange, Coupling, RangeOutcome};
 use super::differences::{Base, Difference, Pair, differences, seen};
 use super::fixing::{Answer, release, search};
 use super::instrument::{AmbiguityMode, Instrument};
@@ -18,8 +18,8 @@ use crate::gnss::time::GpsTime;
 /// White noise of the acceleration, m²/s³: a trolley or a walker, in plan and upwards.
 const Q_PLAN: f64 = 1.0;
 const Q_UP: f64 = 0.3;
-/// Upwards where no satellite says how high: with a velocity that fades in a second, 2 cm/√s of height.
-const Q_UP_INSIDE: f64 = 0.0008;
+/// Walk of the height where no satellite says how high, m/√s.
+const HEIGHT_WALK: f64 = 0.02;
 /// Plan sigma under which whole cycles are called fixed, m.
 pub const FIXED_PLAN_SIGMA_M: f64 = 0.05;
 /// What no residual shows: antennas, multipath that stays, the base's own place; m.
@@ -63,6 +63,8 @@ pub struct Filter {
     last_satellites: Option<GpsTime>,
     /// When the filter began.
     began: GpsTime,
+    /// Directions between satellites at the last epoch.
+    directions: usize,
     /// The last epoch was fixed.
     fixed: bool,
     last: Option<(Answer, u32)>,
@@ -104,6 +106,7 @@ impl Filter {
             coupling,
             last_satellites: None,
             began: time,
+            directions: 0,
             fixed: false,
             last: None,
             releases: 0,
@@ -118,10 +121,13 @@ impl Filter {
             return;
         }
         let outside = self.satellites_in_sight();
-        self.state.propagate(dt_s, [Q_PLAN, Q_PLAN, if outside { Q_UP } else { Q_UP_INSIDE }]);
-        if !outside {
-            // Nothing inside says how high the rover is: a floor is even, and the height walks slowly from the last known one.
-            self.state.fade(VELOCITY + 2, libm::exp(-dt_s.abs()), 0.0);
+        if outside && self.directions >= 3 {
+            self.state.propagate(dt_s, [Q_PLAN, Q_PLAN, Q_UP]);
+        } else {
+            // Nothing says how high the rover is: a floor is even, and the height walks slowly from the last known one.
+            self.state.reset(VELOCITY + 2, 0.0, 0.0);
+            self.state.propagate(dt_s, [Q_PLAN, Q_PLAN, 0.0]);
+            self.state.add_variance(POSITION + 2, HEIGHT_WALK * HEIGHT_WALK * dt_s.abs());
         }
         self.coupling.grow(&mut self.state, dt_s.abs(), outside);
         self.time = time;
@@ -133,10 +139,18 @@ impl Filter {
 
     /// Takes a range at the filter's time.
     pub fn range(&mut self, range: &CoupledRange) -> RangeOutcome {
-        // Far away or vague, a range bends over what is not known; only a start is so.
-        let bend = self.time.since(self.began) < 10.0
-            && !self.fixed
-            && self.state.sigma(0).max(self.state.sigma(2)) > 0.2;
+        // A range bends over what is not known of the height. Where satellites will say it, a range counts less until then;
+        // among anchors alone nothing ever will, and only a start is helped.
+        let vague = !self.fixed && self.state.sigma(0).max(self.state.sigma(2)) > 0.15;
+        let bend = if !vague {
+            Bend::Flat
+        } else if self.satellites_in_sight() && self.directions >= 3 {
+            Bend::Doubtful
+        } else if self.time.since(self.began) < 10.0 {
+            Bend::SecondOrder
+        } else {
+            Bend::Flat
+        };
         let fixed = self.fixed && self.satellites_in_sight();
         self.coupling.weigh(&mut self.state, range, fixed, bend)
     }
@@ -188,6 +202,8 @@ impl Filter {
             distance_m,
         );
         self.last_satellites = Some(self.time);
+        self.directions = directions(&differences);
+
         // More than a third of what was held does not fit: it was wrong.
         if result.given_up >= 2 && 3 * result.given_up > result.held + result.given_up {
             self.doubts += 1;
@@ -324,4 +340,17 @@ impl Filter {
 
 fn plan_sigma(state: &State) -> f64 {
     (state.covariance(0, 0) + state.covariance(1, 1)).max(0.0).sqrt()
+}
+
+/// Directions between satellites of one system each.
+fn directions(differences: &[Difference]) -> usize {
+    let mut by_system = [0_usize; 4];
+    let mut before = None;
+    for one in differences.iter().filter(|one| one.phase_m.is_some()) {
+        if before != Some(one.satellite) {
+            by_system[one.satellite.constellation.index()] += 1;
+            before = Some(one.satellite);
+        }
+    }
+    by_system.iter().map(|count| count.saturating_sub(1)).sum()
 }

@@ -109,7 +109,7 @@ fn due<'a>(inputs: &Inputs<'a>, interval_s: f64, ranges: &[(GpsTime, CoupledRang
         let first = ranges.partition_point(|(time, _)| *time <= from);
         ranges.get(first).is_some_and(|(time, _)| *time <= to)
     };
-    let mut fill = |all: &mut Vec<Due<'a>>, mut time: GpsTime, until: GpsTime| loop {
+    let fill = |all: &mut Vec<Due<'a>>, mut time: GpsTime, until: GpsTime| loop {
         let next = time + interval_s;
         if until.since(next) < 0.5 * interval_s {
             break;
@@ -235,18 +235,24 @@ fn start(
     if let Some(given) = inputs.initial_position_m {
         return Some((given, [1.0; 3]));
     }
-    if let Some(point) =
-        due.epoch.and_then(|epoch| single_point::locate(epoch, inputs.navigation, Some(base.p_e)))
-    {
-        return Some((in_n(&point, base), [30.0; 3]));
-    }
+    let single = due
+        .epoch
+        .and_then(|epoch| single_point::locate(epoch, inputs.navigation, Some(base.p_e)))
+        .map(|point| in_n(&point, base));
     let first = ranges.partition_point(|(time, _)| due.time.since(*time) > 2.0);
-    let end = ranges.partition_point(|(time, _)| *time <= due.time);
+    let end = ranges.partition_point(|(time, _)| due.time.since(*time) > -2.0);
     let near: Vec<CoupledRange> = ranges.get(first..end)?.iter().map(|(_, range)| *range).collect();
     let tag = &inputs.instrument.uwb;
-    let place = coupling::locate(coupling, &near, tag.antenna_height_m)?;
     let up = tag.antenna_height_m.map_or(2.0, |_| tag.antenna_height_sigma_m.unwrap_or(0.1));
-    Some((place.into(), [3.0, 3.0, up]))
+    match (single, coupling::locate(coupling, &near, tag.antenna_height_m)) {
+        // Ranges put the plan where they agree with the satellites.
+        (Some(single), Some(place)) if libm::hypot(single[0] - place.x, single[1] - place.y) < 20.0 => {
+            Some((place.into(), [3.0, 3.0, up.max(3.0)]))
+        }
+        (Some(single), _) => Some((single, [30.0; 3])),
+        (None, Some(place)) => Some((place.into(), [3.0, 3.0, up])),
+        (None, None) => None,
+    }
 }
 
 fn row(time: GpsTime, position: &super::filter::Position, anchors: usize, base: &Base, first: &Epoch) -> Row {
