@@ -31,6 +31,7 @@
 //! While the position is vague the second-order term of ‖d‖ (mean and variance) belongs to innovation and noise.
 //! Files `ranges*`, `anchors*` and `uwb_alone*` hold this; the rest of the folder does not know what a range is.
 
+pub mod anchors;
 pub mod arcs;
 pub mod coupling;
 pub mod differences;
@@ -38,7 +39,11 @@ pub mod filter;
 pub mod fixing;
 pub mod instrument;
 pub mod noise;
+pub mod ranges;
+pub mod ranges_alone;
+pub mod ranges_check;
 pub mod row;
 pub mod run;
 pub mod satellites;
 pub mod state;
+pub mod uwb_alone;
