@@ -86,7 +86,7 @@ const ENGINE_ARROWS: [(&str, &[&str]); 27] = [
         "systems",
         &[
             "adjust", "anomaly", "array", "cause", "detect", "event", "figures", "geo", "gnss", "ins",
-            "measure", "merge", "replay", "rotation", "sample", "stream", "system", "visit", "word",
+            "measure", "merge", "parse", "replay", "rotation", "sample", "stream", "system", "visit", "word",
         ],
     ),
     ("track", &["anomaly", "event", "geo", "stream", "system"]),

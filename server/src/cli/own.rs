@@ -18,7 +18,8 @@ pub(super) struct OwnCommand {
 }
 
 /// `lodestep process NAME`.
-pub(super) const PROCESS: &[OwnCommand] = &[];
+pub(super) const PROCESS: &[OwnCommand] =
+    &[OwnCommand { name: "rover", command: super::rover::command, run: super::rover::run }];
 
 /// `lodestep simulate NAME`.
 pub(super) const SIMULATE: &[OwnCommand] = &[];

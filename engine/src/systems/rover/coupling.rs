@@ -1,4 +1,4 @@
-//! Ranges in tight coupling: each at its own time, with a slow and a quick bias for each anchor and the offset of their clock.
+//! Ranges in tight coupling: each at its own time, with a slow and a quick bias for each anchor, what a pane adds, and the offset of their clock.
 //!
 //! What a pane of glass adds must not go into the slow bias, or the hall behind it is off by as much. So the quick bias is loose and slow
 //! while satellites are seen, and becomes quiet only for an anchor whose ranges have been quiet over epochs that satellites fixed.
@@ -62,6 +62,10 @@ const INSIDE: [f64; 2] = [1.5, 0.08];
 const OUTSIDE: [f64; 2] = [20.0, 0.2];
 /// The quietest that is learnt, m.
 const QUIET_M: f64 = 0.015;
+/// What a pane or a wall adds where satellites are in sight, m: expected, sigma. It never shortens a way.
+const PANE: [f64; 2] = [0.1, 0.1];
+/// How much of the quick bias is new where satellites come into sight or go out of it, m.
+const CHANGE_M: f64 = 0.1;
 /// Random walk of the slow bias, m/√s.
 const SLOW_WALK: f64 = 0.001;
 /// Innovations beyond are rejected, in sigmas.
@@ -81,6 +85,8 @@ struct Learnt {
     seconds: f64,
     lasting: f64,
     white: f64,
+    /// Nothing stands in between.
+    plain: bool,
 }
 
 /// The ranges' part of the filter.
@@ -91,6 +97,8 @@ pub struct Coupling {
     tuning: Tuning,
     learnt: Vec<Learnt>,
     rejected_in_a_row: Vec<u32>,
+    /// Satellites are in sight.
+    outside: bool,
     /// Ranges used, by anchor.
     pub used: Vec<usize>,
     /// Ranges rejected, by anchor.
@@ -112,6 +120,7 @@ impl Coupling {
             },
             learnt: vec![Learnt::default(); count],
             rejected_in_a_row: vec![0; count],
+            outside: true,
             used: vec![0; count],
             rejected: vec![0; count],
         }
@@ -119,12 +128,12 @@ impl Coupling {
 
     /// The number of states.
     pub fn states(&self) -> usize {
-        2 * self.anchors.len() + 1
+        3 * self.anchors.len() + 1
     }
 
     /// Index of the clock's offset.
     pub fn clock(&self) -> usize {
-        RANGES + 2 * self.anchors.len()
+        RANGES + 3 * self.anchors.len()
     }
 
     /// The anchors.
@@ -141,20 +150,33 @@ impl Coupling {
     pub fn start(&self, state: &mut State) {
         let tuning = &self.tuning;
         for k in 0..self.anchors.len() {
-            state.reset(RANGES + 2 * k, tuning.bias_m, tuning.bias_sigma_m * tuning.bias_sigma_m);
-            state.reset(RANGES + 2 * k + 1, 0.0, OUTSIDE[1] * OUTSIDE[1]);
+            state.reset(RANGES + 3 * k, tuning.bias_m, tuning.bias_sigma_m * tuning.bias_sigma_m);
+            state.reset(RANGES + 3 * k + 1, 0.0, OUTSIDE[1] * OUTSIDE[1]);
+            state.reset(RANGES + 3 * k + 2, PANE[0], PANE[1] * PANE[1]);
         }
         state.reset(self.clock(), 0.0, tuning.clock_sigma_s * tuning.clock_sigma_s);
     }
 
     /// Lets biases grow over a time.
-    pub fn grow(&self, state: &mut State, dt_s: f64, satellites_in_sight: bool) {
+    pub fn grow(&mut self, state: &mut State, dt_s: f64, satellites_in_sight: bool) {
+        let changed = self.outside != satellites_in_sight;
+        self.outside = satellites_in_sight;
         for k in 0..self.anchors.len() {
-            let [time_s, sigma_m] =
-                if satellites_in_sight { [OUTSIDE[0], self.outside_sigma_m(k)] } else { INSIDE };
+            let outside_m = self.outside_sigma_m(k);
+            let [time_s, sigma_m] = if satellites_in_sight { [OUTSIDE[0], outside_m] } else { INSIDE };
             let factor = libm::exp(-dt_s / time_s);
-            state.fade(RANGES + 2 * k + 1, factor, sigma_m * sigma_m * (1.0 - factor * factor));
-            state.add_variance(RANGES + 2 * k, SLOW_WALK * SLOW_WALK * dt_s);
+            state.fade(RANGES + 3 * k + 1, factor, sigma_m * sigma_m * (1.0 - factor * factor));
+            state.add_variance(RANGES + 3 * k, SLOW_WALK * SLOW_WALK * dt_s);
+            if changed {
+                let new = CHANGE_M.min(outside_m);
+                state.add_variance(RANGES + 3 * k + 1, new * new);
+            }
+            // Ranges that stay the same while the rover moves in sight of satellites come through nothing.
+            if !self.learnt[k].plain && self.learnt[k].seconds > 15.0 && outside_m < 0.05 {
+                self.learnt[k].plain = true;
+                let innovation = -state.x[RANGES + 3 * k + 2];
+                state.update(&[(RANGES + 3 * k + 2, 1.0)], innovation, 0.02 * 0.02);
+            }
         }
     }
 
@@ -178,7 +200,8 @@ impl Coupling {
         bend: Bend,
     ) -> RangeOutcome {
         let k = range.anchor;
-        let (slow, quick, clock) = (RANGES + 2 * k, RANGES + 2 * k + 1, self.clock());
+        let (slow, quick, pane, clock) =
+            (RANGES + 3 * k, RANGES + 3 * k + 1, RANGES + 3 * k + 2, self.clock());
         let v = Vector3::new(state.x[VELOCITY], state.x[VELOCITY + 1], state.x[VELOCITY + 2]);
         let p = Vector3::new(state.x[POSITION], state.x[POSITION + 1], state.x[POSITION + 2]);
         // What was stamped late belongs to an earlier place.
@@ -191,9 +214,11 @@ impl Coupling {
             (POSITION + 2, u.z),
             (slow, 1.0),
             (quick, 1.0),
+            (pane, f64::from(u8::from(self.outside))),
             (clock, -u.dot(&v)),
         ];
-        let mut innovation = range.range_m - distance - state.x[slow] - state.x[quick];
+        let behind = if self.outside { state.x[pane] } else { 0.0 };
+        let mut innovation = range.range_m - distance - state.x[slow] - state.x[quick] - behind;
         let mut noise = self.tuning.noise_m * self.tuning.noise_m;
         if bend != Bend::Flat {
             let (mean, variance) = second_order(state, &u, distance);

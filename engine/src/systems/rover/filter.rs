@@ -17,7 +17,7 @@ use crate::gnss::time::GpsTime;
 
 /// White noise of the acceleration, m²/s³: a trolley or a walker, in plan and upwards.
 const Q_PLAN: f64 = 1.0;
-const Q_UP: f64 = 0.3;
+const Q_UP: f64 = 0.03;
 /// Walk of the height where no satellite says how high, m/√s.
 const HEIGHT_WALK: f64 = 0.02;
 /// Plan sigma under which whole cycles are called fixed, m.
@@ -100,7 +100,7 @@ impl Filter {
             mode,
             two_bands,
             interval_s,
-            mask_rad: instrument.gnss.elevation_mask_deg.unwrap_or(15.0).to_radians(),
+            mask_rad: instrument.gnss.elevation_mask_deg.unwrap_or(10.0).to_radians(),
             systems: systems.to_vec(),
             epoch: 0,
             coupling,

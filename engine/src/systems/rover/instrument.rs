@@ -57,7 +57,7 @@ pub struct Receiver {
     pub code_sigma_m: Option<f64>,
     /// Standard deviation of a phase observation at the zenith, m; learnt where it is not given.
     pub phase_sigma_m: Option<f64>,
-    /// Satellites below are left out, degrees; 15 where it is not given.
+    /// Satellites below are left out, degrees; 10 where it is not given.
     pub elevation_mask_deg: Option<f64>,
 }
 

@@ -13,7 +13,7 @@
 //! |---|---|---|---|
 //! | [`state::POSITION`] = 0 | 3 | position, e n u | m |
 //! | [`state::VELOCITY`] = 3 | 3 | velocity | m/s |
-//! | [`state::RANGES`] = 6 | 2 · anchors + 1 | for anchor k a slow bias at 6 + 2k and a quick one at 7 + 2k; last the offset of the ranges' clock | m, s |
+//! | [`state::RANGES`] = 6 | 3 · anchors + 1 | for anchor k a slow bias at 6 + 3k, a quick one at 7 + 3k, what a pane adds in sight of satellites at 8 + 3k; last the offset of the ranges' clock | m, s |
 //! | after them | changes | clocks of systems and bands, white; single-difference ambiguities | m, cycles |
 //!
 //! A measurement is a row of (index, coefficient), an innovation *measured − expected*, and a variance:
@@ -25,7 +25,7 @@
 //! A range is taken at its own time. The filter moves the state to `t_s − offset` ([`state::State::propagate`]), lets the biases
 //! grow, and asks the ranges' part to weigh the reading. With d = position + antenna offset − anchor:
 //!
-//! range = ‖d‖ + slow + quick + noise, row: d/‖d‖ at the position, 1 at slow and quick of this anchor, and at the clock offset
+//! range = ‖d‖ + slow + quick (+ pane in sight of satellites) + noise, row: d/‖d‖ at the position, 1 at the biases of this anchor, and at the clock offset
 //! −(d/‖d‖)·v, as a range that is stamped late belongs to an earlier place.
 //!
 //! While the position is vague the second-order term of ‖d‖ (mean and variance) belongs to innovation and noise.
@@ -35,6 +35,7 @@ pub mod anchors;
 pub mod arcs;
 pub mod coupling;
 pub mod differences;
+pub mod doubts;
 pub mod filter;
 pub mod fixing;
 pub mod instrument;

@@ -1,10 +1,9 @@
 //! A whole run: rover, base and navigation in, rows and a report out.
 
-use nalgebra::Vector3;
-
 use super::arcs::Losses;
 use super::coupling::{self, CoupledAnchor, CoupledRange, Coupling, RangeOutcome};
 use super::differences::{Base, Pair, age_s};
+use super::doubts;
 use super::filter::Filter;
 use super::instrument::Instrument;
 use super::row::{Quality, Row};
@@ -17,7 +16,7 @@ use crate::gnss::single_point::{self, SinglePoint};
 use crate::gnss::time::GpsTime;
 
 /// The oldest base epoch that is used, s.
-const OLDEST_BASE_S: f64 = 30.0;
+pub const OLDEST_BASE_S: f64 = 30.0;
 /// Time tags that differ by less are the same, s.
 const SAME_TAG_S: f64 = 0.01;
 
@@ -40,6 +39,12 @@ pub struct Inputs<'a> {
     pub ranges: &'a [CoupledRange],
     /// Their anchors.
     pub anchors: &'a [CoupledAnchor],
+    /// Something speaks against the files: nothing is called fixed.
+    pub doubtful: bool,
+    /// Each row by all observations.
+    pub smoothed: bool,
+    /// By the straight reading of the paper.
+    pub paper: bool,
     /// Where the rover begins, e n u, m.
     pub initial_position_m: Option<[f64; 3]>,
 }
@@ -138,6 +143,7 @@ pub fn run(inputs: &Inputs<'_>) -> Outcome {
     let mut outcome = Outcome::default();
     let Some(first) = inputs.rover.epochs.first() else { return outcome };
     let base = Base::new(inputs.base_place);
+    let mut doubts = doubts::before(inputs, &base);
     let interval_s = inputs.rover.interval_s().unwrap_or(1.0);
     let two_bands = inputs.rover.has_two_bands() && inputs.base.has_two_bands();
     let ranges: Vec<(GpsTime, CoupledRange)> = inputs
@@ -193,12 +199,22 @@ pub fn run(inputs: &Inputs<'_>) -> Outcome {
             bases.losses.clear();
             position
         });
-        let position = satellites.unwrap_or_else(|| {
+        let alone = satellites.is_none().then(|| single(inputs, &base, &due, filter)).flatten();
+        let position = satellites.or(alone).unwrap_or_else(|| {
             let quality = if anchors > 0 { Quality::Uwb } else { Quality::Predicted };
             filter.position(&filter.state, quality, None, 0)
         });
         outcome.rows.push(row(due.time, &position, anchors, &base, first));
     }
+    doubts.extend(doubts::ranges_clock(inputs, &outcome.rows));
+    if inputs.doubtful || !doubts.is_empty() {
+        outcome
+            .rows
+            .iter_mut()
+            .filter(|row| row.quality == Quality::Fixed)
+            .for_each(|row| row.quality = Quality::Float);
+    }
+    outcome.anomalies.append(&mut doubts);
     if let Some(filter) = filter {
         outcome.slips = filter.arcs.slips_told + filter.arcs.slips_found;
         if filter.releases > 0 {
@@ -210,8 +226,8 @@ pub fn run(inputs: &Inputs<'_>) -> Outcome {
         for (k, anchor) in inputs.anchors.iter().enumerate() {
             outcome.anchors.push(AnchorOutcome {
                 anchor: anchor.name.clone(),
-                bias_m: filter.state.x[RANGES + 2 * k],
-                sigma_m: filter.state.sigma(RANGES + 2 * k),
+                bias_m: filter.state.x[RANGES + 3 * k],
+                sigma_m: filter.state.sigma(RANGES + 3 * k),
                 used: filter.coupling.used[k],
                 rejected: filter.coupling.rejected[k],
             });
@@ -222,6 +238,35 @@ pub fn run(inputs: &Inputs<'_>) -> Outcome {
         }
     }
     outcome
+}
+
+/// The place by the rover's own code, where no base helps and the filter knows less.
+fn single(
+    inputs: &Inputs<'_>,
+    base: &Base,
+    due: &Due<'_>,
+    filter: &mut Filter,
+) -> Option<super::filter::Position> {
+    let epoch = due.epoch?;
+    if filter.plan_sigma_m() < 2.0 {
+        return None;
+    }
+    let point = single_point::locate(epoch, inputs.navigation, Some(base.p_e))?;
+    let p_n = in_n(&point, base);
+    // What codes of neighbouring epochs have in common does not become better by many of them.
+    let sigma_n = point.sigma_n_m.map(|sigma| sigma.max(3.0));
+    if filter.plan_sigma_m() > 3.0 * sigma_n[0].max(sigma_n[1]) {
+        for axis in 0..3 {
+            filter.state.reset(axis, p_n[axis], 100.0 * sigma_n[axis] * sigma_n[axis]);
+        }
+    }
+    Some(super::filter::Position {
+        p_n,
+        sigma_n,
+        quality: Quality::Single,
+        ratio: None,
+        satellites: point.satellites,
+    })
 }
 
 /// Where the filter begins, and how sure that is.
