@@ -6,6 +6,7 @@ use crate::parse::error::{ParseError, ParseErrorKind, quoted};
 use crate::parse::markers_csv::decode;
 use crate::parse::number::need_finite;
 use crate::parse::table;
+use crate::sample::SurveyedAnchor;
 
 const COLUMNS: [&str; 4] = ["anchor", "e_m", "n_m", "u_m"];
 /// Farther from the frame's origin than this, it is no frame to work in.
@@ -13,21 +14,12 @@ const FARTHEST_M: f64 = 100_000.0;
 /// Two antennas do not hang in one place.
 const NEAREST_M: f64 = 0.01;
 
-/// An anchor as the file gives it.
-#[derive(Clone, Debug, PartialEq)]
-pub struct AnchorRow {
-    /// The anchor's name, which is unique in the file.
-    pub name: String,
-    /// East, north and up of its antenna in the file's frame, m.
-    pub p_n: [f64; 3],
-}
-
 /// Reads a file of anchors; they come back in the order of the file.
 ///
 /// # Errors
 ///
 /// At the first thing that is wrong: a name that is there twice, two anchors in one place, or a table without a row.
-pub fn read(bytes: &[u8]) -> Result<Vec<AnchorRow>, ParseError> {
+pub fn read(bytes: &[u8]) -> Result<Vec<SurveyedAnchor>, ParseError> {
     let text = decode(bytes)?;
     let mut seen: HashMap<String, u64> = HashMap::new();
     let mut places_seen: Vec<(String, [f64; 3])> = Vec::new();
@@ -78,7 +70,7 @@ pub fn read(bytes: &[u8]) -> Result<Vec<AnchorRow>, ParseError> {
                 .at_line(record.line));
             }
             places_seen.push((name.clone(), p_n));
-            Ok(AnchorRow { name, p_n })
+            Ok(SurveyedAnchor { name, p_n })
         },
     )?;
     if rows.is_empty() {
@@ -99,8 +91,8 @@ mod tests {
     #[test]
     fn anchors_are_read_in_any_order_of_columns() {
         let anchors = read(b"u_m,anchor,n_m,e_m,who\n1.5,A1,-2,3,x\n0,7,4,5e0,y\n").unwrap();
-        assert_eq!(anchors[0], AnchorRow { name: "A1".into(), p_n: [3.0, -2.0, 1.5] });
-        assert_eq!(anchors[1], AnchorRow { name: "7".into(), p_n: [5.0, 4.0, 0.0] });
+        assert_eq!(anchors[0], SurveyedAnchor { name: "A1".into(), p_n: [3.0, -2.0, 1.5] });
+        assert_eq!(anchors[1], SurveyedAnchor { name: "7".into(), p_n: [5.0, 4.0, 0.0] });
     }
 
     #[test]

@@ -6,32 +6,11 @@ use crate::parse::error::{ParseError, ParseErrorKind, quoted};
 use crate::parse::markers_csv::decode;
 use crate::parse::number::{bad_number, need_time_ns, number};
 use crate::parse::table;
+use crate::sample::{TagRange, TagRanges};
 
 const COLUMNS: [&str; 3] = ["t_s", "anchor", "range_m"];
 /// No UWB radio is heard this far, m.
 const FARTHEST_M: f64 = 2_000.0;
-
-/// A range as the file gives it.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct RangeRow {
-    /// When it was measured, by the clock of the file, ns.
-    pub t_ns: i64,
-    /// The anchor, an index into [`RangesCsv::anchors`].
-    pub anchor: usize,
-    /// The range as measured, m; may be negative or far off, and NaN where the field was empty.
-    pub range_m: f64,
-}
-
-/// A file of ranges.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct RangesCsv {
-    /// The anchors' names, in the order in which they first answer.
-    pub anchors: Vec<String>,
-    /// The ranges in order of time; those of one time in the order of the file.
-    pub rows: Vec<RangeRow>,
-    /// What was put right or left out, in sentences.
-    pub notes: Vec<String>,
-}
 
 /// Reads a file of ranges.
 ///
@@ -41,9 +20,9 @@ pub struct RangesCsv {
 /// # Errors
 ///
 /// At the first thing that is wrong, ranges in millimetres or centimetres and a table without a row included.
-pub fn read(bytes: &[u8]) -> Result<RangesCsv, ParseError> {
+pub fn read(bytes: &[u8]) -> Result<TagRanges, ParseError> {
     let text = decode(bytes)?;
-    let mut ranges = RangesCsv::default();
+    let mut ranges = TagRanges::default();
     let text = match cut_off(&text, &mut ranges.notes) {
         Some(whole) => whole,
         None => &text,
@@ -73,7 +52,7 @@ pub fn read(bytes: &[u8]) -> Result<RangesCsv, ParseError> {
                 anchors.push(name.clone());
                 anchors.len() - 1
             });
-            Ok(RangeRow { t_ns, anchor, range_m })
+            Ok(TagRange { t_ns, anchor, range_m })
         },
     )?;
     if rows.is_empty() {
@@ -112,7 +91,7 @@ fn cut_off<'a>(text: &'a str, notes: &mut Vec<String>) -> Option<&'a str> {
 }
 
 /// Refuses ranges that are not in metres.
-fn check_unit(rows: &[RangeRow]) -> Result<(), ParseError> {
+fn check_unit(rows: &[TagRange]) -> Result<(), ParseError> {
     let mut lengths: Vec<f64> = rows.iter().map(|row| row.range_m).filter(|r| *r > 0.0).collect();
     if lengths.is_empty() {
         return Err(ParseError::new(
@@ -146,7 +125,7 @@ mod tests {
         let text = "anchor,rssi,t_s,range_m\nB,-80,2.5,7.25\nA,-81,1,3\nB,-80,2.5,\n";
         let ranges = read(text.as_bytes()).unwrap();
         assert_eq!(ranges.anchors, ["B", "A"]);
-        assert_eq!(ranges.rows[0], RangeRow { t_ns: 1_000_000_000, anchor: 1, range_m: 3.0 });
+        assert_eq!(ranges.rows[0], TagRange { t_ns: 1_000_000_000, anchor: 1, range_m: 3.0 });
         assert_eq!(ranges.rows[1].range_m, 7.25);
         assert!(ranges.rows[2].range_m.is_nan());
         assert_eq!(ranges.notes.len(), 1);

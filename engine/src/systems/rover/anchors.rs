@@ -1,6 +1,6 @@
 //! The anchors that a tag ranges to, and what is known of the tag's height among them.
 
-use crate::parse::anchors_csv::AnchorRow;
+use crate::sample::SurveyedAnchor;
 
 /// Sigma of a height of which nothing is said, m.
 const UNKNOWN_HEIGHT_SIGMA_M: f64 = 1.5;
@@ -20,7 +20,7 @@ pub struct AntennaHeight {
 
 impl AntennaHeight {
     /// A height that somebody said, or that of the anchors as a beginning.
-    pub fn of(said: Option<f64>, sigma_m: Option<f64>, anchors: &[AnchorRow]) -> AntennaHeight {
+    pub fn of(said: Option<f64>, sigma_m: Option<f64>, anchors: &[SurveyedAnchor]) -> AntennaHeight {
         match said {
             Some(u_m) => AntennaHeight {
                 u_m,
@@ -38,7 +38,7 @@ impl AntennaHeight {
 }
 
 /// The greatest distance between two anchors, m.
-pub fn extent_m(anchors: &[AnchorRow]) -> f64 {
+pub fn extent_m(anchors: &[SurveyedAnchor]) -> f64 {
     let mut most = 0.0_f64;
     for (k, a) in anchors.iter().enumerate() {
         for b in &anchors[..k] {

@@ -4,8 +4,7 @@ use super::instrument::Instrument;
 use super::ranges_check;
 use super::row::{Quality, Row};
 use super::uwb_alone::{AnchorUse, UwbAlone, UwbPoint, UwbRange, UwbSettings};
-use crate::parse::anchors_csv::AnchorRow;
-use crate::parse::ranges_csv::RangesCsv;
+use crate::sample::{SurveyedAnchor, TagRanges};
 
 /// What a run gives.
 #[derive(Clone, Debug, Default)]
@@ -24,8 +23,8 @@ pub struct RangesAlone {
 ///
 /// A sentence, where the ranges and the anchors have nothing to do with each other.
 pub fn run(
-    ranges: &RangesCsv,
-    anchors: &[AnchorRow],
+    ranges: &TagRanges,
+    anchors: &[SurveyedAnchor],
     instrument: &Instrument,
     initial_position_m: Option<[f64; 3]>,
     smoothed: bool,

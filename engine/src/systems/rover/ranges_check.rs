@@ -1,7 +1,6 @@
 //! What is wrong with ranges and anchors before any filter: units, names, anchors that were swapped.
 
-use crate::parse::anchors_csv::AnchorRow;
-use crate::parse::ranges_csv::{RangeRow, RangesCsv};
+use crate::sample::{SurveyedAnchor, TagRange, TagRanges};
 use crate::systems::rover::anchors::{AntennaHeight, distance_m};
 use crate::systems::rover::uwb_alone::{EXPECTED_BIAS_M, window_cost};
 
@@ -15,7 +14,7 @@ const SLACK_M: f64 = 2.0;
 /// # Errors
 ///
 /// A sentence, where no name is known.
-pub fn matched(ranges: &RangesCsv, anchors: &[AnchorRow]) -> Result<Vec<Option<usize>>, String> {
+pub fn matched(ranges: &TagRanges, anchors: &[SurveyedAnchor]) -> Result<Vec<Option<usize>>, String> {
     let matched: Vec<Option<usize>> =
         ranges.anchors.iter().map(|name| anchors.iter().position(|anchor| anchor.name == *name)).collect();
     if matched.iter().any(Option::is_some) {
@@ -30,7 +29,7 @@ pub fn matched(ranges: &RangesCsv, anchors: &[AnchorRow]) -> Result<Vec<Option<u
 }
 
 /// A sentence on ranges of anchors that nobody surveyed, where there are any.
-pub fn unknown(ranges: &RangesCsv, matched: &[Option<usize>]) -> Option<String> {
+pub fn unknown(ranges: &TagRanges, matched: &[Option<usize>]) -> Option<String> {
     let names: Vec<&str> = ranges
         .anchors
         .iter()
@@ -51,7 +50,11 @@ pub fn unknown(ranges: &RangesCsv, matched: &[Option<usize>]) -> Option<String> 
 /// # Errors
 ///
 /// A sentence that names the likely unit.
-pub fn check_unit(rows: &[RangeRow], matched: &[Option<usize>], anchors: &[AnchorRow]) -> Result<(), String> {
+pub fn check_unit(
+    rows: &[TagRange],
+    matched: &[Option<usize>],
+    anchors: &[SurveyedAnchor],
+) -> Result<(), String> {
     const FEWEST: usize = 20;
     let share = |scale: f64| {
         let (mut pairs, mut fit) = (0_usize, 0_usize);
@@ -83,7 +86,7 @@ pub fn check_unit(rows: &[RangeRow], matched: &[Option<usize>], anchors: &[Ancho
 }
 
 /// A sentence on two anchors that explain the ranges only when they change places.
-pub fn swapped(rows: &[RangeRow], matched: &[Option<usize>], anchors: &[AnchorRow]) -> Option<String> {
+pub fn swapped(rows: &[TagRange], matched: &[Option<usize>], anchors: &[SurveyedAnchor]) -> Option<String> {
     const WINDOWS: usize = 15;
     const WINDOW_NS: i64 = 1_200_000_000;
     /// Three ranges have a place for any three anchors.
@@ -106,7 +109,7 @@ pub fn swapped(rows: &[RangeRow], matched: &[Option<usize>], anchors: &[AnchorRo
                 .collect()
         })
         .collect();
-    let cost = |anchors: &[AnchorRow]| -> (f64, usize) {
+    let cost = |anchors: &[SurveyedAnchor]| -> (f64, usize) {
         let costs: Vec<f64> = windows
             .iter()
             .filter_map(|window| window_cost(window, anchors, &height, EXPECTED_BIAS_M))

@@ -10,7 +10,7 @@ mod model;
 mod start;
 mod tape;
 
-use crate::parse::anchors_csv::AnchorRow;
+use crate::sample::SurveyedAnchor;
 use crate::systems::rover::anchors::AntennaHeight;
 use filter::{Filter, Start};
 use model::Model;
@@ -88,7 +88,7 @@ pub struct AnchorUse {
 /// fewer than four anchors answer.
 pub(super) fn window_cost(
     window: &[(usize, f64)],
-    anchors: &[AnchorRow],
+    anchors: &[SurveyedAnchor],
     height: &AntennaHeight,
     bias_m: f64,
 ) -> Option<f64> {
@@ -120,7 +120,7 @@ struct Restarted {
 /// The positions of a tag from its ranges alone.
 #[derive(Clone, Debug)]
 pub struct UwbAlone {
-    anchors: Vec<AnchorRow>,
+    anchors: Vec<SurveyedAnchor>,
     height: AntennaHeight,
     settings: UwbSettings,
     bias_m: f64,
@@ -139,7 +139,7 @@ pub struct UwbAlone {
 
 impl UwbAlone {
     /// A tag among these anchors.
-    pub fn new(anchors: Vec<AnchorRow>, settings: UwbSettings) -> UwbAlone {
+    pub fn new(anchors: Vec<SurveyedAnchor>, settings: UwbSettings) -> UwbAlone {
         let height = AntennaHeight::of(settings.antenna_height_m, settings.antenna_height_sigma_m, &anchors);
         UwbAlone {
             height,

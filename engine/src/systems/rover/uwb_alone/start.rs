@@ -2,7 +2,7 @@
 //! them, for ranges bend and mirror.
 
 use super::filter::Start;
-use crate::parse::anchors_csv::AnchorRow;
+use crate::sample::SurveyedAnchor;
 use crate::systems::rover::anchors::{AntennaHeight, distance_m};
 use crate::systems::rover::ranges;
 
@@ -38,7 +38,7 @@ const MOST_PLACES: usize = 4;
 /// The places that explain a window of ranges, the best first; empty where fewer than three anchors agree.
 pub(super) fn places(
     heard: &[Heard],
-    anchors: &[AnchorRow],
+    anchors: &[SurveyedAnchor],
     height: &AntennaHeight,
     bias_m: f64,
 ) -> Vec<Place> {
@@ -73,7 +73,7 @@ pub(super) fn places(
 /// The cost of the best place by the median range of each anchor, for at least four that answer.
 pub(super) fn least_cost(
     heard: &[Heard],
-    anchors: &[AnchorRow],
+    anchors: &[SurveyedAnchor],
     height: &AntennaHeight,
     bias_m: f64,
 ) -> Option<f64> {
@@ -105,7 +105,7 @@ fn medians(heard: &[Heard], anchors: usize) -> Vec<Option<f64>> {
 /// Places on the circles about the nearest answering anchors, the cheapest of each circle.
 fn seeds(
     medians: &[Option<f64>],
-    anchors: &[AnchorRow],
+    anchors: &[SurveyedAnchor],
     height: &AntennaHeight,
     bias_m: f64,
 ) -> Vec<[f64; 3]> {
@@ -149,7 +149,7 @@ fn seeds(
 fn refined(
     seed: [f64; 3],
     heard: &[Heard],
-    anchors: &[AnchorRow],
+    anchors: &[SurveyedAnchor],
     height: &AntennaHeight,
     bias_m: f64,
 ) -> Place {
