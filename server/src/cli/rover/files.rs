@@ -9,8 +9,8 @@ use flate2::bufread::MultiGzDecoder;
 use lodestep_engine::gnss::ephemeris::Navigation;
 use lodestep_engine::gnss::observations::Observations;
 use lodestep_engine::gnss::{navigation_reader, observation_reader};
-use lodestep_engine::parse::anchors_csv::{self, AnchorRow};
-use lodestep_engine::parse::ranges_csv::{self, RangesCsv};
+use lodestep_engine::parse::{anchors_csv, ranges_csv};
+use lodestep_engine::sample::{SurveyedAnchor, TagRanges};
 use lodestep_engine::systems::rover::instrument::Instrument;
 
 use crate::cli::failure::Failure;
@@ -62,7 +62,7 @@ pub(super) fn navigation(paths: &[impl AsRef<Path>], anomalies: &mut Vec<String>
 }
 
 /// A file of ranges.
-pub(super) fn ranges(path: &Path, anomalies: &mut Vec<String>) -> Result<RangesCsv> {
+pub(super) fn ranges(path: &Path, anomalies: &mut Vec<String>) -> Result<TagRanges> {
     let (bytes, cut) = unpacked(path)?;
     let file = ranges_csv::read(&bytes).map_err(|error| Failure::bad_input(path, error))?;
     anomalies.extend(cut);
@@ -70,7 +70,7 @@ pub(super) fn ranges(path: &Path, anomalies: &mut Vec<String>) -> Result<RangesC
 }
 
 /// The anchors.
-pub(super) fn anchors(path: &Path) -> Result<Vec<AnchorRow>> {
+pub(super) fn anchors(path: &Path) -> Result<Vec<SurveyedAnchor>> {
     let (bytes, _) = unpacked(path)?;
     anchors_csv::read(&bytes).map_err(|error| Failure::bad_input(path, error))
 }
