@@ -125,6 +125,7 @@
 //!
 //! Arrows point one way: `session → systems → replay, measure, detect, ins → geo, rotation`. `sim` knows none of the filter.
 
+pub mod adjust;
 pub mod anomaly;
 pub mod cause;
 pub mod detect;
@@ -133,6 +134,7 @@ pub mod evaluate;
 pub mod event;
 pub mod figures;
 pub mod geo;
+pub mod gnss;
 pub mod identify;
 pub mod ins;
 pub mod measure;

@@ -45,3 +45,34 @@ impl ImuSample {
         }
     }
 }
+
+/// A surveyed UWB anchor.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SurveyedAnchor {
+    /// Its name, which no other has.
+    pub name: String,
+    /// East, north and up of its antenna in the survey's frame, m.
+    pub p_n: [f64; 3],
+}
+
+/// A range from a UWB tag to an anchor.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TagRange {
+    /// When it was measured, by the clock of the ranges, ns.
+    pub t_ns: i64,
+    /// The anchor, an index into [`TagRanges::anchors`].
+    pub anchor: usize,
+    /// The range as measured, m; may be negative or far off, and NaN where it failed.
+    pub range_m: f64,
+}
+
+/// The ranges of a tag.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct TagRanges {
+    /// The anchors' names, in the order in which they first answer.
+    pub anchors: Vec<String>,
+    /// The ranges in order of time; those of one time in the order in which they came.
+    pub rows: Vec<TagRange>,
+    /// What was put right or left out, in sentences.
+    pub notes: Vec<String>,
+}

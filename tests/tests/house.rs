@@ -61,13 +61,15 @@ fn none(complaints: &[String], rule: &str) {
 }
 
 /// What each part of the engine may use of the others; a part may always use itself. None is excused.
-const ENGINE_ARROWS: [(&str, &[&str]); 25] = [
+const ENGINE_ARROWS: [(&str, &[&str]); 27] = [
     ("array", &[]),
+    ("adjust", &[]),
     ("rotation", &[]),
     ("sample", &[]),
     ("figures", &[]),
     ("word", &[]),
     ("geo", &["rotation"]),
+    ("gnss", &["geo"]),
     ("stream", &["sample"]),
     ("visit", &[]),
     ("merge", &["array"]),
@@ -83,8 +85,8 @@ const ENGINE_ARROWS: [(&str, &[&str]); 25] = [
     (
         "systems",
         &[
-            "anomaly", "array", "cause", "detect", "event", "figures", "geo", "ins", "measure", "merge",
-            "replay", "rotation", "sample", "stream", "system", "visit", "word",
+            "adjust", "anomaly", "array", "cause", "detect", "event", "figures", "geo", "gnss", "ins",
+            "measure", "merge", "parse", "replay", "rotation", "sample", "stream", "system", "visit", "word",
         ],
     ),
     ("track", &["anomaly", "event", "geo", "stream", "system"]),

@@ -2,6 +2,7 @@
 //! pure: bytes come as arguments, and what is wrong with them comes back as a [`ParseError`] that
 //! says where, what was expected, what was found and what to do.
 
+pub mod anchors_csv;
 pub mod any_table;
 pub mod batch;
 mod clock_text;
@@ -18,6 +19,7 @@ pub mod mapping;
 pub mod markers_csv;
 mod microstrain;
 mod number;
+pub mod ranges_csv;
 mod records;
 pub mod stream_reader;
 mod table;

@@ -17,6 +17,7 @@ mod magnetometer;
 mod motion;
 pub mod pedestrian;
 mod random;
+pub mod rover;
 mod triad;
 
 pub use barometer::BarometerModel;

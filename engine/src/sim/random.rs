@@ -24,6 +24,10 @@ pub(crate) enum Purpose {
     Pauses,
     FixNoise,
     FixSlowError,
+    RoverSky,
+    RoverWorld,
+    RoverReceiver,
+    RoverTag,
 }
 
 /// A stream of random numbers.

@@ -7,6 +7,7 @@ mod backup;
 mod evaluate;
 mod failure;
 mod inputs;
+mod integers;
 mod load;
 mod log_file;
 mod of_system;
@@ -18,6 +19,7 @@ mod print;
 mod process;
 mod progress;
 mod report;
+mod rover;
 mod run;
 mod serve;
 mod simulate;
@@ -56,6 +58,8 @@ enum Verb {
     Evaluate(evaluate::EvaluateArgs),
     /// Says how good a result will be, before anybody has walked
     Predict(predict::PredictArgs),
+    /// Finds the two best whole vectors of float ambiguities with their covariance
+    Integers(integers::IntegersArgs),
     /// Serves uploads, live walks and the map
     Serve(serve::ServeArgs),
     /// Loads a server with many inspectors at once, and audits what it kept
@@ -86,6 +90,7 @@ pub fn run(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
         Verb::Simulate(args) => simulate::simulate(&args),
         Verb::Evaluate(args) => evaluate::evaluate(&args),
         Verb::Predict(args) => predict::predict(&args),
+        Verb::Integers(args) => integers::run(&args),
         Verb::Serve(args) => serve::serve(args),
         Verb::Load(args) => load::load(&args),
         Verb::Account(args) => account::account(args),

@@ -18,7 +18,9 @@ pub(super) struct OwnCommand {
 }
 
 /// `lodestep process NAME`.
-pub(super) const PROCESS: &[OwnCommand] = &[];
+pub(super) const PROCESS: &[OwnCommand] =
+    &[OwnCommand { name: "rover", command: super::rover::command, run: super::rover::run }];
 
 /// `lodestep simulate NAME`.
-pub(super) const SIMULATE: &[OwnCommand] = &[];
+pub(super) const SIMULATE: &[OwnCommand] =
+    &[OwnCommand { name: "rover", command: super::rover::simulate_command, run: super::rover::simulate }];

@@ -1,0 +1,1 @@
+//! Oddities of observation files, one a test.

@@ -1,0 +1,331 @@
+//! Ranges in tight coupling: each at its own time, with a slow and a quick bias for each anchor, what a pane adds, and the offset of their clock.
+//!
+//! What a pane of glass adds must not go into the slow bias, or the hall behind it is off by as much. So the quick bias is loose and slow
+//! while satellites are seen, and becomes quiet only for an anchor whose ranges have been quiet over epochs that satellites fixed.
+
+use nalgebra::Vector3;
+
+use super::state::{POSITION, RANGES, State, VELOCITY};
+
+/// An anchor as the coupling knows it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct CoupledAnchor {
+    /// Its name.
+    pub name: String,
+    /// East, north, up at the base, m.
+    pub p_n: Vector3<f64>,
+}
+
+/// A range of the tag.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct CoupledRange {
+    /// Seconds of the GPS week by the ranges' clock.
+    pub t_s: f64,
+    /// Which anchor.
+    pub anchor: usize,
+    /// Length, m.
+    pub range_m: f64,
+}
+
+/// What becomes of a range.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum RangeOutcome {
+    /// It moved the state.
+    Used,
+    /// Its innovation is out of what can be.
+    Rejected,
+}
+
+/// How the bend of a range over an uncertain position is treated.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Bend {
+    /// Not at all: the position is sharp, or what it lacks is never seen.
+    Flat,
+    /// By its mean and variance, as if it were new with every range.
+    SecondOrder,
+    /// As an error that many ranges share.
+    Doubtful,
+}
+
+/// What is assumed of radios and walls.
+#[derive(Clone, Copy, Debug)]
+struct Tuning {
+    bias_m: f64,
+    bias_sigma_m: f64,
+    noise_m: f64,
+    clock_sigma_s: f64,
+}
+
+/// Quick bias among anchors, with no satellite in sight: correlation time s, sigma m.
+const INSIDE: [f64; 2] = [1.5, 0.08];
+/// With satellites in sight, before anything is learnt.
+const OUTSIDE: [f64; 2] = [20.0, 0.2];
+/// The quietest that is learnt, m.
+const QUIET_M: f64 = 0.015;
+/// What a pane or a wall adds where satellites are in sight, m: expected, sigma. It never shortens a way.
+const PANE: [f64; 2] = [0.1, 0.1];
+/// How much of the quick bias is new where satellites come into sight or go out of it, m.
+const CHANGE_M: f64 = 0.1;
+/// Random walk of the slow bias, m/√s.
+const SLOW_WALK: f64 = 0.001;
+/// Innovations beyond are rejected, in sigmas.
+const GATE: f64 = 4.0;
+/// Ranges that share the error of the place at which they are linearised.
+const SHARED: f64 = 30.0;
+/// So many rejections one after the other, and the quick bias is taken to have jumped.
+const JUMP: u32 = 12;
+
+/// What is learnt of one anchor over fixed epochs.
+#[derive(Clone, Copy, Debug, Default)]
+struct Learnt {
+    fast: f64,
+    middle: f64,
+    last_t_s: f64,
+    /// Seconds of fixed epochs behind it.
+    seconds: f64,
+    lasting: f64,
+    white: f64,
+    /// Nothing stands in between.
+    plain: bool,
+}
+
+/// The ranges' part of the filter.
+#[derive(Clone, Debug)]
+pub struct Coupling {
+    anchors: Vec<CoupledAnchor>,
+    offset_n: Vector3<f64>,
+    tuning: Tuning,
+    learnt: Vec<Learnt>,
+    rejected_in_a_row: Vec<u32>,
+    /// Satellites are in sight.
+    outside: bool,
+    /// Ranges used, by anchor.
+    pub used: Vec<usize>,
+    /// Ranges rejected, by anchor.
+    pub rejected: Vec<usize>,
+}
+
+impl Coupling {
+    /// The anchors and what the instrument says of the tag.
+    pub fn new(anchors: Vec<CoupledAnchor>, tag: &super::instrument::Tag) -> Coupling {
+        let count = anchors.len();
+        Coupling {
+            anchors,
+            offset_n: Vector3::from(tag.antenna_offset_m),
+            tuning: Tuning {
+                bias_m: tag.range_bias_m.unwrap_or(0.2),
+                bias_sigma_m: 0.08,
+                noise_m: tag.range_sigma_m.unwrap_or(0.06),
+                clock_sigma_s: 0.035,
+            },
+            learnt: vec![Learnt::default(); count],
+            rejected_in_a_row: vec![0; count],
+            outside: true,
+            used: vec![0; count],
+            rejected: vec![0; count],
+        }
+    }
+
+    /// The number of states.
+    pub fn states(&self) -> usize {
+        3 * self.anchors.len() + 1
+    }
+
+    /// Index of the clock's offset.
+    pub fn clock(&self) -> usize {
+        RANGES + 3 * self.anchors.len()
+    }
+
+    /// The anchors.
+    pub fn anchors(&self) -> &[CoupledAnchor] {
+        &self.anchors
+    }
+
+    /// UWB antenna minus satellite antenna.
+    pub fn offset_n(&self) -> Vector3<f64> {
+        self.offset_n
+    }
+
+    /// Sets the priors of its states.
+    pub fn start(&self, state: &mut State) {
+        let tuning = &self.tuning;
+        for k in 0..self.anchors.len() {
+            state.reset(RANGES + 3 * k, tuning.bias_m, tuning.bias_sigma_m * tuning.bias_sigma_m);
+            state.reset(RANGES + 3 * k + 1, 0.0, OUTSIDE[1] * OUTSIDE[1]);
+            state.reset(RANGES + 3 * k + 2, PANE[0], PANE[1] * PANE[1]);
+        }
+        state.reset(self.clock(), 0.0, tuning.clock_sigma_s * tuning.clock_sigma_s);
+    }
+
+    /// Lets biases grow over a time.
+    pub fn grow(&mut self, state: &mut State, dt_s: f64, satellites_in_sight: bool) {
+        let changed = self.outside != satellites_in_sight;
+        self.outside = satellites_in_sight;
+        for k in 0..self.anchors.len() {
+            let outside_m = self.outside_sigma_m(k);
+            let [time_s, sigma_m] = if satellites_in_sight { [OUTSIDE[0], outside_m] } else { INSIDE };
+            let factor = libm::exp(-dt_s / time_s);
+            state.fade(RANGES + 3 * k + 1, factor, sigma_m * sigma_m * (1.0 - factor * factor));
+            state.add_variance(RANGES + 3 * k, SLOW_WALK * SLOW_WALK * dt_s);
+            if changed {
+                let new = CHANGE_M.min(outside_m);
+                state.add_variance(RANGES + 3 * k + 1, new * new);
+            }
+            // Ranges that stay the same while the rover moves in sight of satellites come through nothing.
+            if !self.learnt[k].plain && self.learnt[k].seconds > 15.0 && outside_m < 0.05 {
+                self.learnt[k].plain = true;
+                let innovation = -state.x[RANGES + 3 * k + 2];
+                state.update(&[(RANGES + 3 * k + 2, 1.0)], innovation, 0.02 * 0.02);
+            }
+        }
+    }
+
+    /// How large the quick bias of an anchor is with satellites in sight.
+    fn outside_sigma_m(&self, k: usize) -> f64 {
+        let learnt = &self.learnt[k];
+        if learnt.seconds < 8.0 {
+            return OUTSIDE[1];
+        }
+        // What the mean over a second wanders by, beyond what white noise explains of it.
+        let lasting = (learnt.lasting - 0.2 * learnt.white).max(0.0).sqrt();
+        (3.0 * lasting).clamp(QUIET_M, OUTSIDE[1])
+    }
+
+    /// Takes a range at the state's time.
+    pub fn weigh(
+        &mut self,
+        state: &mut State,
+        range: &CoupledRange,
+        fixed: bool,
+        bend: Bend,
+    ) -> RangeOutcome {
+        let k = range.anchor;
+        let (slow, quick, pane, clock) =
+            (RANGES + 3 * k, RANGES + 3 * k + 1, RANGES + 3 * k + 2, self.clock());
+        let v = Vector3::new(state.x[VELOCITY], state.x[VELOCITY + 1], state.x[VELOCITY + 2]);
+        let p = Vector3::new(state.x[POSITION], state.x[POSITION + 1], state.x[POSITION + 2]);
+        // What was stamped late belongs to an earlier place.
+        let d = p - v * state.x[clock] + self.offset_n - self.anchors[k].p_n;
+        let distance = d.norm().max(0.05);
+        let u = d / distance;
+        let row = [
+            (POSITION, u.x),
+            (POSITION + 1, u.y),
+            (POSITION + 2, u.z),
+            (slow, 1.0),
+            (quick, 1.0),
+            (pane, f64::from(u8::from(self.outside))),
+            (clock, -u.dot(&v)),
+        ];
+        let behind = if self.outside { state.x[pane] } else { 0.0 };
+        let mut innovation = range.range_m - distance - state.x[slow] - state.x[quick] - behind;
+        let mut noise = self.tuning.noise_m * self.tuning.noise_m;
+        if bend != Bend::Flat {
+            let (mean, variance) = second_order(state, &u, distance);
+            if bend == Bend::SecondOrder {
+                innovation -= mean;
+                noise += variance;
+            } else {
+                noise += SHARED * (mean * mean + variance);
+            }
+        }
+        let variance = state.row_variance(&row) + noise;
+        if innovation * innovation > GATE * GATE * variance {
+            self.rejected[k] += 1;
+            self.rejected_in_a_row[k] += 1;
+            if self.rejected_in_a_row[k] >= JUMP {
+                state.add_variance(quick, 0.25);
+                self.rejected_in_a_row[k] = 0;
+            }
+            return RangeOutcome::Rejected;
+        }
+        self.rejected_in_a_row[k] = 0;
+        if fixed {
+            self.learn(k, range.t_s, range.range_m - distance);
+        }
+        // Between three and four sigmas a range counts less.
+        let normal = innovation.abs() / variance.sqrt();
+        if normal > 2.5 {
+            noise += variance * (normal / 2.5 - 1.0);
+        }
+        state.update(&row, innovation, noise);
+        self.used[k] += 1;
+        RangeOutcome::Used
+    }
+
+    fn learn(&mut self, k: usize, t_s: f64, residual_m: f64) {
+        let learnt = &mut self.learnt[k];
+        let dt_s = (t_s - learnt.last_t_s).clamp(0.0, 1.0);
+        learnt.last_t_s = t_s;
+        if learnt.seconds == 0.0 {
+            learnt.fast = residual_m;
+            learnt.middle = residual_m;
+            learnt.lasting = 0.0;
+            learnt.white = self.tuning.noise_m * self.tuning.noise_m;
+            learnt.seconds = 1e-6;
+            return;
+        }
+        learnt.seconds += dt_s;
+        let (fast, middle) = (1.0 - libm::exp(-dt_s / 1.0), 1.0 - libm::exp(-dt_s / 12.0));
+        let off = residual_m - learnt.fast;
+        learnt.white += 0.02 * ((off * off).min(0.1) - learnt.white);
+        learnt.fast += fast * off;
+        learnt.middle += middle * (residual_m - learnt.middle);
+        let wander = learnt.fast - learnt.middle;
+        learnt.lasting += (1.0 - libm::exp(-dt_s / 15.0)) * (wander * wander - learnt.lasting);
+    }
+}
+
+/// What the bend of a range adds to its mean and variance for a position that is uncertain (½ tr(BP), ½ tr(BPBP)).
+fn second_order(state: &State, u: &Vector3<f64>, distance: f64) -> (f64, f64) {
+    let p = nalgebra::Matrix3::from_fn(|i, j| state.covariance(i, j));
+    let b = (nalgebra::Matrix3::identity() - u * u.transpose()) / distance;
+    let bp = b * p;
+    (0.5 * bp.trace(), 0.5 * (bp * bp).trace())
+}
+
+/// Where ranges alone put the tag: the best of many starts around the anchors, at a height near theirs. None of fewer than three anchors.
+pub fn locate(coupling: &Coupling, ranges: &[CoupledRange], height_m: Option<f64>) -> Option<Vector3<f64>> {
+    let anchors = coupling.anchors();
+    let mut middles: Vec<(usize, f64)> = Vec::new();
+    for k in 0..anchors.len() {
+        let mut of: Vec<f64> =
+            ranges.iter().filter(|range| range.anchor == k).map(|range| range.range_m).collect();
+        of.sort_by(f64::total_cmp);
+        if let Some(middle) = of.get(of.len() / 2) {
+            middles.push((k, middle - coupling.tuning.bias_m));
+        }
+    }
+    if middles.len() < 3 {
+        return None;
+    }
+    let center = anchors.iter().map(|anchor| anchor.p_n).sum::<Vector3<f64>>() / anchors.len() as f64;
+    let height = height_m.unwrap_or(center.z);
+    let mut best: Option<(f64, Vector3<f64>)> = None;
+    for start in 0..16 {
+        let (sin, cos) = libm::sincos(std::f64::consts::TAU * f64::from(start) / 16.0);
+        let mut p = Vector3::new(center.x + middles[0].1 * sin, center.y + middles[0].1 * cos, height);
+        for _ in 0..25 {
+            let mut n = nalgebra::Matrix2::<f64>::identity() * 1e-4;
+            let mut g = nalgebra::Vector2::<f64>::zeros();
+            for &(k, range) in &middles {
+                let d = p - anchors[k].p_n;
+                let distance = d.norm().max(0.1);
+                let u = nalgebra::Vector2::new(d.x, d.y) / distance;
+                let off = range - distance;
+                let weight = 1.0 / (1.0 + off * off);
+                n += u * u.transpose() * weight;
+                g += u * (off * weight);
+            }
+            let step = n.try_inverse()? * g;
+            p.x += step.x;
+            p.y += step.y;
+        }
+        let cost: f64 =
+            middles.iter().map(|&(k, range)| ((p - anchors[k].p_n).norm() - range).abs().min(5.0)).sum();
+        if best.is_none_or(|(least, _)| cost < least) {
+            best = Some((cost, p));
+        }
+    }
+    best.map(|(_, p)| p - coupling.offset_n)
+}

@@ -1,0 +1,321 @@
+//! A whole run: rover, base and navigation in, rows and a report out.
+
+use super::arcs::Losses;
+use super::coupling::{self, CoupledAnchor, CoupledRange, Coupling, RangeOutcome};
+use super::differences::{Base, Pair, age_s};
+use super::doubts;
+use super::filter::Filter;
+use super::instrument::Instrument;
+use super::row::{Quality, Row};
+use super::state::RANGES;
+use crate::geo::Geodetic;
+use crate::gnss::ephemeris::Navigation;
+use crate::gnss::observations::{Epoch, Observations};
+use crate::gnss::satellite::Constellation;
+use crate::gnss::single_point::{self, SinglePoint};
+use crate::gnss::time::GpsTime;
+
+/// The oldest base epoch that is used, s.
+pub const OLDEST_BASE_S: f64 = 30.0;
+/// Time tags that differ by less are the same, s.
+const SAME_TAG_S: f64 = 0.01;
+
+/// What a run takes.
+#[derive(Clone, Copy, Debug)]
+pub struct Inputs<'a> {
+    /// The rover's observations.
+    pub rover: &'a Observations,
+    /// The base's.
+    pub base: &'a Observations,
+    /// Orbits and clocks.
+    pub navigation: &'a Navigation,
+    /// The base's antenna.
+    pub base_place: Geodetic,
+    /// What is known beforehand.
+    pub instrument: &'a Instrument,
+    /// Systems to use.
+    pub systems: &'a [Constellation],
+    /// Ranges, in order of time.
+    pub ranges: &'a [CoupledRange],
+    /// Their anchors.
+    pub anchors: &'a [CoupledAnchor],
+    /// Something speaks against the files: nothing is called fixed.
+    pub doubtful: bool,
+    /// Each row by all observations.
+    pub smoothed: bool,
+    /// By the straight reading of the paper.
+    pub paper: bool,
+    /// Where the rover begins, e n u, m.
+    pub initial_position_m: Option<[f64; 3]>,
+}
+
+/// What a run came to know of an anchor.
+#[derive(Clone, Debug, PartialEq)]
+pub struct AnchorOutcome {
+    /// Its name.
+    pub anchor: String,
+    /// What its ranges have too much, m.
+    pub bias_m: f64,
+    /// Standard deviation of the bias, m.
+    pub sigma_m: f64,
+    /// Ranges used.
+    pub used: usize,
+    /// Ranges rejected.
+    pub rejected: usize,
+}
+
+/// What a run gives.
+#[derive(Clone, Debug, Default)]
+pub struct Outcome {
+    /// One for each epoch.
+    pub rows: Vec<Row>,
+    /// Slips, told and found.
+    pub slips: usize,
+    /// Anchors with what was learnt of them.
+    pub anchors: Vec<AnchorOutcome>,
+    /// Ranges' clock minus GPS time, s, and its sigma.
+    pub clock_offset_s: Option<[f64; 2]>,
+    /// What was odd, a sentence each.
+    pub anomalies: Vec<String>,
+}
+
+/// The base's epochs in their order, with what the base lost in between.
+struct BaseEpochs<'a> {
+    epochs: &'a [Epoch],
+    next: usize,
+    losses: Losses,
+}
+
+impl<'a> BaseEpochs<'a> {
+    /// The base's epoch of a time tag, or the last before it.
+    fn at(&mut self, rover: &Epoch) -> Option<&'a Epoch> {
+        while let Some(epoch) = self.epochs.get(self.next) {
+            if age_s(rover.time, epoch.time) < -SAME_TAG_S {
+                break;
+            }
+            self.losses.take(epoch);
+            self.next += 1;
+        }
+        let last = self.epochs.get(self.next.checked_sub(1)?)?;
+        (age_s(rover.time, last.time) <= OLDEST_BASE_S).then_some(last)
+    }
+}
+
+/// A time at which a row is due.
+struct Due<'a> {
+    time: GpsTime,
+    epoch: Option<&'a Epoch>,
+}
+
+/// The rover's epochs, and the same grid where the receiver wrote none but ranges came.
+fn due<'a>(inputs: &Inputs<'a>, interval_s: f64, ranges: &[(GpsTime, CoupledRange)]) -> Vec<Due<'a>> {
+    let mut all = Vec::with_capacity(inputs.rover.epochs.len());
+    let some_range = |from: GpsTime, to: GpsTime| {
+        let first = ranges.partition_point(|(time, _)| *time <= from);
+        ranges.get(first).is_some_and(|(time, _)| *time <= to)
+    };
+    let fill = |all: &mut Vec<Due<'a>>, mut time: GpsTime, until: GpsTime| loop {
+        let next = time + interval_s;
+        if until.since(next) < 0.5 * interval_s {
+            break;
+        }
+        if some_range(time, next) {
+            all.push(Due { time: next, epoch: None });
+        }
+        time = next;
+    };
+    let mut last: Option<GpsTime> = None;
+    for epoch in &inputs.rover.epochs {
+        if let Some(last) = last {
+            fill(&mut all, last, epoch.time);
+        }
+        all.push(Due { time: epoch.time, epoch: Some(epoch) });
+        last = Some(epoch.time);
+    }
+    if let (Some(last), Some((until, _))) = (last, ranges.last()) {
+        fill(&mut all, last, *until + 1.01 * interval_s);
+    }
+    all
+}
+
+/// Works a run out.
+pub fn run(inputs: &Inputs<'_>) -> Outcome {
+    let mut outcome = Outcome::default();
+    let Some(first) = inputs.rover.epochs.first() else { return outcome };
+    let base = Base::new(inputs.base_place);
+    let mut doubts = doubts::before(inputs, &base);
+    let interval_s = inputs.rover.interval_s().unwrap_or(1.0);
+    let two_bands = inputs.rover.has_two_bands() && inputs.base.has_two_bands();
+    let ranges: Vec<(GpsTime, CoupledRange)> = inputs
+        .ranges
+        .iter()
+        .map(|range| (GpsTime::from_week(first.time.week(), range.t_s), *range))
+        .collect();
+    let mut bases = BaseEpochs { epochs: &inputs.base.epochs, next: 0, losses: Losses::default() };
+    let mut rover_losses = Losses::default();
+    let mut filter: Option<Filter> = None;
+    let mut next_range = 0;
+    for due in due(inputs, interval_s, &ranges) {
+        if let Some(epoch) = due.epoch {
+            rover_losses.take(epoch);
+        }
+        if filter.as_ref().is_none_or(|filter| filter.plan_sigma_m() > 100.0) {
+            let coupling = Coupling::new(inputs.anchors.to_vec(), &inputs.instrument.uwb);
+            let Some((start, sigma)) = start(inputs, &base, &due, &coupling, &ranges) else { continue };
+            next_range = ranges.partition_point(|(time, _)| due.time.since(*time) > interval_s);
+            let time = ranges.get(next_range).map_or(due.time, |(time, _)| (*time).min(due.time));
+            filter = Some(Filter::new(
+                time,
+                start,
+                sigma,
+                inputs.instrument,
+                two_bands,
+                interval_s,
+                inputs.systems,
+                coupling,
+            ));
+        }
+        let Some(filter) = &mut filter else { continue };
+        let mut heard = vec![false; inputs.anchors.len()];
+        while let Some((time, range)) = ranges.get(next_range) {
+            if *time > due.time {
+                break;
+            }
+            if *time >= filter.time {
+                filter.move_to(*time);
+            }
+            if filter.range(range) == RangeOutcome::Used {
+                heard[range.anchor] = true;
+            }
+            next_range += 1;
+        }
+        filter.move_to(due.time);
+        let anchors = heard.iter().filter(|heard| **heard).count();
+        let pair =
+            due.epoch.and_then(|rover| bases.at(rover).map(|from_base| Pair { rover, base: from_base }));
+        let satellites = pair.and_then(|pair| {
+            let position = filter.satellites(pair, &base, inputs.navigation, [&rover_losses, &bases.losses]);
+            rover_losses.clear();
+            bases.losses.clear();
+            position
+        });
+        let alone = satellites.is_none().then(|| single(inputs, &base, &due, filter)).flatten();
+        let position = satellites.or(alone).unwrap_or_else(|| {
+            let quality = if anchors > 0 { Quality::Uwb } else { Quality::Predicted };
+            filter.position(&filter.state, quality, None, 0)
+        });
+        outcome.rows.push(row(due.time, &position, anchors, &base, first));
+    }
+    doubts.extend(doubts::ranges_clock(inputs, &outcome.rows));
+    if inputs.doubtful || !doubts.is_empty() {
+        outcome
+            .rows
+            .iter_mut()
+            .filter(|row| row.quality == Quality::Fixed)
+            .for_each(|row| row.quality = Quality::Float);
+    }
+    outcome.anomalies.append(&mut doubts);
+    if let Some(filter) = filter {
+        outcome.slips = filter.arcs.slips_told + filter.arcs.slips_found;
+        if filter.releases > 0 {
+            outcome.anomalies.push(format!(
+                "whole cycles were given up {} times, as they no longer fitted",
+                filter.releases
+            ));
+        }
+        for (k, anchor) in inputs.anchors.iter().enumerate() {
+            outcome.anchors.push(AnchorOutcome {
+                anchor: anchor.name.clone(),
+                bias_m: filter.state.x[RANGES + 3 * k],
+                sigma_m: filter.state.sigma(RANGES + 3 * k),
+                used: filter.coupling.used[k],
+                rejected: filter.coupling.rejected[k],
+            });
+        }
+        if !inputs.anchors.is_empty() {
+            let clock = filter.coupling.clock();
+            outcome.clock_offset_s = Some([filter.state.x[clock], filter.state.sigma(clock)]);
+        }
+    }
+    outcome
+}
+
+/// The place by the rover's own code, where no base helps and the filter knows less.
+fn single(
+    inputs: &Inputs<'_>,
+    base: &Base,
+    due: &Due<'_>,
+    filter: &mut Filter,
+) -> Option<super::filter::Position> {
+    let epoch = due.epoch?;
+    if filter.plan_sigma_m() < 2.0 {
+        return None;
+    }
+    let point = single_point::locate(epoch, inputs.navigation, Some(base.p_e))?;
+    let p_n = in_n(&point, base);
+    // What codes of neighbouring epochs have in common does not become better by many of them.
+    let sigma_n = point.sigma_n_m.map(|sigma| sigma.max(3.0));
+    if filter.plan_sigma_m() > 3.0 * sigma_n[0].max(sigma_n[1]) {
+        for axis in 0..3 {
+            filter.state.reset(axis, p_n[axis], 100.0 * sigma_n[axis] * sigma_n[axis]);
+        }
+    }
+    Some(super::filter::Position {
+        p_n,
+        sigma_n,
+        quality: Quality::Single,
+        ratio: None,
+        satellites: point.satellites,
+    })
+}
+
+/// Where the filter begins, and how sure that is.
+fn start(
+    inputs: &Inputs<'_>,
+    base: &Base,
+    due: &Due<'_>,
+    coupling: &Coupling,
+    ranges: &[(GpsTime, CoupledRange)],
+) -> Option<([f64; 3], [f64; 3])> {
+    if let Some(given) = inputs.initial_position_m {
+        return Some((given, [1.0; 3]));
+    }
+    let single = due
+        .epoch
+        .and_then(|epoch| single_point::locate(epoch, inputs.navigation, Some(base.p_e)))
+        .map(|point| in_n(&point, base));
+    let first = ranges.partition_point(|(time, _)| due.time.since(*time) > 2.0);
+    let end = ranges.partition_point(|(time, _)| due.time.since(*time) > -2.0);
+    let near: Vec<CoupledRange> = ranges.get(first..end)?.iter().map(|(_, range)| *range).collect();
+    let tag = &inputs.instrument.uwb;
+    let up = tag.antenna_height_m.map_or(2.0, |_| tag.antenna_height_sigma_m.unwrap_or(0.1));
+    match (single, coupling::locate(coupling, &near, tag.antenna_height_m)) {
+        // Ranges put the plan where they agree with the satellites.
+        (Some(single), Some(place)) if libm::hypot(single[0] - place.x, single[1] - place.y) < 20.0 => {
+            Some((place.into(), [3.0, 3.0, up.max(3.0)]))
+        }
+        (Some(single), _) => Some((single, [30.0; 3])),
+        (None, Some(place)) => Some((place.into(), [3.0, 3.0, up])),
+        (None, None) => None,
+    }
+}
+
+fn row(time: GpsTime, position: &super::filter::Position, anchors: usize, base: &Base, first: &Epoch) -> Row {
+    let place = base.frame.to_geodetic(position.p_n);
+    Row {
+        t_s: time.since(first.time),
+        gps_time: Some((time.week(), time.tow_s())),
+        p_n_m: position.p_n,
+        geodetic: Some([place.latitude_deg, place.longitude_deg, place.height_m]),
+        sigma_n_m: position.sigma_n,
+        quality: position.quality,
+        ratio: position.ratio,
+        satellites: position.satellites,
+        anchors,
+    }
+}
+
+/// A single point in n.
+pub fn in_n(point: &SinglePoint, base: &Base) -> [f64; 3] {
+    (base.c_ne * (point.p_e - base.p_e)).into()
+}

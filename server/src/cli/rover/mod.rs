@@ -1,0 +1,10 @@
+//! `lodestep process rover`: what a rover and a base observed, and what a tag ranged, made into a track; and
+//! `lodestep simulate rover`: the same of a world that never was.
+
+mod files;
+mod process;
+mod report;
+mod simulate;
+
+pub(super) use process::{command, run};
+pub(super) use simulate::{command as simulate_command, run as simulate};
