@@ -17,6 +17,7 @@ mod mapped_csv;
 pub mod mapping;
 pub mod markers_csv;
 mod microstrain;
+pub mod named_csv;
 mod number;
 mod records;
 pub mod stream_reader;

@@ -24,6 +24,10 @@ pub(crate) enum Purpose {
     Pauses,
     FixNoise,
     FixSlowError,
+    Survey,
+    StationNoise,
+    StationSlowError,
+    EncoderNoise,
 }
 
 /// A stream of random numbers.

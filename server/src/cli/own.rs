@@ -6,6 +6,8 @@
 use anyhow::Result;
 use clap::{ArgMatches, Command};
 
+use crate::cli::cabin;
+
 /// A command of one system: `lodestep process NAME`, or `lodestep simulate NAME`.
 #[derive(Debug)]
 pub(super) struct OwnCommand {
@@ -18,7 +20,8 @@ pub(super) struct OwnCommand {
 }
 
 /// `lodestep process NAME`.
-pub(super) const PROCESS: &[OwnCommand] = &[];
+pub(super) const PROCESS: &[OwnCommand] =
+    &[OwnCommand { name: "cabin", command: cabin::process_command, run: cabin::run_process }];
 
 /// `lodestep simulate NAME`.
 pub(super) const SIMULATE: &[OwnCommand] = &[];
