@@ -128,6 +128,12 @@ impl Strapdown {
         self.transition.dt_s()
     }
 
+    /// For a filter that finds the growth of its errors by itself: what this has gathered for [`propagate`](Strapdown::propagate)
+    /// is set aside.
+    pub(crate) fn forget_transition(&mut self) {
+        self.transition = EarthTransition::default();
+    }
+
     /// Brings the filter's errors up to the last sample: to be called before a measurement is weighed, and not
     /// necessarily at every sample.
     ///

@@ -18,6 +18,7 @@ mod mapped_csv;
 pub mod mapping;
 pub mod markers_csv;
 mod microstrain;
+pub mod named_csv;
 mod number;
 pub mod ranges_csv;
 mod records;

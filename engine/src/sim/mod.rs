@@ -5,6 +5,7 @@
 //! them.
 
 mod barometer;
+pub mod cabin;
 mod earth;
 pub mod faults;
 mod fix;

@@ -28,6 +28,10 @@ pub(crate) enum Purpose {
     RoverWorld,
     RoverReceiver,
     RoverTag,
+    Survey,
+    StationNoise,
+    StationSlowError,
+    EncoderNoise,
 }
 
 /// A stream of random numbers.

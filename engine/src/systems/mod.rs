@@ -1,5 +1,6 @@
 //! The systems that the core serves; each reads as its paper. [`catalogue`] lists them.
 
+pub mod cabin;
 pub mod catalogue;
 pub mod fixes;
 pub mod pedestrian;

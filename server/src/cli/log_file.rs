@@ -21,7 +21,7 @@ use crate::sessions::unpack::{Unpack, UnpackError, UnpackLimits};
 const PIECE_BYTES: usize = 64 << 10;
 
 /// A file of one's own may unpack to any size: it is read in pieces and never held.
-const NO_LIMITS: UnpackLimits = UnpackLimits { max_unpacked_bytes: u64::MAX, max_ratio: u64::MAX };
+pub(super) const NO_LIMITS: UnpackLimits = UnpackLimits { max_unpacked_bytes: u64::MAX, max_ratio: u64::MAX };
 
 /// A log that is being read.
 pub(super) struct LogFile {
@@ -114,7 +114,7 @@ pub(super) fn shared_zero_ns(paths: &[&Path], reading: &Reading) -> Result<Optio
 }
 
 /// Opens an input file, or says why it cannot be.
-fn open(path: &Path) -> Result<File> {
+pub(super) fn open(path: &Path) -> Result<File> {
     let cannot = |error: &dyn std::fmt::Display| Failure::bad_input(path, format!("cannot be read: {error}"));
     let file = File::open(path).map_err(|error| cannot(&error))?;
     if file.metadata().is_ok_and(|metadata| metadata.is_dir()) {

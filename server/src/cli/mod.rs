@@ -4,6 +4,7 @@
 mod account;
 mod aids;
 mod backup;
+mod cabin;
 mod evaluate;
 mod failure;
 mod inputs;

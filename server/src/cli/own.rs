@@ -6,6 +6,8 @@
 use anyhow::Result;
 use clap::{ArgMatches, Command};
 
+use crate::cli::{cabin, rover};
+
 /// A command of one system: `lodestep process NAME`, or `lodestep simulate NAME`.
 #[derive(Debug)]
 pub(super) struct OwnCommand {
@@ -18,9 +20,11 @@ pub(super) struct OwnCommand {
 }
 
 /// `lodestep process NAME`.
-pub(super) const PROCESS: &[OwnCommand] =
-    &[OwnCommand { name: "rover", command: super::rover::command, run: super::rover::run }];
+pub(super) const PROCESS: &[OwnCommand] = &[
+    OwnCommand { name: "cabin", command: cabin::process_command, run: cabin::run_process },
+    OwnCommand { name: "rover", command: rover::command, run: rover::run },
+];
 
 /// `lodestep simulate NAME`.
 pub(super) const SIMULATE: &[OwnCommand] =
-    &[OwnCommand { name: "rover", command: super::rover::simulate_command, run: super::rover::simulate }];
+    &[OwnCommand { name: "rover", command: rover::simulate_command, run: rover::simulate }];

@@ -1,0 +1,225 @@
+//! A row of the result: pose, how sure it is, and what it rests on.
+
+use nalgebra::{Matrix3, Matrix6, Vector3, Vector6};
+
+use super::covariance::Sparse;
+use super::filter::Filter;
+use super::measure::push;
+use super::states::{MOUNTING, VELOCITY};
+use super::tape::Columns;
+use crate::rotation::{Angles, Forward, cayley, skew};
+
+/// How far the filter is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Status {
+    /// The attitude is still being found.
+    Aligning,
+    /// Every kind of aid that the run has corrects it.
+    Full,
+    /// Some kind of aid is missing.
+    Reduced,
+    /// No position aid in the last half second.
+    Coasting,
+}
+
+impl Status {
+    /// As files have it.
+    pub fn word(self) -> &'static str {
+        match self {
+            Status::Aligning => "aligning",
+            Status::Full => "full",
+            Status::Reduced => "reduced",
+            Status::Coasting => "coasting",
+        }
+    }
+}
+
+/// One row: the cabin's pose, or the platform's.
+#[derive(Clone, Debug)]
+pub struct Row {
+    /// When, ns.
+    pub t_ns: i64,
+    /// Position of the origin in n, m.
+    pub p_n: Vector3<f64>,
+    /// Attitude: turns the body into n.
+    pub c_nb: Matrix3<f64>,
+    /// Velocity of the origin in n, m/s.
+    pub v_n: Vector3<f64>,
+    /// Covariance of position (m) and of a small rotation in n (rad), in this order.
+    pub covariance: Matrix6<f64>,
+    /// How far the filter is.
+    pub status: Status,
+    /// What has corrected it within the last half second: bits of [`Aids`](super::aids::Aids).
+    pub aids: u64,
+    /// Seconds until the sigma, at its present growth, is at a third of the budget; `None` while it does not grow.
+    pub time_left_s: Option<f64>,
+}
+
+/// Three-dimensional errors stay within so many sigmas of the least certain direction in all but 10⁻⁵ of the epochs, where they
+/// are normal: the quantile of a χ² of three is 25.9.
+const PROTECTION: f64 = 5.1;
+
+impl Row {
+    /// Heading of y, its elevation, and the roll about it, rad.
+    pub fn angles(&self) -> Angles {
+        Angles::of(&self.c_nb, Forward::Y)
+    }
+
+    /// Sigmas of the position east, north and up, m.
+    pub fn sigma_n_m(&self) -> [f64; 3] {
+        [0, 1, 2].map(|axis| self.covariance[(axis, axis)].max(0.0).sqrt())
+    }
+
+    /// Sigmas of yaw, pitch and roll, rad.
+    pub fn sigma_angles_rad(&self) -> [f64; 3] {
+        self.angles().sigmas_rad(&self.covariance.fixed_view::<3, 3>(3, 3).into_owned())
+    }
+
+    /// The position is within so much of the truth but for one epoch in ten thousand, m.
+    pub fn protection_level_m(&self) -> f64 {
+        PROTECTION * self.largest_sigma_m()
+    }
+
+    /// Sigma of the position in its least certain direction, m.
+    pub fn largest_sigma_m(&self) -> f64 {
+        let position = self.covariance.fixed_view::<3, 3>(0, 0).into_owned();
+        position.symmetric_eigenvalues().max().max(0.0).sqrt()
+    }
+
+    /// The row where it is told while a correction is spread over some epochs: so far off, which its sigma says, too.
+    pub(super) fn behind(mut self, behind_n: &Vector3<f64>) -> Row {
+        self.p_n += behind_n;
+        let mut position = self.covariance.fixed_view_mut::<3, 3>(0, 0);
+        position += behind_n * behind_n.transpose();
+        self
+    }
+
+    pub(super) fn smoothed(
+        &self,
+        moved: &Vector6<f64>,
+        less: &Matrix6<f64>,
+        velocity: &Vector3<f64>,
+        _velocity_less: &Vector3<f64>,
+    ) -> Row {
+        let mut covariance = self.covariance - less;
+        covariance = (covariance + covariance.transpose()) * 0.5;
+        for k in 0..6 {
+            // Rounding must not leave less than nothing.
+            covariance[(k, k)] = covariance[(k, k)].max(1e-3 * self.covariance[(k, k)]);
+        }
+        Row {
+            p_n: self.p_n + moved.fixed_rows::<3>(0),
+            c_nb: cayley(&moved.fixed_rows::<3>(3).into_owned()) * self.c_nb,
+            v_n: self.v_n + velocity,
+            covariance,
+            ..self.clone()
+        }
+    }
+}
+
+/// A pose with its Jacobians by place, attitude and velocity.
+pub(super) struct Pose {
+    p_n: Vector3<f64>,
+    c_nb: Matrix3<f64>,
+    v_n: Vector3<f64>,
+    jacobians: [Sparse; 3],
+    noise: Matrix6<f64>,
+}
+
+impl Pose {
+    pub(super) fn place(&self) -> Vector3<f64> {
+        self.p_n
+    }
+}
+
+impl Filter {
+    /// The body's origin at a time near the strapdown's, ns.
+    pub(super) fn body(&self, t_ns: i64) -> Option<Pose> {
+        let point = self.point(t_ns, &Vector3::zeros(), &Vector3::zeros())?;
+        let velocity = self.velocity_jacobian(&point.c_nb, &Vector3::zeros());
+        let mut turned = Sparse::new();
+        push(&mut turned, super::states::ATTITUDE, &Matrix3::identity());
+        push(&mut turned, MOUNTING, &-point.c_nb);
+        let jacobians = [point.jacobian, turned, velocity];
+        Some(Pose { p_n: point.p_n, c_nb: point.c_nb, v_n: point.v_n, jacobians, noise: Matrix6::zeros() })
+    }
+
+    /// The platform's origin, by the encoders; `None` where they are silent.
+    pub(super) fn platform(&self, t_ns: i64) -> Option<Pose> {
+        let origin = Vector3::zeros();
+        let place = self.on_platform(&origin, t_ns)?;
+        let point = self.point(t_ns, &place.at_b, &place.rate_b())?;
+        let (_, seat) = self.seat_near(t_ns)?;
+        let velocity = self.velocity_jacobian(&point.c_nb, &place.at_b);
+        let turn_by_legs = seat.by_legs.fixed_rows::<3>(3).into_owned();
+        let by_legs_n = (point.c_nb * seat.by_legs.fixed_rows::<3>(0), point.c_nb * turn_by_legs);
+        let mut moved = point.jacobian;
+        let mut turned = Sparse::new();
+        push(&mut turned, super::states::ATTITUDE, &Matrix3::identity());
+        push(&mut turned, MOUNTING, &-point.c_nb);
+        let mut by_legs = nalgebra::Matrix6::zeros();
+        for leg in 0..6 {
+            let (place, turn) = (by_legs_n.0.column(leg), by_legs_n.1.column(leg));
+            moved.push((self.states.legs + leg, [-place[0], -place[1], -place[2]]));
+            turned.push((self.states.legs + leg, [-turn[0], -turn[1], -turn[2]]));
+            by_legs.fixed_view_mut::<3, 1>(0, leg).copy_from(&place);
+            by_legs.fixed_view_mut::<3, 1>(3, leg).copy_from(&turn);
+        }
+        let unbiased = cayley(&-(turn_by_legs * self.leg_biases())) * seat.c_bp;
+        let mut noise =
+            by_legs * by_legs.transpose() * (self.tuning.leg_noise * self.rig.leg_sigma_m).powi(2);
+        for axis in 3..6 {
+            noise[(axis, axis)] += self.rig.rotator_sigma_rad.powi(2);
+        }
+        Some(Pose {
+            p_n: point.p_n,
+            c_nb: point.c_nb * unbiased,
+            v_n: point.v_n,
+            jacobians: [moved, turned, velocity],
+            noise,
+        })
+    }
+
+    /// How the velocity of a place of b changes with the errors: to the first order the sensor's own, and the gyros' bias.
+    fn velocity_jacobian(&self, c_nb: &Matrix3<f64>, at_b: &Vector3<f64>) -> Sparse {
+        let mut jacobian = Sparse::new();
+        push(&mut jacobian, VELOCITY, &Matrix3::identity());
+        let arm_n = c_nb * (at_b - self.rig.lever_b);
+        push(&mut jacobian, super::states::GYRO_BIAS, &(skew(&arm_n) * c_nb));
+        jacobian
+    }
+
+    /// The pose as a row, and its columns for a smoother.
+    pub(super) fn row(&self, t_ns: i64, pose: &Pose, with_columns: bool) -> (Row, Columns) {
+        let products: Vec<[Vec<f64>; 3]> =
+            pose.jacobians.iter().map(|jacobian| self.covariance.times_transposed(jacobian)).collect();
+        let mut covariance = pose.noise;
+        for row in 0..2 {
+            for column in 0..2 {
+                let mut block = Matrix3::zeros();
+                for (state, h) in &pose.jacobians[row] {
+                    for r in 0..3 {
+                        for c in 0..3 {
+                            block[(r, c)] += h[r] * products[column][c][*state];
+                        }
+                    }
+                }
+                let mut place = covariance.fixed_view_mut::<3, 3>(3 * row, 3 * column);
+                place += block;
+            }
+        }
+        covariance = (covariance + covariance.transpose()) * 0.5;
+        let row = Row {
+            t_ns,
+            p_n: pose.p_n,
+            c_nb: pose.c_nb,
+            v_n: pose.v_n,
+            covariance,
+            status: Status::Aligning,
+            aids: 0,
+            time_left_s: None,
+        };
+        let columns = if with_columns { products.into_iter().flatten().collect() } else { Columns::new() };
+        (row, columns)
+    }
+}

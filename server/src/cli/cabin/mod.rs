@@ -1,0 +1,8 @@
+//! The feed cabin's own commands: an instrument, and a file for each kind of device.
+
+mod aid_rows;
+mod pose_csv;
+mod process;
+mod row_file;
+
+pub(super) use process::{command as process_command, run as run_process};
