@@ -3,4 +3,5 @@
 pub mod catalogue;
 pub mod fixes;
 pub mod pedestrian;
+pub mod pole;
 pub mod vertical;

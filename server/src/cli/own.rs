@@ -18,7 +18,7 @@ pub(super) struct OwnCommand {
 }
 
 /// `lodestep process NAME`.
-pub(super) const PROCESS: &[OwnCommand] = &[];
+pub(super) const PROCESS: &[OwnCommand] = &[super::pole::PROCESS];
 
 /// `lodestep simulate NAME`.
 pub(super) const SIMULATE: &[OwnCommand] = &[];
