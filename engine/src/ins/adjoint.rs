@@ -38,6 +38,10 @@ pub(crate) struct Adjoint<const B: usize> {
     errors: [Vector3<f64>; B],
     /// What the future says of an error that has been set aside.
     aside: Option<OfAside<B>>,
+    /// Whether Λ is wanted: λ alone gives the errors, at a fraction of the work.
+    with_information: bool,
+    /// Smoothed functions of the errors of later moments, as functions of the errors of now.
+    carried: Vec<Rows<4, B>>,
 }
 
 /// λ and Λ of the error set aside: Λ with itself and with all others.
@@ -56,7 +60,37 @@ impl<const B: usize> Adjoint<B> {
             information: BlockCovariance::zeros(),
             errors: [Vector3::zeros(); B],
             aside: None,
+            with_information: true,
+            carried: Vec::new(),
         }
+    }
+
+    /// The same for a way back that is asked for errors only, not for how sure they are.
+    pub(crate) fn of_errors_at_the_end() -> Self {
+        Adjoint { with_information: false, ..Adjoint::at_the_end() }
+    }
+
+    /// Keeps four functions of the smoothed errors of now, so that their covariance with those of earlier moments
+    /// can be told: `jacobians` are the functions, `seen` their covariance with the errors in the filter.
+    ///
+    /// The smoothed errors of two moments j < k have the covariance (I − P_k Λ_k) Ψ P_j, where Ψ leads from j to k through
+    /// every transition and update (P. de Jong, Biometrika 76, 1989).
+    pub(crate) fn carry(&mut self, jacobians: &[(usize, SMatrix<f64, 4, 3>)], seen: &Rows<4, B>) {
+        let mut carried = self.information.times_rows(seen).times(&-SMatrix::<f64, 4, 4>::identity());
+        for (block, jacobian) in jacobians {
+            for m in 0..4 {
+                for axis in 0..3 {
+                    carried.0[m][*block][axis] += jacobian[(m, axis)];
+                }
+            }
+        }
+        self.carried.push(carried);
+    }
+
+    /// The covariances of what was kept, in the order of keeping, with four functions of the smoothed errors of now, whose
+    /// covariance with the errors in the filter is `seen`.
+    pub(crate) fn carried_seen_by(&self, seen: &Rows<4, B>) -> Vec<SMatrix<f64, 4, 4>> {
+        self.carried.iter().map(|carried| carried.times_transposed(seen)).collect()
     }
 
     /// The smoothed errors of the nominal state.
@@ -124,7 +158,10 @@ impl<const B: usize> Adjoint<B> {
                 }
                 Entry::Scale { block } => {
                     let (block, by) = (usize::from(block), Vector3::from(pop(&mut tape.numbers)));
-                    self.information.scale(block, &by);
+                    if self.with_information {
+                        self.information.scale(block, &by);
+                    }
+                    self.carried.iter_mut().for_each(|carried| carried.scale(block, &by));
                     self.lambda[block].component_mul_assign(&by);
                     self.errors[block].component_div_assign(&by);
                     if let Some(aside) = &mut self.aside {
@@ -134,6 +171,7 @@ impl<const B: usize> Adjoint<B> {
                 Entry::Isolate { block } => {
                     let block = usize::from(block);
                     self.information.isolate(block, Matrix3::zeros());
+                    self.carried.iter_mut().for_each(|carried| carried.clear(block));
                     self.lambda[block] = Vector3::zeros();
                     self.errors[block] = self.by_row(&mut tape.numbers);
                 }
@@ -141,6 +179,10 @@ impl<const B: usize> Adjoint<B> {
                     let (from, to) = (usize::from(from), usize::from(to));
                     self.information.add_multiple(from, to, &Matrix3::identity());
                     self.information.isolate(to, Matrix3::zeros());
+                    for carried in &mut self.carried {
+                        carried.add_multiple(from, to, &Matrix3::identity());
+                        carried.clear(to);
+                    }
                     let lambda = std::mem::take(&mut self.lambda[to]);
                     self.lambda[from] += lambda;
                     self.errors[to] = self.by_row(&mut tape.numbers);
@@ -208,7 +250,10 @@ impl<const B: usize> Adjoint<B> {
         let first = sensor * BLOCKS_A_SENSOR;
         change_five(&mut self.errors, first, inverse);
         change_five(&mut self.lambda, first, &transposed);
-        self.information.transform(first, &transposed);
+        if self.with_information {
+            self.information.transform(first, &transposed);
+        }
+        self.carried.iter_mut().for_each(|carried| transform_row(carried, first, &transposed));
         if let Some(aside) = &mut self.aside {
             transform_row(&mut aside.row, first, &transposed);
         }
@@ -216,7 +261,10 @@ impl<const B: usize> Adjoint<B> {
 
     fn undo_add_multiple(&mut self, a: usize, b: usize, factor: &Matrix3<f64>) {
         let transposed = factor.transpose();
-        self.information.add_multiple(b, a, &transposed);
+        if self.with_information {
+            self.information.add_multiple(b, a, &transposed);
+        }
+        self.carried.iter_mut().for_each(|carried| carried.add_multiple(b, a, &transposed));
         let (lambda, error) = (self.lambda[a], self.errors[b]);
         self.lambda[b] += transposed * lambda;
         self.errors[a] -= factor * error;
@@ -266,6 +314,29 @@ impl<const B: usize> Adjoint<B> {
         // An error that was set aside and never used is not spoken of.
         let own_gain = (taken == AsideTaken::Gains && self.aside.is_some())
             .then(|| SVector::<f64, M>::from_column_slice(take(M)));
+
+        for carried in &mut self.carried {
+            let corrected = carried.times_transposed(&gain);
+            for (block, t) in h_transposed {
+                let off = corrected * t.transpose();
+                for m in 0..4 {
+                    for axis in 0..3 {
+                        carried.0[m][*block][axis] -= off[(m, axis)];
+                    }
+                }
+            }
+        }
+        if !self.with_information && taken == AsideTaken::None {
+            say -= gain.of(&self.lambda);
+            for (block, t) in h_transposed {
+                self.lambda[*block] += t * say;
+            }
+            for (error, put_on) in self.errors.iter_mut().zip(&gain.transposed_times(&innovation)) {
+                *error += put_on;
+            }
+            numbers.truncate(start);
+            return;
+        }
 
         // Λ ← Λ − T D − D' T' with T = H' and D = K' Λ − (K' Λ K + S⁻¹) T' / 2.
         let mut d = self.information.times_rows(&gain);

@@ -60,8 +60,14 @@ impl<const B: usize> Aside<B> {
 
 /// A row that sees five vectors from number `first` on sees them through `map`.
 #[inline]
-pub(super) fn transform_row<const B: usize>(row: &mut Rows<1, B>, first: usize, map: impl Fn(Five) -> Five) {
-    if let Some(five) = row.0[0][first..].first_chunk_mut::<5>() {
-        *five = map(*five);
+pub(super) fn transform_row<const M: usize, const B: usize>(
+    rows: &mut Rows<M, B>,
+    first: usize,
+    map: impl Fn(Five) -> Five,
+) {
+    for row in &mut rows.0 {
+        if let Some(five) = row[first..].first_chunk_mut::<5>() {
+            *five = map(*five);
+        }
     }
 }

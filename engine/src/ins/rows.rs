@@ -62,6 +62,13 @@ impl<const M: usize, const B: usize> Rows<M, B> {
         }
     }
 
+    /// The rows see nothing of the error of vector `i` any more.
+    pub(super) fn clear(&mut self, i: usize) {
+        for row in &mut self.0 {
+            row[i] = [0.0; 3];
+        }
+    }
+
     /// The rows see the error of vector `a` after `factor` times that of `b` has been added to it.
     pub(super) fn add_multiple(&mut self, a: usize, b: usize, factor: &Matrix3<f64>) {
         for row in &mut self.0 {

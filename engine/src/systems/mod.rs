@@ -4,5 +4,6 @@ pub mod cabin;
 pub mod catalogue;
 pub mod fixes;
 pub mod pedestrian;
+pub mod pole;
 pub mod rover;
 pub mod vertical;

@@ -15,6 +15,7 @@ mod of_system;
 mod output_file;
 mod own;
 mod plot;
+mod pole;
 mod predict;
 mod print;
 mod process;

@@ -6,7 +6,7 @@
 use anyhow::Result;
 use clap::{ArgMatches, Command};
 
-use crate::cli::{cabin, rover};
+use crate::cli::{cabin, pole, rover};
 
 /// A command of one system: `lodestep process NAME`, or `lodestep simulate NAME`.
 #[derive(Debug)]
@@ -22,6 +22,7 @@ pub(super) struct OwnCommand {
 /// `lodestep process NAME`.
 pub(super) const PROCESS: &[OwnCommand] = &[
     OwnCommand { name: "cabin", command: cabin::process_command, run: cabin::run_process },
+    pole::PROCESS,
     OwnCommand { name: "rover", command: rover::command, run: rover::run },
 ];
 
