@@ -3,21 +3,23 @@
 use nalgebra::Vector3;
 
 use super::arcs::{Ambiguity, Key, Losses};
-use super::coupling::{Bend, CoupledRange, Coupling, RangeOutcome};
+use super::coupling::{Bend, CoupledRange, Coupling, RangeOutcome, Sky};
 use super::differences::{Base, Difference, Pair, differences, seen};
 use super::fixing::{Answer, release, search};
 use super::instrument::{AmbiguityMode, Instrument};
 use super::noise::Noise;
 use super::row::Quality;
-use super::satellites::{Arcs, drop_arcs, forget_clocks, weigh};
+use super::satellites::{Arcs, directions, drop_arcs, forget_clocks, weigh};
 use super::state::{POSITION, RANGES, State, VELOCITY};
 use crate::gnss::ephemeris::Navigation;
 use crate::gnss::satellite::Constellation;
 use crate::gnss::time::GpsTime;
 
 /// White noise of the acceleration, m²/s³: a trolley or a walker, in plan and upwards.
-const Q_PLAN: f64 = 1.0;
+const Q_PLAN: f64 = 0.1;
 const Q_UP: f64 = 0.03;
+/// So long after the last satellite a rover is still near the door, s.
+const DOOR_S: f64 = 3.0;
 /// Walk of the height where no satellite says how high, m/√s.
 const HEIGHT_WALK: f64 = 0.02;
 /// Plan sigma under which whole cycles are called fixed, m.
@@ -129,7 +131,14 @@ impl Filter {
             self.state.propagate(dt_s, [Q_PLAN, Q_PLAN, 0.0]);
             self.state.add_variance(POSITION + 2, HEIGHT_WALK * HEIGHT_WALK * dt_s.abs());
         }
-        self.coupling.grow(&mut self.state, dt_s.abs(), outside);
+        let sky = if outside && self.directions >= 6 {
+            Sky::Open
+        } else if self.last_satellites.is_some_and(|last| time.since(last) < DOOR_S) {
+            Sky::Door
+        } else {
+            Sky::Hall
+        };
+        self.coupling.grow(&mut self.state, dt_s.abs(), sky, outside);
         self.time = time;
     }
 
@@ -246,7 +255,9 @@ impl Filter {
             }
         }
         let held_directions = self.held_directions(&differences);
-        if held_directions >= 2 && self.plan_sigma_m() < FIXED_PLAN_SIGMA_M {
+        // Where few satellites carry it, the rest comes from ranges and motion, whose errors are no noise.
+        let limit = if held_directions >= 4 { FIXED_PLAN_SIGMA_M } else { 0.6 * FIXED_PLAN_SIGMA_M };
+        if held_directions >= 2 && self.plan_sigma_m() < limit {
             quality = Quality::Fixed;
         }
         self.fixed = quality == Quality::Fixed;
@@ -340,17 +351,4 @@ impl Filter {
 
 fn plan_sigma(state: &State) -> f64 {
     (state.covariance(0, 0) + state.covariance(1, 1)).max(0.0).sqrt()
-}
-
-/// Directions between satellites of one system each.
-fn directions(differences: &[Difference]) -> usize {
-    let mut by_system = [0_usize; 4];
-    let mut before = None;
-    for one in differences.iter().filter(|one| one.phase_m.is_some()) {
-        if before != Some(one.satellite) {
-            by_system[one.satellite.constellation.index()] += 1;
-            before = Some(one.satellite);
-        }
-    }
-    by_system.iter().map(|count| count.saturating_sub(1)).sum()
 }

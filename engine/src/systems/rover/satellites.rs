@@ -13,6 +13,8 @@ use super::state::{POSITION, State};
 const CLOCK_SIGMA_M: f64 = 100.0;
 /// Normalised residuals above speak of a slip.
 const SLIP: f64 = 4.5;
+/// The same where few satellites check each other.
+const SLIP_OF_FEW: f64 = 8.0;
 /// Normalised residuals of code above make it count less.
 const CODE_LIMIT: f64 = 3.5;
 /// Rounds of looking for what does not fit.
@@ -270,6 +272,8 @@ fn worst(
 ) -> Option<(usize, f64)> {
     let mut worst = None;
     let mut most = 1.0;
+    // With few satellites a phase is held against ranges and motion only, whose errors are no noise.
+    let slip = if directions(differences) >= 5 { SLIP } else { SLIP_OF_FEW };
     for (k, row) in rows.iter().enumerate() {
         if row.dropped {
             continue;
@@ -281,7 +285,7 @@ fn worst(
             continue;
         }
         let normal = (value - state.row_value(list)).abs() / variance.sqrt();
-        let excess = normal / if row.is_phase { SLIP } else { CODE_LIMIT };
+        let excess = normal / if row.is_phase { slip } else { CODE_LIMIT };
         if excess > most {
             most = excess;
             worst = Some((k, normal));
@@ -367,4 +371,17 @@ pub fn renumber(arcs: &mut Arcs, kept: &[usize]) {
             *index = place;
         }
     }
+}
+
+/// Directions between satellites of one system each.
+pub(super) fn directions(differences: &[Difference]) -> usize {
+    let mut by_system = [0_usize; 4];
+    let mut before = None;
+    for one in differences.iter().filter(|one| one.phase_m.is_some()) {
+        if before != Some(one.satellite) {
+            by_system[one.satellite.constellation.index()] += 1;
+            before = Some(one.satellite);
+        }
+    }
+    by_system.iter().map(|count| count.saturating_sub(1)).sum()
 }
