@@ -193,8 +193,9 @@ impl Coupling {
         state.reset(self.clock(), 0.0, tuning.clock_sigma_s * tuning.clock_sigma_s);
     }
 
-    /// Lets biases grow over a time.
-    pub fn grow(&mut self, state: &mut State, dt_s: f64, sky: Sky, in_sight: bool) {
+    /// Lets biases grow over a time, and says which states faded by what.
+    pub fn grow(&mut self, state: &mut State, dt_s: f64, sky: Sky, in_sight: bool) -> Vec<(usize, f64)> {
+        let mut factors = Vec::with_capacity(self.anchors.len());
         let changed = self.sky != sky;
         self.sky = sky;
         let aim = f64::from(u8::from(in_sight));
@@ -208,11 +209,19 @@ impl Coupling {
             };
             let factor = libm::exp(-dt_s / time_s);
             state.fade(RANGES + 3 * k + 1, factor, sigma_m * sigma_m * (1.0 - factor * factor));
+            factors.push((RANGES + 3 * k + 1, factor));
             state.add_variance(RANGES + 3 * k, SLOW_WALK * SLOW_WALK * dt_s);
             if changed {
                 let new = CHANGE_M.min(outside_m);
                 state.add_variance(RANGES + 3 * k + 1, new * new);
             }
+        }
+        factors
+    }
+
+    /// Decides which anchors are in plain view.
+    pub fn judge(&mut self, state: &mut State) {
+        for k in 0..self.anchors.len() {
             // Ranges that stay the same while the rover moves in sight of satellites come through nothing.
             let learnt = &mut self.learnt[k];
             let pane = RANGES + 3 * k + 2;

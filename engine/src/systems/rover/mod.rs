@@ -46,5 +46,6 @@ pub mod ranges_check;
 pub mod row;
 pub mod run;
 pub mod satellites;
+pub mod smoothing;
 pub mod state;
 pub mod uwb_alone;

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use nalgebra::Vector3;
 
-use super::arcs::{Ambiguity, Arc, Group, Key, group};
+use super::arcs::{Ambiguity, Arc, Group, Key, Known, group};
 use super::differences::Difference;
 use super::noise::Noise;
 use super::state::{POSITION, State};
@@ -33,6 +33,33 @@ pub struct Arcs {
     pub slips_found: usize,
     /// Slips that a flag told.
     pub slips_told: usize,
+    /// Whole cycles that were held, by the arc's beginning.
+    pub found: Known,
+}
+
+impl Arcs {
+    /// Begins an arc.
+    pub(super) fn begin(
+        &mut self,
+        key: Key,
+        ambiguity: Ambiguity,
+        difference: &Difference,
+        epoch: u64,
+        gauge: u32,
+    ) {
+        self.count += 1;
+        let arc = Arc {
+            id: self.count,
+            ambiguity,
+            epochs: 0,
+            last_seen: epoch,
+            half_cycle: difference.half_cycle,
+            attributes: difference.attributes,
+            began: epoch,
+            gauge,
+        };
+        self.by_key.insert(key, arc);
+    }
 }
 
 /// One scalar observation.
@@ -102,18 +129,7 @@ pub fn weigh(
         let start = (phase_m - difference.code_m.unwrap_or(middle)) / difference.wavelength_m;
         let sigma = 50.0 / difference.wavelength_m;
         let index = state.push(start, sigma * sigma);
-        arcs.count += 1;
-        arcs.by_key.insert(
-            key,
-            Arc {
-                id: arcs.count,
-                ambiguity: Ambiguity::Float(index),
-                epochs: 0,
-                last_seen: epoch,
-                half_cycle: difference.half_cycle,
-                attributes: difference.attributes,
-            },
-        );
+        arcs.begin(key, Ambiguity::Float(index), difference, epoch, 0);
     }
     result.first_clock = state.len();
     let mut clocks: BTreeMap<(bool, Group), usize> = BTreeMap::new();
@@ -341,6 +357,7 @@ pub fn forget_clocks(state: &mut State, arcs: &mut Arcs, result: &EpochResult, e
             arc.epochs = 1;
             arcs.count += 1;
             arc.id = arcs.count;
+            arc.began = epoch;
         }
     }
     drop_arcs(state, arcs, &ended, result.first_clock);
