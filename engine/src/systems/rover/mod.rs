@@ -40,6 +40,7 @@ pub mod filter;
 pub mod fixing;
 pub mod instrument;
 pub mod noise;
+pub mod paper;
 pub mod ranges;
 pub mod ranges_alone;
 pub mod ranges_check;

@@ -53,6 +53,14 @@ impl Noise {
         }
     }
 
+    /// The same with all variances multiplied.
+    pub fn scaled(mut self, factor: f64) -> Noise {
+        let root = factor.sqrt();
+        self.code_sigma_m *= root;
+        self.phase_sigma_m *= root;
+        self
+    }
+
     fn shape(difference: &Difference) -> f64 {
         let sin = libm::sin(difference.elevation_rad).max(0.1);
         let weak = if difference.strength_db_hz > 0.0 {

@@ -6,6 +6,7 @@ use super::differences::{Base, Pair, age_s};
 use super::doubts;
 use super::filter::{FLOOR_M, Filter};
 use super::instrument::{AmbiguityMode, Instrument};
+use super::paper;
 use super::row::{Quality, Row};
 use super::smoothing::Tape;
 use super::state::RANGES;
@@ -141,12 +142,63 @@ fn due<'a>(inputs: &Inputs<'a>, interval_s: f64, ranges: &[(GpsTime, CoupledRang
 
 /// Works a run out.
 pub fn run(inputs: &Inputs<'_>) -> Outcome {
+    if inputs.paper {
+        return by_paper(inputs);
+    }
     let first = once(inputs, Known::new(), false);
     if !inputs.smoothed || inputs.instrument.ambiguities.mode == AmbiguityMode::Epoch {
         return first.0;
     }
     // Once more with the whole cycles that are known by the end, from where each arc began.
     once(inputs, first.1, true).0
+}
+
+/// Works a run out by the straight reading of the paper, an epoch at a time.
+fn by_paper(inputs: &Inputs<'_>) -> Outcome {
+    let mut outcome = Outcome::default();
+    let Some(first) = inputs.rover.epochs.first() else { return outcome };
+    let base = Base::new(inputs.base_place);
+    let interval_s = inputs.rover.interval_s().unwrap_or(1.0);
+    let doubts = doubts::before(inputs, &base);
+    let setting = paper::Setting {
+        base: &base,
+        navigation: inputs.navigation,
+        systems: inputs.systems,
+        instrument: inputs.instrument,
+        anchors: inputs.anchors,
+        two_bands: inputs.rover.has_two_bands() && inputs.base.has_two_bands(),
+    };
+    let ranges: Vec<(GpsTime, CoupledRange)> = inputs
+        .ranges
+        .iter()
+        .map(|range| (GpsTime::from_week(first.time.week(), range.t_s), *range))
+        .collect();
+    let mut bases = BaseEpochs { epochs: &inputs.base.epochs, next: 0, losses: Losses::default() };
+    let mut last_ranges = vec![None; inputs.anchors.len()];
+    let coupling = Coupling::new(inputs.anchors.to_vec(), &inputs.instrument.uwb);
+    let mut at: Option<[f64; 3]> = inputs.initial_position_m;
+    for due in due(inputs, interval_s, &ranges) {
+        let from = ranges.partition_point(|(time, _)| due.time.since(*time) > 0.5 * interval_s);
+        let to = ranges.partition_point(|(time, _)| due.time.since(*time) > -0.5 * interval_s);
+        let near: Vec<CoupledRange> = ranges[from..to].iter().map(|(_, range)| *range).collect();
+        let near = paper::nearest(&near, inputs.anchors.len(), due.time.tow_s(), &mut last_ranges);
+        let start = at.or_else(|| start(inputs, &base, &due, &coupling, &ranges).map(|(place, _)| place));
+        let Some(start) = start else { continue };
+        let pair =
+            due.epoch.and_then(|rover| bases.at(rover).map(|from_base| Pair { rover, base: from_base }));
+        let Some(position) = paper::epoch(&setting, pair, &near, start) else { continue };
+        at = Some(position.p_n);
+        outcome.rows.push(row(due.time, &position, near.len(), &base, first));
+    }
+    if inputs.doubtful || !doubts.is_empty() {
+        outcome
+            .rows
+            .iter_mut()
+            .filter(|row| row.quality == Quality::Fixed)
+            .for_each(|row| row.quality = Quality::Float);
+    }
+    outcome.anomalies = doubts;
+    outcome
 }
 
 /// One pass, and the whole cycles that it came to hold.

@@ -94,6 +94,8 @@ pub struct EpochResult {
     pub given_up: usize,
     /// Held arcs that were looked at.
     pub held: usize,
+    /// v'Pv of all observations, and their redundancy.
+    pub fit: [f64; 2],
 }
 
 /// Takes an epoch's differences, linearised at `at_n`. Clocks stay in the state until [`forget_clocks`].
@@ -211,6 +213,8 @@ pub fn weigh(
         let residual = value - state.row_value(list);
         let redundancy = (1.0 - state.row_variance(list) / row.variance).clamp(0.0, 1.0);
         let key = (difference.satellite, difference.band);
+        result.fit[0] += residual * residual / row.variance;
+        result.fit[1] += redundancy;
         if redundancy > TESTABLE {
             if row.is_phase {
                 noise.take_phase(residual, row.variance, redundancy);
