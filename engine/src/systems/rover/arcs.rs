@@ -32,7 +32,14 @@ pub struct Arc {
     pub half_cycle: bool,
     /// The ways of tracking, rover and base.
     pub attributes: [u8; 2],
+    /// The count of the filter's epochs at which it began.
+    pub began: u64,
+    /// Within which gauge its whole cycles are held, counted from 1; 0 while they are not.
+    pub gauge: u32,
 }
+
+/// Whole cycles of arcs by where and when they began: gauge and cycles.
+pub type Known = BTreeMap<(Key, u64), (u32, f64)>;
 
 /// Which satellites a receiver lost since it was asked last.
 #[derive(Clone, Debug, Default)]

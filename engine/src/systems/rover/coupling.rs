@@ -36,6 +36,17 @@ pub enum RangeOutcome {
     Rejected,
 }
 
+/// How much of the sky is in sight.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Sky {
+    /// Satellites on all sides.
+    Open,
+    /// Few satellites, or none since a moment ago: what stands between tag and anchors changes with every step.
+    Door,
+    /// No satellite.
+    Hall,
+}
+
 /// How the bend of a range over an uncertain position is treated.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Bend {
@@ -63,7 +74,11 @@ const OUTSIDE: [f64; 2] = [20.0, 0.2];
 /// The quietest that is learnt, m.
 const QUIET_M: f64 = 0.015;
 /// What a pane or a wall adds where satellites are in sight, m: expected, sigma. It never shortens a way.
-const PANE: [f64; 2] = [0.1, 0.1];
+const PANE: [f64; 2] = [0.15, 0.1];
+/// On the way through a door.
+const DOOR: [f64; 2] = [1.5, 0.16];
+/// A pane is behind or before the rover within about this time, s.
+const PASSAGE_S: f64 = 0.7;
 /// How much of the quick bias is new where satellites come into sight or go out of it, m.
 const CHANGE_M: f64 = 0.1;
 /// Random walk of the slow bias, m/√s.
@@ -78,15 +93,33 @@ const JUMP: u32 = 12;
 /// What is learnt of one anchor over fixed epochs.
 #[derive(Clone, Copy, Debug, Default)]
 struct Learnt {
-    fast: f64,
+    /// Running middle of what ranges have too much, m.
     middle: f64,
+    /// The last one's distance from it, m.
+    last: f64,
+    /// Mean product of neighbours' distances from it, m², and their mean square.
+    products: f64,
+    squares: f64,
     last_t_s: f64,
-    /// Seconds of fixed epochs behind it.
+    /// Seconds and ranges of fixed epochs behind it.
     seconds: f64,
-    lasting: f64,
-    white: f64,
+    count: u32,
     /// Nothing stands in between.
     plain: bool,
+}
+
+/// Time over which the middle of an anchor's ranges is taken, and over which it is learnt how they move about it, s.
+const MIDDLE_S: f64 = 12.0;
+const MEMORY_S: f64 = 30.0;
+/// Products of neighbours below which ranges are in plain view, and above which they are no more, m².
+const PLAIN_M2: [f64; 2] = [0.0012, 0.0018];
+
+impl Learnt {
+    /// What the mean product is at most, two of its sigmas above what was found.
+    fn at_most_m2(&self) -> f64 {
+        let behind = f64::from(self.count).min(MEMORY_S / self.seconds.max(1e-3) * f64::from(self.count));
+        self.products + 2.0 * self.squares / behind.max(1.0).sqrt()
+    }
 }
 
 /// The ranges' part of the filter.
@@ -97,8 +130,10 @@ pub struct Coupling {
     tuning: Tuning,
     learnt: Vec<Learnt>,
     rejected_in_a_row: Vec<u32>,
-    /// Satellites are in sight.
-    outside: bool,
+    /// How much of the sky is in sight.
+    sky: Sky,
+    /// How much of a pane stands in between, 0 to 1: it comes and goes as the rover passes the door.
+    behind: f64,
     /// Ranges used, by anchor.
     pub used: Vec<usize>,
     /// Ranges rejected, by anchor.
@@ -116,11 +151,12 @@ impl Coupling {
                 bias_m: tag.range_bias_m.unwrap_or(0.2),
                 bias_sigma_m: 0.08,
                 noise_m: tag.range_sigma_m.unwrap_or(0.06),
-                clock_sigma_s: 0.035,
+                clock_sigma_s: 0.03,
             },
             learnt: vec![Learnt::default(); count],
             rejected_in_a_row: vec![0; count],
-            outside: true,
+            sky: Sky::Open,
+            behind: 1.0,
             used: vec![0; count],
             rejected: vec![0; count],
         }
@@ -157,38 +193,52 @@ impl Coupling {
         state.reset(self.clock(), 0.0, tuning.clock_sigma_s * tuning.clock_sigma_s);
     }
 
-    /// Lets biases grow over a time.
-    pub fn grow(&mut self, state: &mut State, dt_s: f64, satellites_in_sight: bool) {
-        let changed = self.outside != satellites_in_sight;
-        self.outside = satellites_in_sight;
+    /// Lets biases grow over a time, and says which states faded by what.
+    pub fn grow(&mut self, state: &mut State, dt_s: f64, sky: Sky, in_sight: bool) -> Vec<(usize, f64)> {
+        let mut factors = Vec::with_capacity(self.anchors.len());
+        let changed = self.sky != sky;
+        self.sky = sky;
+        let aim = f64::from(u8::from(in_sight));
+        self.behind += (aim - self.behind) * (1.0 - libm::exp(-dt_s / PASSAGE_S));
         for k in 0..self.anchors.len() {
             let outside_m = self.outside_sigma_m(k);
-            let [time_s, sigma_m] = if satellites_in_sight { [OUTSIDE[0], outside_m] } else { INSIDE };
+            let [time_s, sigma_m] = match sky {
+                Sky::Open => [OUTSIDE[0], outside_m],
+                Sky::Door => [DOOR[0], DOOR[1].min(outside_m)],
+                Sky::Hall => INSIDE,
+            };
             let factor = libm::exp(-dt_s / time_s);
             state.fade(RANGES + 3 * k + 1, factor, sigma_m * sigma_m * (1.0 - factor * factor));
+            factors.push((RANGES + 3 * k + 1, factor));
             state.add_variance(RANGES + 3 * k, SLOW_WALK * SLOW_WALK * dt_s);
             if changed {
                 let new = CHANGE_M.min(outside_m);
                 state.add_variance(RANGES + 3 * k + 1, new * new);
             }
+        }
+        factors
+    }
+
+    /// Decides which anchors are in plain view.
+    pub fn judge(&mut self, state: &mut State) {
+        for k in 0..self.anchors.len() {
             // Ranges that stay the same while the rover moves in sight of satellites come through nothing.
-            if !self.learnt[k].plain && self.learnt[k].seconds > 15.0 && outside_m < 0.05 {
-                self.learnt[k].plain = true;
-                let innovation = -state.x[RANGES + 3 * k + 2];
-                state.update(&[(RANGES + 3 * k + 2, 1.0)], innovation, 0.02 * 0.02);
+            let learnt = &mut self.learnt[k];
+            let pane = RANGES + 3 * k + 2;
+            if !learnt.plain && learnt.seconds > 12.0 && learnt.at_most_m2() < PLAIN_M2[0] {
+                learnt.plain = true;
+                let innovation = -state.x[pane];
+                state.update(&[(pane, 1.0)], innovation, 0.02 * 0.02);
+            } else if learnt.plain && learnt.products > PLAIN_M2[1] {
+                learnt.plain = false;
+                state.reset(pane, PANE[0], PANE[1] * PANE[1]);
             }
         }
     }
 
     /// How large the quick bias of an anchor is with satellites in sight.
     fn outside_sigma_m(&self, k: usize) -> f64 {
-        let learnt = &self.learnt[k];
-        if learnt.seconds < 8.0 {
-            return OUTSIDE[1];
-        }
-        // What the mean over a second wanders by, beyond what white noise explains of it.
-        let lasting = (learnt.lasting - 0.2 * learnt.white).max(0.0).sqrt();
-        (3.0 * lasting).clamp(QUIET_M, OUTSIDE[1])
+        if self.learnt[k].plain { QUIET_M } else { OUTSIDE[1] }
     }
 
     /// Takes a range at the state's time.
@@ -214,12 +264,21 @@ impl Coupling {
             (POSITION + 2, u.z),
             (slow, 1.0),
             (quick, 1.0),
-            (pane, f64::from(u8::from(self.outside))),
+            (pane, self.behind),
             (clock, -u.dot(&v)),
         ];
-        let behind = if self.outside { state.x[pane] } else { 0.0 };
+        let behind = self.behind * state.x[pane];
         let mut innovation = range.range_m - distance - state.x[slow] - state.x[quick] - behind;
         let mut noise = self.tuning.noise_m * self.tuning.noise_m;
+        // A filter that lags in a turn looks like a clock that is late: only where satellites say where the rover is can the
+        // offset be learnt. Elsewhere it is an uncertainty, and stays what it is.
+        let row = if fixed {
+            &row[..]
+        } else {
+            let late = row[6].1;
+            noise += late * late * state.covariance(clock, clock);
+            &row[..6]
+        };
         if bend != Bend::Flat {
             let (mean, variance) = second_order(state, &u, distance);
             if bend == Bend::SecondOrder {
@@ -229,7 +288,7 @@ impl Coupling {
                 noise += SHARED * (mean * mean + variance);
             }
         }
-        let variance = state.row_variance(&row) + noise;
+        let variance = state.row_variance(row) + noise;
         if innovation * innovation > GATE * GATE * variance {
             self.rejected[k] += 1;
             self.rejected_in_a_row[k] += 1;
@@ -248,31 +307,31 @@ impl Coupling {
         if normal > 2.5 {
             noise += variance * (normal / 2.5 - 1.0);
         }
-        state.update(&row, innovation, noise);
+        state.update(row, innovation, noise);
         self.used[k] += 1;
         RangeOutcome::Used
     }
 
     fn learn(&mut self, k: usize, t_s: f64, residual_m: f64) {
         let learnt = &mut self.learnt[k];
-        let dt_s = (t_s - learnt.last_t_s).clamp(0.0, 1.0);
+        let dt_s = t_s - learnt.last_t_s;
         learnt.last_t_s = t_s;
-        if learnt.seconds == 0.0 {
-            learnt.fast = residual_m;
-            learnt.middle = residual_m;
-            learnt.lasting = 0.0;
-            learnt.white = self.tuning.noise_m * self.tuning.noise_m;
-            learnt.seconds = 1e-6;
+        if learnt.count == 0 || !(0.0..2.0).contains(&dt_s) {
+            learnt.middle = if learnt.count == 0 { residual_m } else { learnt.middle };
+            learnt.last = residual_m - learnt.middle;
+            learnt.count += 1;
             return;
         }
+        learnt.count += 1;
         learnt.seconds += dt_s;
-        let (fast, middle) = (1.0 - libm::exp(-dt_s / 1.0), 1.0 - libm::exp(-dt_s / 12.0));
-        let off = residual_m - learnt.fast;
-        learnt.white += 0.02 * ((off * off).min(0.1) - learnt.white);
-        learnt.fast += fast * off;
-        learnt.middle += middle * (residual_m - learnt.middle);
-        let wander = learnt.fast - learnt.middle;
-        learnt.lasting += (1.0 - libm::exp(-dt_s / 15.0)) * (wander * wander - learnt.lasting);
+        let share = (1.0 - libm::exp(-dt_s / MIDDLE_S)).max(1.0 / f64::from(learnt.count));
+        learnt.middle += share * (residual_m - learnt.middle);
+        // White noise is in no product of neighbours; what lasts longer than from one to the next is.
+        let off = (residual_m - learnt.middle).clamp(-0.5, 0.5);
+        let share = (1.0 - libm::exp(-dt_s / MEMORY_S)).max(1.0 / f64::from(learnt.count));
+        learnt.products += share * (off * learnt.last - learnt.products);
+        learnt.squares += share * (off * off - learnt.squares);
+        learnt.last = off;
     }
 }
 

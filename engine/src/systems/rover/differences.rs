@@ -11,8 +11,8 @@ use crate::gnss::signal::{LIGHT_M_S, bands, preference, wavelength_m};
 use crate::gnss::time::GpsTime;
 use crate::gnss::troposphere;
 
-/// Bands of one satellite that are used.
-const MOST_BANDS: usize = 2;
+/// Bands of one satellite that are used: a third one halves what multipath of a single one does to a position.
+const MOST_BANDS: usize = 3;
 
 /// The base: where it is, and the frame that is spanned there.
 #[derive(Clone, Copy, Debug)]

@@ -2,28 +2,31 @@
 
 use nalgebra::Vector3;
 
-use super::arcs::{Ambiguity, Key, Losses};
-use super::coupling::{Bend, CoupledRange, Coupling, RangeOutcome};
+use super::arcs::{Ambiguity, Key, Known, Losses, group};
+use super::coupling::{Bend, CoupledRange, Coupling, RangeOutcome, Sky};
 use super::differences::{Base, Difference, Pair, differences, seen};
 use super::fixing::{Answer, release, search};
 use super::instrument::{AmbiguityMode, Instrument};
 use super::noise::Noise;
 use super::row::Quality;
-use super::satellites::{Arcs, drop_arcs, forget_clocks, weigh};
+use super::satellites::{Arcs, directions, drop_arcs, forget_clocks, weigh};
+use super::smoothing::{Tape, Transition};
 use super::state::{POSITION, RANGES, State, VELOCITY};
 use crate::gnss::ephemeris::Navigation;
 use crate::gnss::satellite::Constellation;
 use crate::gnss::time::GpsTime;
 
 /// White noise of the acceleration, m²/s³: a trolley or a walker, in plan and upwards.
-const Q_PLAN: f64 = 1.0;
+const Q_PLAN: f64 = 0.1;
 const Q_UP: f64 = 0.03;
+/// So long after the last satellite a rover is still near the door, s.
+const DOOR_S: f64 = 3.0;
 /// Walk of the height where no satellite says how high, m/√s.
 const HEIGHT_WALK: f64 = 0.02;
 /// Plan sigma under which whole cycles are called fixed, m.
 pub const FIXED_PLAN_SIGMA_M: f64 = 0.05;
 /// What no residual shows: antennas, multipath that stays, the base's own place; m.
-const FLOOR_M: f64 = 0.0015;
+pub(super) const FLOOR_M: f64 = 0.0015;
 
 /// What an epoch of the filter came to.
 #[derive(Clone, Debug)]
@@ -70,7 +73,12 @@ pub struct Filter {
     last: Option<(Answer, u32)>,
     /// How often held integers were given up.
     pub releases: usize,
-    doubts: u32,
+    /// What it goes through, where it is to be smoothed.
+    pub tape: Option<Tape>,
+    /// Whole cycles that are known from an earlier run.
+    pub known: Known,
+    /// Gauges there have been.
+    gauges: u32,
 }
 
 impl Filter {
@@ -110,7 +118,9 @@ impl Filter {
             fixed: false,
             last: None,
             releases: 0,
-            doubts: 0,
+            tape: None,
+            known: Known::default(),
+            gauges: 0,
         }
     }
 
@@ -120,8 +130,12 @@ impl Filter {
         if dt_s == 0.0 {
             return;
         }
+        if let Some(tape) = &mut self.tape {
+            tape.leave(&self.state);
+        }
         let outside = self.satellites_in_sight();
-        if outside && self.directions >= 3 {
+        let level = !(outside && self.directions >= 3);
+        if !level {
             self.state.propagate(dt_s, [Q_PLAN, Q_PLAN, Q_UP]);
         } else {
             // Nothing says how high the rover is: a floor is even, and the height walks slowly from the last known one.
@@ -129,7 +143,18 @@ impl Filter {
             self.state.propagate(dt_s, [Q_PLAN, Q_PLAN, 0.0]);
             self.state.add_variance(POSITION + 2, HEIGHT_WALK * HEIGHT_WALK * dt_s.abs());
         }
-        self.coupling.grow(&mut self.state, dt_s.abs(), outside);
+        let sky = if outside && self.directions >= 6 {
+            Sky::Open
+        } else if self.last_satellites.is_some_and(|last| time.since(last) < DOOR_S) {
+            Sky::Door
+        } else {
+            Sky::Hall
+        };
+        let factors = self.coupling.grow(&mut self.state, dt_s.abs(), sky, outside);
+        if let Some(tape) = &mut self.tape {
+            tape.arrive(&self.state, Transition { dt_s, level, factors });
+        }
+        self.coupling.judge(&mut self.state);
         self.time = time;
     }
 
@@ -186,6 +211,7 @@ impl Filter {
             return None;
         }
         self.end_lost(&differences, losses);
+        self.begin_known(&differences);
         let distance_m = at.norm();
         // The first epoch says at once how good codes are, and is weighed again by what it says.
         if self.epoch == 1 || self.mode == AmbiguityMode::Epoch {
@@ -206,7 +232,6 @@ impl Filter {
 
         // More than a third of what was held does not fit: it was wrong.
         if result.given_up >= 2 && 3 * result.given_up > result.held + result.given_up {
-            self.doubts += 1;
             self.releases += 1;
             release(&mut self.state, &mut self.arcs);
             self.last = None;
@@ -233,6 +258,7 @@ impl Filter {
             if hold {
                 let before = self.state.len();
                 answer.hold(&mut self.state, &mut self.arcs);
+                self.count_gauges();
                 first_clock -= before - self.state.len();
                 self.last = None;
             } else {
@@ -246,7 +272,9 @@ impl Filter {
             }
         }
         let held_directions = self.held_directions(&differences);
-        if held_directions >= 2 && self.plan_sigma_m() < FIXED_PLAN_SIGMA_M {
+        // Where few satellites carry it, the rest comes from ranges and motion, whose errors are no noise.
+        let limit = if held_directions >= 4 { FIXED_PLAN_SIGMA_M } else { 0.6 * FIXED_PLAN_SIGMA_M };
+        if held_directions >= 2 && self.plan_sigma_m() < limit {
             quality = Quality::Fixed;
         }
         self.fixed = quality == Quality::Fixed;
@@ -296,6 +324,53 @@ impl Filter {
         self.last = None;
     }
 
+    /// Gives newly held arcs the gauge of their group, or a new one.
+    fn count_gauges(&mut self) {
+        let mut of_group: std::collections::BTreeMap<_, u32> = self
+            .arcs
+            .by_key
+            .iter()
+            .filter(|(_, arc)| arc.gauge != 0)
+            .map(|(key, arc)| (group(key), arc.gauge))
+            .collect();
+        for (key, arc) in &mut self.arcs.by_key {
+            if let Ambiguity::Held(cycles) = arc.ambiguity
+                && arc.gauge == 0
+            {
+                let gauges = &mut self.gauges;
+                arc.gauge = *of_group.entry(group(key)).or_insert_with(|| {
+                    *gauges += 1;
+                    *gauges
+                });
+                self.arcs.found.insert((*key, arc.began), (arc.gauge, cycles));
+            }
+        }
+    }
+
+    /// Begins arcs whose whole cycles an earlier run came to know.
+    fn begin_known(&mut self, differences: &[Difference]) {
+        if self.known.is_empty() {
+            return;
+        }
+        // Gauges that this run makes itself are others than those of the earlier one.
+        self.gauges = self.gauges.max(1_000_000);
+        for difference in differences.iter().filter(|one| one.phase_m.is_some()) {
+            let key = (difference.satellite, difference.band);
+            if self.arcs.by_key.contains_key(&key) {
+                continue;
+            }
+            let Some(&(gauge, cycles)) = self.known.get(&(key, self.epoch)) else { continue };
+            let other = self
+                .arcs
+                .by_key
+                .iter()
+                .any(|(held, arc)| group(held) == group(&key) && arc.gauge != 0 && arc.gauge != gauge);
+            if !other {
+                self.arcs.begin(key, Ambiguity::Held(cycles), difference, self.epoch, gauge);
+            }
+        }
+    }
+
     /// Ends the arcs of what a receiver lost, of what is tracked in another way, and where the doubt about half a cycle came or went.
     fn end_lost(&mut self, differences: &[Difference], losses: [&Losses; 2]) {
         let mut ended = Vec::new();
@@ -340,17 +415,4 @@ impl Filter {
 
 fn plan_sigma(state: &State) -> f64 {
     (state.covariance(0, 0) + state.covariance(1, 1)).max(0.0).sqrt()
-}
-
-/// Directions between satellites of one system each.
-fn directions(differences: &[Difference]) -> usize {
-    let mut by_system = [0_usize; 4];
-    let mut before = None;
-    for one in differences.iter().filter(|one| one.phase_m.is_some()) {
-        if before != Some(one.satellite) {
-            by_system[one.satellite.constellation.index()] += 1;
-            before = Some(one.satellite);
-        }
-    }
-    by_system.iter().map(|count| count.saturating_sub(1)).sum()
 }

@@ -15,6 +15,13 @@ use crate::adjust::integers::{Integers, integers, success_rate};
 const SUCCESS: f64 = 0.999;
 /// The second best must be so many times as far as the best.
 const RATIO: f64 = 3.0;
+/// Below, not even an answer that fits far better than assumed would be believed.
+const WORTH_SEARCHING: f64 = 0.8;
+/// So many ambiguities say by their own fit how good the covariance is; with a second best this far away and this success rate they
+/// are believed at once.
+const MANY: usize = 16;
+const FAR: f64 = 6.0;
+const SUCCESS_OF_MANY: f64 = 0.97;
 /// Variance with which whole cycles are taken, cycles².
 const WHOLE_VARIANCE: f64 = 1e-8;
 
@@ -94,14 +101,13 @@ pub fn search(
         }
         let (a, mut q) = moments(state, &rows);
         add_lasting(&mut q, &rows, &candidates[..size]);
-        if success_rate(&q).is_some_and(|success| success >= SUCCESS)
+        if success_rate(&q).is_some_and(|success| success >= WORTH_SEARCHING)
             && let Ok(whole) = integers(&a, &q)
+            && believed(&whole, &q)
         {
-            found.ratio = Some(found.ratio.map_or(whole.ratio(), |best: f64| best.max(whole.ratio())));
-            if whole.ratio() >= RATIO && whole.norms[0] <= limit(a.len()) {
-                found.answer = Some(answer(rows, cycles, &whole, &candidates[..size], &held));
-                return found;
-            }
+            found.ratio = Some(whole.ratio());
+            found.answer = Some(answer(rows, cycles, &whole, &candidates[..size], &held));
+            return found;
         }
         // Something does not fit, or is not sharp enough: once more without the lowest eighth.
         let next = size - (size / 8).max(1);
@@ -111,6 +117,24 @@ pub fn search(
         size = next;
     }
     found
+}
+
+/// Whether whole cycles are believed: the fit is no worse than chance allows, the second best is far, and rounding would succeed.
+fn believed(whole: &Integers, q: &DMatrix<f64>) -> bool {
+    let n = whole.best.len();
+    if whole.norms[0] > limit(n) || whole.ratio() < RATIO {
+        return false;
+    }
+    if whole.success >= SUCCESS {
+        return true;
+    }
+    if n < MANY || whole.ratio() < FAR {
+        return false;
+    }
+    // The variance factor at most, two of its own sigmas above what the fit shows.
+    let of = n as f64;
+    let factor = (whole.norms[0] / of * (1.0 + 2.0 * (2.0 / of).sqrt())).min(1.0);
+    success_rate(&(q * factor)).is_some_and(|success| success >= SUCCESS_OF_MANY)
 }
 
 type Rows = Vec<Vec<(usize, f64)>>;

@@ -53,10 +53,18 @@ impl Noise {
         }
     }
 
+    /// The same with all variances multiplied.
+    pub fn scaled(mut self, factor: f64) -> Noise {
+        let root = factor.sqrt();
+        self.code_sigma_m *= root;
+        self.phase_sigma_m *= root;
+        self
+    }
+
     fn shape(difference: &Difference) -> f64 {
         let sin = libm::sin(difference.elevation_rad).max(0.1);
         let weak = if difference.strength_db_hz > 0.0 {
-            libm::pow(10.0, f64::from((38.0 - difference.strength_db_hz).max(0.0)) / 10.0)
+            libm::pow(10.0, f64::from((30.0 - difference.strength_db_hz).max(0.0)) / 10.0)
         } else {
             1.0
         };

@@ -1,12 +1,14 @@
 //! A whole run: rover, base and navigation in, rows and a report out.
 
-use super::arcs::Losses;
+use super::arcs::{Known, Losses};
 use super::coupling::{self, CoupledAnchor, CoupledRange, Coupling, RangeOutcome};
 use super::differences::{Base, Pair, age_s};
 use super::doubts;
-use super::filter::Filter;
-use super::instrument::Instrument;
+use super::filter::{FLOOR_M, Filter};
+use super::instrument::{AmbiguityMode, Instrument};
+use super::paper;
 use super::row::{Quality, Row};
+use super::smoothing::Tape;
 use super::state::RANGES;
 use crate::geo::Geodetic;
 use crate::gnss::ephemeris::Navigation;
@@ -140,8 +142,69 @@ fn due<'a>(inputs: &Inputs<'a>, interval_s: f64, ranges: &[(GpsTime, CoupledRang
 
 /// Works a run out.
 pub fn run(inputs: &Inputs<'_>) -> Outcome {
+    if inputs.paper {
+        return by_paper(inputs);
+    }
+    let first = once(inputs, Known::new(), false);
+    if !inputs.smoothed || inputs.instrument.ambiguities.mode == AmbiguityMode::Epoch {
+        return first.0;
+    }
+    // Once more with the whole cycles that are known by the end, from where each arc began.
+    once(inputs, first.1, true).0
+}
+
+/// Works a run out by the straight reading of the paper, an epoch at a time.
+fn by_paper(inputs: &Inputs<'_>) -> Outcome {
     let mut outcome = Outcome::default();
     let Some(first) = inputs.rover.epochs.first() else { return outcome };
+    let base = Base::new(inputs.base_place);
+    let interval_s = inputs.rover.interval_s().unwrap_or(1.0);
+    let doubts = doubts::before(inputs, &base);
+    let setting = paper::Setting {
+        base: &base,
+        navigation: inputs.navigation,
+        systems: inputs.systems,
+        instrument: inputs.instrument,
+        anchors: inputs.anchors,
+        two_bands: inputs.rover.has_two_bands() && inputs.base.has_two_bands(),
+    };
+    let ranges: Vec<(GpsTime, CoupledRange)> = inputs
+        .ranges
+        .iter()
+        .map(|range| (GpsTime::from_week(first.time.week(), range.t_s), *range))
+        .collect();
+    let mut bases = BaseEpochs { epochs: &inputs.base.epochs, next: 0, losses: Losses::default() };
+    let mut last_ranges = vec![None; inputs.anchors.len()];
+    let coupling = Coupling::new(inputs.anchors.to_vec(), &inputs.instrument.uwb);
+    let mut at: Option<[f64; 3]> = inputs.initial_position_m;
+    for due in due(inputs, interval_s, &ranges) {
+        let from = ranges.partition_point(|(time, _)| due.time.since(*time) > 0.5 * interval_s);
+        let to = ranges.partition_point(|(time, _)| due.time.since(*time) > -0.5 * interval_s);
+        let near: Vec<CoupledRange> = ranges[from..to].iter().map(|(_, range)| *range).collect();
+        let near = paper::nearest(&near, inputs.anchors.len(), due.time.tow_s(), &mut last_ranges);
+        let start = at.or_else(|| start(inputs, &base, &due, &coupling, &ranges).map(|(place, _)| place));
+        let Some(start) = start else { continue };
+        let pair =
+            due.epoch.and_then(|rover| bases.at(rover).map(|from_base| Pair { rover, base: from_base }));
+        let Some(position) = paper::epoch(&setting, pair, &near, start) else { continue };
+        at = Some(position.p_n);
+        outcome.rows.push(row(due.time, &position, near.len(), &base, first));
+    }
+    if inputs.doubtful || !doubts.is_empty() {
+        outcome
+            .rows
+            .iter_mut()
+            .filter(|row| row.quality == Quality::Fixed)
+            .for_each(|row| row.quality = Quality::Float);
+    }
+    outcome.anomalies = doubts;
+    outcome
+}
+
+/// One pass, and the whole cycles that it came to hold.
+fn once(inputs: &Inputs<'_>, known: Known, smoothed: bool) -> (Outcome, Known) {
+    let mut outcome = Outcome::default();
+    let Some(first) = inputs.rover.epochs.first() else { return (outcome, known) };
     let base = Base::new(inputs.base_place);
     let mut doubts = doubts::before(inputs, &base);
     let interval_s = inputs.rover.interval_s().unwrap_or(1.0);
@@ -155,6 +218,7 @@ pub fn run(inputs: &Inputs<'_>) -> Outcome {
     let mut rover_losses = Losses::default();
     let mut filter: Option<Filter> = None;
     let mut next_range = 0;
+    let mut on_tape: Vec<(usize, usize)> = Vec::new();
     for due in due(inputs, interval_s, &ranges) {
         if let Some(epoch) = due.epoch {
             rover_losses.take(epoch);
@@ -164,7 +228,7 @@ pub fn run(inputs: &Inputs<'_>) -> Outcome {
             let Some((start, sigma)) = start(inputs, &base, &due, &coupling, &ranges) else { continue };
             next_range = ranges.partition_point(|(time, _)| due.time.since(*time) > interval_s);
             let time = ranges.get(next_range).map_or(due.time, |(time, _)| (*time).min(due.time));
-            filter = Some(Filter::new(
+            let mut begun = Filter::new(
                 time,
                 start,
                 sigma,
@@ -173,7 +237,13 @@ pub fn run(inputs: &Inputs<'_>) -> Outcome {
                 interval_s,
                 inputs.systems,
                 coupling,
-            ));
+            );
+            begun.known.clone_from(&known);
+            if smoothed {
+                begun.tape = Some(Tape::new(begun.state.len()));
+                flush(&mut filter, &mut outcome.rows, &mut on_tape);
+            }
+            filter = Some(begun);
         }
         let Some(filter) = &mut filter else { continue };
         let mut heard = vec![false; inputs.anchors.len()];
@@ -204,7 +274,14 @@ pub fn run(inputs: &Inputs<'_>) -> Outcome {
             let quality = if anchors > 0 { Quality::Uwb } else { Quality::Predicted };
             filter.position(&filter.state, quality, None, 0)
         });
+        if let Some(tape) = &filter.tape {
+            on_tape.push((outcome.rows.len(), tape.len().saturating_sub(1)));
+        }
         outcome.rows.push(row(due.time, &position, anchors, &base, first));
+    }
+    flush(&mut filter, &mut outcome.rows, &mut on_tape);
+    for row in &mut outcome.rows {
+        place(row, &base);
     }
     doubts.extend(doubts::ranges_clock(inputs, &outcome.rows));
     if inputs.doubtful || !doubts.is_empty() {
@@ -215,7 +292,9 @@ pub fn run(inputs: &Inputs<'_>) -> Outcome {
             .for_each(|row| row.quality = Quality::Float);
     }
     outcome.anomalies.append(&mut doubts);
+    let mut found = known;
     if let Some(filter) = filter {
+        found.clone_from(&filter.arcs.found);
         outcome.slips = filter.arcs.slips_told + filter.arcs.slips_found;
         if filter.releases > 0 {
             outcome.anomalies.push(format!(
@@ -237,7 +316,28 @@ pub fn run(inputs: &Inputs<'_>) -> Outcome {
             outcome.clock_offset_s = Some([filter.state.x[clock], filter.state.sigma(clock)]);
         }
     }
-    outcome
+    (outcome, found)
+}
+
+/// Puts smoothed positions into the rows that a filter's tape has.
+fn flush(filter: &mut Option<Filter>, rows: &mut [Row], on_tape: &mut Vec<(usize, usize)>) {
+    let Some(mut tape) = filter.as_mut().and_then(|filter| filter.tape.take()) else { return };
+    if let Some(filter) = filter {
+        tape.leave(&filter.state);
+    }
+    let smoothed = tape.smoothed();
+    for (row, knot) in on_tape.drain(..) {
+        if rows[row].quality != Quality::Single {
+            rows[row].p_n_m = smoothed[knot].p_n;
+            rows[row].sigma_n_m = smoothed[knot].sigma_n.map(|sigma| libm::hypot(sigma, FLOOR_M));
+        }
+    }
+}
+
+/// Puts latitude, longitude and height to a row's position.
+fn place(row: &mut Row, base: &Base) {
+    let place = base.frame.to_geodetic(row.p_n_m);
+    row.geodetic = Some([place.latitude_deg, place.longitude_deg, place.height_m]);
 }
 
 /// The place by the rover's own code, where no base helps and the filter knows less.

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use nalgebra::Vector3;
 
-use super::arcs::{Ambiguity, Arc, Group, Key, group};
+use super::arcs::{Ambiguity, Arc, Group, Key, Known, group};
 use super::differences::Difference;
 use super::noise::Noise;
 use super::state::{POSITION, State};
@@ -13,6 +13,8 @@ use super::state::{POSITION, State};
 const CLOCK_SIGMA_M: f64 = 100.0;
 /// Normalised residuals above speak of a slip.
 const SLIP: f64 = 4.5;
+/// The same where few satellites check each other.
+const SLIP_OF_FEW: f64 = 8.0;
 /// Normalised residuals of code above make it count less.
 const CODE_LIMIT: f64 = 3.5;
 /// Rounds of looking for what does not fit.
@@ -31,6 +33,33 @@ pub struct Arcs {
     pub slips_found: usize,
     /// Slips that a flag told.
     pub slips_told: usize,
+    /// Whole cycles that were held, by the arc's beginning.
+    pub found: Known,
+}
+
+impl Arcs {
+    /// Begins an arc.
+    pub(super) fn begin(
+        &mut self,
+        key: Key,
+        ambiguity: Ambiguity,
+        difference: &Difference,
+        epoch: u64,
+        gauge: u32,
+    ) {
+        self.count += 1;
+        let arc = Arc {
+            id: self.count,
+            ambiguity,
+            epochs: 0,
+            last_seen: epoch,
+            half_cycle: difference.half_cycle,
+            attributes: difference.attributes,
+            began: epoch,
+            gauge,
+        };
+        self.by_key.insert(key, arc);
+    }
 }
 
 /// One scalar observation.
@@ -65,6 +94,8 @@ pub struct EpochResult {
     pub given_up: usize,
     /// Held arcs that were looked at.
     pub held: usize,
+    /// v'Pv of all observations, and their redundancy.
+    pub fit: [f64; 2],
 }
 
 /// Takes an epoch's differences, linearised at `at_n`. Clocks stay in the state until [`forget_clocks`].
@@ -100,18 +131,7 @@ pub fn weigh(
         let start = (phase_m - difference.code_m.unwrap_or(middle)) / difference.wavelength_m;
         let sigma = 50.0 / difference.wavelength_m;
         let index = state.push(start, sigma * sigma);
-        arcs.count += 1;
-        arcs.by_key.insert(
-            key,
-            Arc {
-                id: arcs.count,
-                ambiguity: Ambiguity::Float(index),
-                epochs: 0,
-                last_seen: epoch,
-                half_cycle: difference.half_cycle,
-                attributes: difference.attributes,
-            },
-        );
+        arcs.begin(key, Ambiguity::Float(index), difference, epoch, 0);
     }
     result.first_clock = state.len();
     let mut clocks: BTreeMap<(bool, Group), usize> = BTreeMap::new();
@@ -193,6 +213,8 @@ pub fn weigh(
         let residual = value - state.row_value(list);
         let redundancy = (1.0 - state.row_variance(list) / row.variance).clamp(0.0, 1.0);
         let key = (difference.satellite, difference.band);
+        result.fit[0] += residual * residual / row.variance;
+        result.fit[1] += redundancy;
         if redundancy > TESTABLE {
             if row.is_phase {
                 noise.take_phase(residual, row.variance, redundancy);
@@ -270,6 +292,8 @@ fn worst(
 ) -> Option<(usize, f64)> {
     let mut worst = None;
     let mut most = 1.0;
+    // With few satellites a phase is held against ranges and motion only, whose errors are no noise.
+    let slip = if directions(differences) >= 5 { SLIP } else { SLIP_OF_FEW };
     for (k, row) in rows.iter().enumerate() {
         if row.dropped {
             continue;
@@ -281,7 +305,7 @@ fn worst(
             continue;
         }
         let normal = (value - state.row_value(list)).abs() / variance.sqrt();
-        let excess = normal / if row.is_phase { SLIP } else { CODE_LIMIT };
+        let excess = normal / if row.is_phase { slip } else { CODE_LIMIT };
         if excess > most {
             most = excess;
             worst = Some((k, normal));
@@ -337,6 +361,7 @@ pub fn forget_clocks(state: &mut State, arcs: &mut Arcs, result: &EpochResult, e
             arc.epochs = 1;
             arcs.count += 1;
             arc.id = arcs.count;
+            arc.began = epoch;
         }
     }
     drop_arcs(state, arcs, &ended, result.first_clock);
@@ -367,4 +392,17 @@ pub fn renumber(arcs: &mut Arcs, kept: &[usize]) {
             *index = place;
         }
     }
+}
+
+/// Directions between satellites of one system each.
+pub(super) fn directions(differences: &[Difference]) -> usize {
+    let mut by_system = [0_usize; 4];
+    let mut before = None;
+    for one in differences.iter().filter(|one| one.phase_m.is_some()) {
+        if before != Some(one.satellite) {
+            by_system[one.satellite.constellation.index()] += 1;
+            before = Some(one.satellite);
+        }
+    }
+    by_system.iter().map(|count| count.saturating_sub(1)).sum()
 }
