@@ -25,6 +25,8 @@ pub struct Geometry {
     pub(super) rest_r: Vector3<f64>,
 }
 
+/// Prisms on the cabin; those on the platform are counted on from here.
+pub const PRISMS_ON_CABIN: usize = 6;
 /// Sigmas that the instrument's file states.
 pub(super) const MOUNTING_RAD: f64 = 1.7e-4;
 pub(super) const SURVEY_M: f64 = 0.001;
@@ -94,7 +96,7 @@ impl Geometry {
             delay_s: [random.uniform(0.07, 0.1), random.uniform(0.1, 0.13)],
             stations_n,
             station_delay_s: 0.01,
-            cabin_targets_b: ring(6, 6.3, -1.0, 40.0),
+            cabin_targets_b: ring(PRISMS_ON_CABIN, 6.3, -1.0, 40.0),
             platform_targets_p: ring(3, 1.75, -0.35, 0.0),
             pivot_b: Vector3::new(0.0, 0.0, -0.8),
             joints_r,

@@ -12,7 +12,7 @@ mod sightings;
 mod swing;
 
 pub use fault::{Fault, FaultKind};
-pub use geometry::Geometry;
+pub use geometry::{Geometry, PRISMS_ON_CABIN};
 pub use rows::{AntennaReading, EncoderReading, PoseTruth, Ray, SimulatedRun};
 
 use self::course::Course;

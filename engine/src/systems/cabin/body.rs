@@ -65,6 +65,9 @@ pub(super) struct Body {
     behind_n: [Vector3<f64>; 2],
     aligned: bool,
     leaves: VecDeque<Leaf>,
+    /// The last time at which its poses were wanted, ns: a spare that nobody asks for need not be smoothed.
+    wanted_ns: i64,
+    holds_platform: bool,
     misfit: Option<String>,
 }
 
@@ -94,6 +97,8 @@ impl Body {
             behind_n: [Vector3::zeros(); 2],
             aligned: false,
             leaves: VecDeque::new(),
+            wanted_ns: if is_cabin { i64::MAX } else { i64::MIN },
+            holds_platform: true,
             misfit: None,
         }
     }
@@ -209,6 +214,9 @@ impl Body {
             return Ok(());
         }
         self.silences(t_ns, aids, watch);
+        if self.rig.has_imu {
+            self.late(t_ns, watch);
+        }
         self.check_mounting(watch)?;
         Ok(())
     }
@@ -284,6 +292,10 @@ impl Body {
         if !believable(row) {
             return None;
         }
+        // The paper has three antennas; those of the other make are its spare.
+        if !filter.tuning.calibration && self.rig.antennas[row.antenna].make != self.rig.antennas[0].make {
+            return None;
+        }
         let measured = filter.measure_antenna(row)?;
         let taken = filter.weigh(&measured, filter.tuning.gate);
         if taken {
@@ -341,6 +353,27 @@ impl Body {
             )
         });
         Some(false)
+    }
+
+    /// Makes, or stations, whose rows are later or earlier than stated by more than the stated sigma allows.
+    fn late(&self, t_ns: i64, watch: &mut Watch) {
+        let Some(filter) = self.filter.as_ref().filter(|filter| filter.tuning.calibration) else { return };
+        let makes = self.rig.make_names.iter().enumerate().map(|(make, name)| {
+            (name.as_str(), filter.states.make_delays + make, self.rig.make_delay_sigma_s)
+        });
+        let stations = ("stations", filter.states.station_delay, self.rig.station.delay_sigma_s);
+        for (name, state, stated_s) in makes.chain([stations]) {
+            let (late_s, sigma_s) = (filter.x[state], filter.covariance.row(state)[state].max(0.0).sqrt());
+            if late_s.abs() > 4.0 * stated_s && late_s.abs() > 5.0 * sigma_s {
+                watch.wrong(name, "late", t_ns, 1, || {
+                    format!(
+                        "its rows are {:.0} ms later than stated, by the pose itself ({:.0} ms)",
+                        1e3 * late_s,
+                        1e3 * sigma_s
+                    )
+                });
+            }
+        }
     }
 
     /// Devices that have gone silent.
@@ -434,7 +467,8 @@ impl Body {
                 _ => {}
             }
         }
-        let Some(imu_ns) = self.last_imu_ns else { return };
+        let imu_ns = if self.rig.has_imu { self.last_imu_ns } else { Some(t_ns) };
+        let Some(imu_ns) = imu_ns else { return };
         let fresh: Vec<Sighting> =
             self.sightings.values().filter(|s| t_ns - s.t_ns < ONE_MOMENT_NS).copied().collect();
         let since_ns = t_ns - self.first_ns.unwrap_or(t_ns);
@@ -510,6 +544,7 @@ impl Body {
         let Some(pose) = filter.body(t_ns) else { return };
         let (row, columns) = filter.row(t_ns, &pose, recording);
         let of_platform = if joined { filter.platform(t_ns) } else { None };
+        self.holds_platform = of_platform.as_ref().is_none_or(|pose| pose.is_held());
         let beside = of_platform.map(|pose| filter.row(t_ns, &pose, recording));
         let row = if recording { row } else { row.behind(&self.behind_n[0]) };
         let beside = if recording {
@@ -612,6 +647,11 @@ impl Body {
     /// Smooths all that is recorded and gives the poses of the first epochs.
     fn smooth(&mut self, first: usize, out: &mut Vec<Row>, platform: &mut Vec<Row>) {
         let Some(n) = self.filter.as_ref().map(|filter| filter.states.n) else { return };
+        let begins_ns = self.leaves.iter().find_map(|leaf| leaf.poses.first()).map(|posed| posed.row.t_ns);
+        if begins_ns.is_none_or(|begins_ns| begins_ns > self.wanted_ns) {
+            self.leaves.drain(..first.min(self.leaves.len()));
+            return;
+        }
         let mut future = Future::new(n);
         let (mut rows, mut beside) = (Vec::new(), Vec::new());
         for (k, leaf) in self.leaves.iter().enumerate().rev() {
@@ -626,6 +666,22 @@ impl Body {
         out.extend(rows.into_iter().rev());
         platform.extend(beside.into_iter().rev());
         self.leaves.drain(..first.min(self.leaves.len()));
+    }
+
+    /// Its poses are asked for at a time, ns.
+    pub(super) fn is_wanted_at(&mut self, t_ns: i64) {
+        self.wanted_ns = self.wanted_ns.max(t_ns);
+    }
+
+    /// Whether no encoder has said where the platform is in the last row.
+    pub(super) fn holds_platform(&self) -> bool {
+        self.holds_platform
+    }
+
+    /// Poses up to this time are smoothed, ns; all, where the filter has not started.
+    pub(super) fn known_until_ns(&self) -> i64 {
+        let first = self.leaves.front().and_then(|leaf| leaf.poses.first());
+        if self.filter.is_none() { i64::MAX } else { first.map_or(i64::MIN, |posed| posed.row.t_ns - 1) }
     }
 
     /// The end: the poses that wait.

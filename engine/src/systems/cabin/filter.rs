@@ -385,3 +385,7 @@ impl Filter {
         self.strapdown.is_finite() && self.covariance.row(POSITION)[POSITION].is_finite()
     }
 }
+
+#[cfg(test)]
+#[path = "filter_tests.rs"]
+mod tests;

@@ -34,6 +34,10 @@ impl Place {
     pub(super) fn rate_b(&self) -> Vector3<f64> {
         self.rate_b
     }
+
+    pub(super) fn at_rest(self) -> Place {
+        Place { rate_b: Vector3::zeros(), ..self }
+    }
 }
 
 pub(super) fn push(jacobian: &mut Sparse, state: usize, block: &Matrix3<f64>) {

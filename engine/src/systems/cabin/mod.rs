@@ -12,6 +12,7 @@ mod body;
 mod covariance;
 mod filter;
 mod gravity_alignment;
+mod handover;
 mod instrument_check;
 mod joints;
 mod measure;

@@ -53,11 +53,19 @@ pub struct Row {
     pub aids: u64,
     /// Seconds until the sigma, at its present growth, is at a third of the budget; `None` while it does not grow.
     pub time_left_s: Option<f64>,
+    /// Whether it is where the body was last, as no device says it any more.
+    pub is_held: bool,
 }
 
 /// Three-dimensional errors stay within so many sigmas of the least certain direction in all but 10⁻⁵ of the epochs, where they
 /// are normal: the quantile of a χ² of three is 25.9.
 const PROTECTION: f64 = 5.1;
+
+/// How the platform moves in the cabin where no encoder says it: sigma after a second, and at most, m.
+const UNSEEN_M_S: f64 = 0.02;
+const UNSEEN_M: f64 = 0.08;
+/// A reading of the encoders is extrapolated for less than so long, ns.
+const HELD_AFTER_NS: i64 = 75_000_000;
 
 impl Row {
     /// Heading of y, its elevation, and the roll about it, rad.
@@ -124,11 +132,16 @@ pub(super) struct Pose {
     v_n: Vector3<f64>,
     jacobians: [Sparse; 3],
     noise: Matrix6<f64>,
+    is_held: bool,
 }
 
 impl Pose {
     pub(super) fn place(&self) -> Vector3<f64> {
         self.p_n
+    }
+
+    pub(super) fn is_held(&self) -> bool {
+        self.is_held
     }
 }
 
@@ -141,13 +154,25 @@ impl Filter {
         push(&mut turned, super::states::ATTITUDE, &Matrix3::identity());
         push(&mut turned, MOUNTING, &-point.c_nb);
         let jacobians = [point.jacobian, turned, velocity];
-        Some(Pose { p_n: point.p_n, c_nb: point.c_nb, v_n: point.v_n, jacobians, noise: Matrix6::zeros() })
+        Some(Pose {
+            p_n: point.p_n,
+            c_nb: point.c_nb,
+            v_n: point.v_n,
+            jacobians,
+            noise: Matrix6::zeros(),
+            is_held: false,
+        })
     }
 
-    /// The platform's origin, by the encoders; `None` where they are silent.
+    /// The platform's origin, by the encoders; where they are silent, as they had it last; `None` before they began.
     pub(super) fn platform(&self, t_ns: i64) -> Option<Pose> {
         let origin = Vector3::zeros();
-        let place = self.on_platform(&origin, t_ns)?;
+        let (last_ns, _) = *self.seats.back()?;
+        let told = self.on_platform(&origin, t_ns).filter(|_| t_ns - last_ns < HELD_AFTER_NS);
+        let (place, held_s) = match told {
+            Some(place) => (place, 0.0),
+            None => (self.on_platform(&origin, last_ns)?.at_rest(), (t_ns - last_ns) as f64 * 1e-9),
+        };
         let point = self.point(t_ns, &place.at_b, &place.rate_b())?;
         let (_, seat) = self.seat_near(t_ns)?;
         let velocity = self.velocity_jacobian(&point.c_nb, &place.at_b);
@@ -168,8 +193,10 @@ impl Filter {
         let unbiased = cayley(&-(turn_by_legs * self.leg_biases())) * seat.c_bp;
         let mut noise =
             by_legs * by_legs.transpose() * (self.tuning.leg_noise * self.rig.leg_sigma_m).powi(2);
-        for axis in 3..6 {
-            noise[(axis, axis)] += self.rig.rotator_sigma_rad.powi(2);
+        let unseen_m = (UNSEEN_M_S * held_s).min(UNSEEN_M);
+        for axis in 0..3 {
+            noise[(axis, axis)] += unseen_m * unseen_m;
+            noise[(axis + 3, axis + 3)] += self.rig.rotator_sigma_rad.powi(2) + (unseen_m / 2.0).powi(2);
         }
         Some(Pose {
             p_n: point.p_n,
@@ -177,6 +204,7 @@ impl Filter {
             v_n: point.v_n,
             jacobians: [moved, turned, velocity],
             noise,
+            is_held: held_s > 0.0,
         })
     }
 
@@ -218,6 +246,7 @@ impl Filter {
             status: Status::Aligning,
             aids: 0,
             time_left_s: None,
+            is_held: pose.is_held,
         };
         let columns = if with_columns { products.into_iter().flatten().collect() } else { Columns::new() };
         (row, columns)

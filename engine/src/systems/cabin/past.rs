@@ -40,11 +40,16 @@ impl Past {
         let after = self.0.partition_point(|moment| moment.t_ns < t_ns).min(self.0.len() - 1);
         let near = self.0[after];
         let dt_s = (t_ns - near.t_ns) as f64 * 1e-9;
+        let before = after.checked_sub(1).map(|before| self.0[before]);
+        let a_n = before.map_or(Vector3::zeros(), |before| {
+            (near.v_n - before.v_n) / ((near.t_ns - before.t_ns) as f64 * 1e-9).max(1e-3)
+        });
         Some(Moment {
             t_ns,
             c_nb: near.c_nb * cayley(&(near.w_nb_b * dt_s)),
-            p_n: near.p_n + near.v_n * dt_s,
-            ..near
+            v_n: near.v_n + a_n * dt_s,
+            p_n: near.p_n + near.v_n * dt_s + a_n * (0.5 * dt_s * dt_s),
+            w_nb_b: near.w_nb_b,
         })
     }
 

@@ -21,6 +21,8 @@ pub(super) enum Target {
 #[derive(Clone, Debug)]
 pub(super) struct Rig {
     pub(super) earth: Earth,
+    /// Whether an inertial sensor is read.
+    pub(super) has_imu: bool,
     /// From the body's origin to the inertial sensor, in b, m.
     pub(super) lever_b: Vector3<f64>,
     pub(super) c_bs: Matrix3<f64>,
@@ -91,18 +93,18 @@ impl Rig {
         }
     }
 
-    /// The platform by its own inertial sensor; `None` where it has none.
-    pub(super) fn of_platform(instrument: &Instrument) -> Option<Rig> {
-        let imu = instrument.platform_imu.as_ref()?;
+    /// The platform by itself: by its own inertial sensor, where that is read, and the stations.
+    pub(super) fn of_platform(instrument: &Instrument, with_imu: bool) -> Rig {
         let elsewhere = instrument.targets_cabin.names.iter().map(|_| Target::Elsewhere);
         let own = vectors(&instrument.targets_platform.position_p).into_iter().map(Target::Body);
-        Some(Rig {
-            lever_b: Vector3::from(imu.position_p),
-            c_bs: matrix(&imu.c_p_s),
-            mounting_sigma_rad: imu.mounting_sigma_rad,
-            targets: elsewhere.chain(own).collect(),
-            ..Rig::bare(instrument)
-        })
+        let mut rig = Rig { targets: elsewhere.chain(own).collect(), ..Rig::bare(instrument) };
+        rig.has_imu = with_imu && instrument.platform_imu.is_some();
+        if let Some(imu) = instrument.platform_imu.as_ref().filter(|_| rig.has_imu) {
+            rig.lever_b = Vector3::from(imu.position_p);
+            rig.c_bs = matrix(&imu.c_p_s);
+            rig.mounting_sigma_rad = imu.mounting_sigma_rad;
+        }
+        rig
     }
 
     /// Earth, stations and the class of sensor, and nothing on the body.
@@ -110,6 +112,7 @@ impl Rig {
         let (imu, stations) = (&instrument.imu, &instrument.stations);
         Rig {
             earth: instrument.earth(),
+            has_imu: true,
             lever_b: Vector3::zeros(),
             c_bs: Matrix3::identity(),
             mounting_sigma_rad: 0.0,

@@ -5,6 +5,7 @@
 
 use super::aids::Aids;
 use super::body::Body;
+use super::handover::Handover;
 use super::instrument::Instrument;
 use super::output::Row;
 use super::rig::Rig;
@@ -66,6 +67,9 @@ pub struct CabinSession {
     cabin: Body,
     /// The platform by itself, where no encoders join it to the cabin.
     platform: Option<Body>,
+    /// Whether encoders join it to the cabin.
+    joined: bool,
+    handover: Handover,
     rows: Vec<AidRow>,
     watch: Watch,
     next_epoch_ns: Option<i64>,
@@ -103,13 +107,19 @@ impl CabinSession {
         let tuning = if paper { Tuning::PAPER } else { Tuning::OWN };
         let cabin =
             Body::new(Rig::of_cabin(instrument, config.has_encoders && !paper), tuning, &config, true);
-        let by_itself = config.platform && config.has_stations && (paper || !config.has_encoders);
-        let platform = (by_itself.then(|| Rig::of_platform(instrument)).flatten())
-            .map(|rig| Body::new(rig, tuning, &config, false));
+        let joined = config.has_encoders && !paper;
+        // Beside the encoders the platform by itself is the spare.
+        let by_itself = config.platform && config.has_stations && (config.has_platform_imu || !joined);
+        let platform = by_itself.then(|| {
+            let rig = Rig::of_platform(instrument, config.has_platform_imu);
+            Body::new(rig, tuning, &config, false)
+        });
         Ok(CabinSession {
             aids: Aids::new(instrument),
             cabin,
             platform,
+            joined,
+            handover: Handover::new(config.smoothed),
             rows: Vec::new(),
             watch: Watch::default(),
             next_epoch_ns: None,
@@ -174,10 +184,13 @@ impl CabinSession {
         if self.latest_ns > i64::MIN {
             self.pass(self.latest_ns, poses)?;
         }
-        self.cabin.finish(&mut poses.cabin, &mut poses.platform);
+        let (mut joined, mut alone) = (Vec::new(), Vec::new());
+        self.cabin.finish(&mut poses.cabin, &mut joined);
         if let Some(platform) = &mut self.platform {
-            platform.finish(&mut poses.platform, &mut Vec::new());
+            platform.finish(&mut alone, &mut Vec::new());
         }
+        self.handover.take(joined, alone);
+        self.handover.give(i64::MAX, &mut poses.platform);
         if !self.cabin.has_started() {
             return Err(CabinError(self.cabin.why_not_started()));
         }
@@ -212,10 +225,7 @@ impl CabinSession {
                 return Ok(());
             }
             if epoch_ns <= output_ns {
-                self.cabin.turn_page(&mut poses.cabin, &mut poses.platform);
-                if let Some(platform) = &mut self.platform {
-                    platform.turn_page(&mut poses.platform, &mut Vec::new());
-                }
+                self.turn_page(poses);
                 self.epoch(epoch_ns)?;
                 self.next_epoch_ns = Some(epoch_ns + EPOCH_NS);
             } else {
@@ -241,10 +251,39 @@ impl CabinSession {
     }
 
     fn emit(&mut self, t_ns: i64, poses: &mut Poses) {
-        let joined = self.config.platform && self.platform.is_none();
-        self.cabin.emit(t_ns, &self.aids, joined, &mut poses.cabin, &mut poses.platform);
+        let (mut joined, mut alone) = (Vec::new(), Vec::new());
+        let joins = self.config.platform && self.joined;
+        self.cabin.emit(t_ns, &self.aids, joins, &mut poses.cabin, &mut joined);
         if let Some(platform) = &mut self.platform {
-            platform.emit(t_ns, &self.aids, false, &mut poses.platform, &mut Vec::new());
+            platform.emit(t_ns, &self.aids, false, &mut alone, &mut Vec::new());
         }
+        if let Some(platform) = &mut self.platform
+            && (!self.joined || self.cabin.holds_platform())
+        {
+            platform.is_wanted_at(t_ns);
+        }
+        self.handover.take(joined, alone);
+        if !self.config.smoothed {
+            self.handover.give(t_ns, &mut poses.platform);
+        }
+    }
+
+    /// What has been recorded since the last epoch is put aside; now and then it is smoothed.
+    fn turn_page(&mut self, poses: &mut Poses) {
+        if !self.config.smoothed {
+            return;
+        }
+        let (mut joined, mut alone) = (Vec::new(), Vec::new());
+        self.cabin.turn_page(&mut poses.cabin, &mut joined);
+        if let Some(platform) = &mut self.platform {
+            platform.turn_page(&mut alone, &mut Vec::new());
+        }
+        if joined.is_empty() && alone.is_empty() {
+            return;
+        }
+        self.handover.take(joined, alone);
+        let bodies = [Some(&self.cabin), self.platform.as_ref()];
+        let known_ns = bodies.into_iter().flatten().map(Body::known_until_ns).min();
+        self.handover.give(known_ns.unwrap_or(i64::MIN), &mut poses.platform);
     }
 }

@@ -84,8 +84,17 @@ impl Future {
         posed.row.smoothed(&Vector6::from_column_slice(&moved[..6]), &pose_less, &velocity, &velocity_less)
     }
 
+    /// Λ times a column, as a sum of its rows: Λ is symmetric.
     fn times(&self, column: &[f64]) -> Vec<f64> {
-        self.lambda.chunks_exact(self.n).map(|row| dot(row, column)).collect()
+        let mut product = vec![0.0; self.n];
+        for (row, factor) in
+            self.lambda.chunks_exact(self.n).zip(column).filter(|(_, factor)| **factor != 0.0)
+        {
+            for (sum, x) in product.iter_mut().zip(row) {
+                *sum += factor * x;
+            }
+        }
+        product
     }
 
     /// Back over an epoch, once its poses have been smoothed.

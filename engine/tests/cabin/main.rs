@@ -1,0 +1,158 @@
+//! The cabin's system on simulated runs: what it finds, that it is causal, and that what goes wrong is named.
+
+mod run;
+
+use lodestep_engine::sim::cabin::{RunPlan, SimulatedRun, simulate};
+use lodestep_engine::systems::cabin::Status;
+
+use self::run::{Errors, Found, Read, errors, process, spread};
+
+/// A short run: parked, to the source, on it.
+fn short(faults: &[&str], seed: u64) -> SimulatedRun {
+    let faults = faults.iter().map(|fault| fault.parse().unwrap()).collect();
+    simulate(&RunPlan { hold_s: 30.0, slew_s: 20.0, track_s: 20.0, stations_on_platform: true, faults }, seed)
+}
+
+fn largest_m(errors: &[(Errors, &lodestep_engine::systems::cabin::Row)]) -> f64 {
+    errors.iter().map(|([e, n, u, ..], _)| (e * e + n * n + u * u).sqrt()).fold(0.0, f64::max)
+}
+
+fn named<'a>(
+    found: &'a Found,
+    source: &str,
+    kind: &str,
+) -> Option<&'a lodestep_engine::systems::cabin::CabinAnomaly> {
+    found.anomalies.iter().find(|anomaly| anomaly.source == source && anomaly.kind == kind)
+}
+
+#[test]
+fn with_all_aids_cabin_and_platform_are_known_to_the_millimetre_and_the_sigmas_are_honest() {
+    for seed in 0..2 {
+        let run = short(&[], seed);
+        let found = process(&run, &Read::default()).unwrap();
+        for (rows, platform) in [(&found.poses.cabin, false), (&found.poses.platform, true)] {
+            let errors = errors(&run, rows, platform, 30.0, 70.0);
+            assert_eq!(errors.len(), 800, "a row every 50 ms");
+            for (k, [_, _, rms]) in spread(&errors).into_iter().enumerate() {
+                let most = if k < 3 { 0.0025 } else { 0.04_f64.to_radians() };
+                assert!(rms < most, "seed {seed}, platform {platform}, error {k}: {rms}");
+            }
+            let protected = errors
+                .iter()
+                .all(|(e, row)| (e[0] * e[0] + e[1] * e[1] + e[2] * e[2]).sqrt() < row.protection_level_m());
+            assert!(protected, "seed {seed}, platform {platform}");
+            let inside = errors.iter().flat_map(|(e, row)| {
+                let sigma = row.sigma_n_m();
+                (0..3).map(move |k| e[k].abs() < 1.96 * sigma[k])
+            });
+            let share = inside.clone().filter(|inside| *inside).count() as f64 / inside.count() as f64;
+            assert!(share > 0.85, "seed {seed}, platform {platform}: {share} inside");
+            assert_eq!(errors.last().unwrap().1.status, Status::Full);
+        }
+        assert!(found.anomalies.is_empty(), "seed {seed}: {:?}", found.anomalies);
+    }
+}
+
+#[test]
+fn a_run_that_is_cut_off_gives_the_same_rows_before() {
+    let run = short(&["restart@33..34"], 2);
+    let whole = process(&run, &Read::default()).unwrap();
+    let cut = process(&run, &Read { until_ns: 41_234_000_000, ..Read::default() }).unwrap();
+    for (cut, whole) in [(&cut.poses.cabin, &whole.poses.cabin), (&cut.poses.platform, &whole.poses.platform)]
+    {
+        assert!(cut.len() > 700);
+        for (a, b) in cut.iter().zip(whole) {
+            let bits = |row: &lodestep_engine::systems::cabin::Row| {
+                [row.t_ns as f64, row.p_n.x, row.p_n.y, row.p_n.z, row.c_nb[(0, 1)], row.covariance[(0, 0)]]
+                    .map(f64::to_bits)
+            };
+            assert_eq!((bits(a), a.aids), (bits(b), b.aids), "at {} s", a.t_ns as f64 * 1e-9);
+        }
+    }
+}
+
+#[test]
+fn each_fault_is_named_with_its_sensor_within_a_second_and_the_pose_holds() {
+    let faults = ["wrong_fix.2@31..36", "fog@38..44", "wrong_prism.1@52..56", "wrong_distance.3@58..62"];
+    let run = short(&faults, 3);
+    let found = process(&run, &Read::default()).unwrap();
+    for (source, kind, from_s, to_s) in [
+        ("A3", "wrong_fix", 31.0, 36.0),
+        ("stations", "silent", 38.0, 44.0),
+        ("S2", "wrong_prism", 52.0, 56.0),
+        ("S4", "wrong_distance", 58.0, 62.0),
+    ] {
+        let anomaly =
+            named(&found, source, kind).unwrap_or_else(|| panic!("{source} {kind}: {:?}", found.anomalies));
+        assert!((anomaly.t_start_s - from_s).abs() < 1.0, "{anomaly:?}");
+        assert!(anomaly.t_end_s > to_s - 1.0 && anomaly.t_end_s < to_s + 4.0, "{anomaly:?}");
+    }
+    assert!(largest_m(&errors(&run, &found.poses.platform, true, 31.0, 70.0)) < 0.012);
+}
+
+#[test]
+fn a_restarted_sensor_and_silent_encoders_leave_rows_at_every_tick() {
+    let run = short(&["restart@34..38", "no_encoders@55..60"], 4);
+    let found = process(&run, &Read { platform_imu: true, ..Read::default() }).unwrap();
+    let cabin = errors(&run, &found.poses.cabin, false, 30.0, 70.0);
+    let platform = errors(&run, &found.poses.platform, true, 30.0, 70.0);
+    assert_eq!((cabin.len(), platform.len()), (800, 800));
+    assert!(largest_m(&cabin) < 0.015, "{}", largest_m(&cabin));
+    assert!(largest_m(&platform) < 0.015, "{}", largest_m(&platform));
+    assert!(named(&found, "imu", "silent").is_some() && named(&found, "encoders", "silent").is_some());
+}
+
+#[test]
+fn smoothed_poses_are_nearer_to_the_truth_and_surer() {
+    let run = short(&[], 5);
+    let read = Read { stations: false, encoders: false, ..Read::default() };
+    let filtered = process(&run, &read).unwrap();
+    let smoothed = process(&run, &Read { smoothed: true, ..read }).unwrap();
+    assert_eq!(filtered.poses.cabin.len(), smoothed.poses.cabin.len());
+    let scatter = |found: &Found| {
+        let errors = errors(&run, &found.poses.cabin, false, 30.0, 60.0);
+        spread(&errors)[..3].iter().map(|[_, scatter, _]| scatter * scatter).sum::<f64>()
+    };
+    assert!(scatter(&smoothed) < scatter(&filtered));
+    let middle = filtered.poses.cabin.len() / 2;
+    assert!(smoothed.poses.cabin[middle].largest_sigma_m() < filtered.poses.cabin[middle].largest_sigma_m());
+}
+
+#[test]
+fn exchanged_antennas_are_named_and_many_of_them_refused() {
+    let mut run = short(&[], 6);
+    for row in &mut run.antennas {
+        row.antenna = [3, 1, 2, 0, 4, 5][row.antenna];
+    }
+    let found = process(&run, &Read::default()).unwrap();
+    assert!(named(&found, "A1", "exchanged").is_some() && named(&found, "A4", "exchanged").is_some());
+    assert!(largest_m(&errors(&run, &found.poses.cabin, false, 35.0, 70.0)) < 0.01);
+
+    for row in &mut run.antennas {
+        row.antenna = [3, 2, 1, 0, 5, 4][row.antenna];
+    }
+    let error = process(&run, &Read::default()).unwrap_err();
+    assert!(error.to_string().contains("rigid body"), "{error}");
+}
+
+#[test]
+fn a_leg_in_millimetres_is_refused_and_so_is_a_platform_that_nobody_sees() {
+    let mut run = short(&[], 7);
+    for row in &mut run.encoders {
+        row.legs_m[2] *= 1000.0;
+    }
+    let error = process(&run, &Read::default()).unwrap_err();
+    assert!(error.to_string().contains("legs"), "{error}");
+    let nobody = Read { stations: false, encoders: false, ..Read::default() };
+    assert!(process(&run, &nobody).unwrap().poses.platform.is_empty());
+}
+
+#[test]
+fn the_paper_s_filter_runs_on_antennas_and_stations_alone() {
+    let run = short(&[], 8);
+    let found = process(&run, &Read { paper: true, platform_imu: true, ..Read::default() }).unwrap();
+    let cabin = errors(&run, &found.poses.cabin, false, 35.0, 70.0);
+    let platform = errors(&run, &found.poses.platform, true, 35.0, 70.0);
+    assert!(largest_m(&cabin) < 0.05 && largest_m(&platform) < 0.02);
+    assert!(cabin.len() == 700 && platform.len() == 700);
+}
