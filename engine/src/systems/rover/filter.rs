@@ -43,6 +43,30 @@ pub struct Position {
     pub satellites: usize,
 }
 
+/// Where and when a filter begins.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Start {
+    /// When.
+    pub time: GpsTime,
+    /// East, north, up, m.
+    pub p_n: [f64; 3],
+    /// Standard deviations, m.
+    pub sigma_n: [f64; 3],
+}
+
+/// What a filter is told of receivers and tag.
+#[derive(Clone, Copy, Debug)]
+pub struct Setting<'a> {
+    /// What is known beforehand.
+    pub instrument: &'a Instrument,
+    /// Both receivers have two bands.
+    pub two_bands: bool,
+    /// Time between epochs, s.
+    pub interval_s: f64,
+    /// Systems to use.
+    pub systems: &'a [Constellation],
+}
+
 /// The filter.
 #[derive(Clone, Debug)]
 pub struct Filter {
@@ -82,17 +106,10 @@ pub struct Filter {
 }
 
 impl Filter {
-    /// A filter that begins at a place, with these sigmas.
-    pub fn new(
-        time: GpsTime,
-        p_n: [f64; 3],
-        sigma_n: [f64; 3],
-        instrument: &Instrument,
-        two_bands: bool,
-        interval_s: f64,
-        systems: &[Constellation],
-        coupling: Coupling,
-    ) -> Filter {
+    /// A filter that begins at a time and a place.
+    pub fn new(start: Start, setting: &Setting<'_>, coupling: Coupling) -> Filter {
+        let Start { time, p_n, sigma_n } = start;
+        let Setting { instrument, two_bands, interval_s, systems } = *setting;
         let mut state = State::new(&p_n, &sigma_n);
         for _ in 0..3 {
             state.push(0.0, 4.0);
