@@ -7,6 +7,7 @@ use super::coupling::{Bend, CoupledRange, Coupling, RangeOutcome, Sky};
 use super::differences::{Base, Difference, Pair, differences, seen};
 use super::fixing::{Answer, release, search};
 use super::instrument::{AmbiguityMode, Instrument};
+use super::lost_tag::LostTag;
 use super::noise::Noise;
 use super::row::Quality;
 use super::satellites::{Arcs, directions, drop_arcs, forget_clocks, weigh};
@@ -101,6 +102,8 @@ pub struct Filter {
     pub tape: Option<Tape>,
     /// Whole cycles that are known from an earlier run.
     pub known: Known,
+    /// Whether the tag is where ranges say.
+    lost: LostTag,
     /// Gauges there have been.
     gauges: u32,
 }
@@ -137,6 +140,7 @@ impl Filter {
             releases: 0,
             tape: None,
             known: Known::default(),
+            lost: LostTag::default(),
             gauges: 0,
         }
     }
@@ -194,7 +198,11 @@ impl Filter {
             Bend::Flat
         };
         let fixed = self.fixed && self.satellites_in_sight();
-        self.coupling.weigh(&mut self.state, range, fixed, bend)
+        let outcome = self.coupling.weigh(&mut self.state, range, fixed, bend);
+        if !self.satellites_in_sight() {
+            self.lost.take(range, outcome, &mut self.state, &self.coupling);
+        }
+        outcome
     }
 
     /// The standard deviation in plan, m.
