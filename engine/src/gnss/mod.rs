@@ -4,6 +4,8 @@
 //! file's own time system. It knows no estimator.
 
 pub mod ephemeris;
+#[cfg(test)]
+mod ephemeris_tests;
 pub mod fixed_columns;
 pub mod geometry;
 pub mod ionosphere;

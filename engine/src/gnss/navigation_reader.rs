@@ -131,8 +131,8 @@ fn records(lines: &mut Lines<'_>, system: Option<u8>, found: &mut Navigation) {
 
 /// The three clock terms of a satellite's first line, behind the date.
 fn read_fields(line: &[u8], indent: usize, fields: &mut [Option<f64>]) {
-    for k in 1..4 {
-        fields[k] = number(columns(line, indent + 19 * k, 19));
+    for (k, field) in fields.iter_mut().enumerate().skip(1) {
+        *field = number(columns(line, indent + 19 * k, 19));
     }
 }
 

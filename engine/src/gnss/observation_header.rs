@@ -150,11 +150,9 @@ impl Header {
                 self.antenna_delta_hen_m =
                     [0, 14, 28].map(|start| number(columns(line, start, 14)).unwrap_or(0.0));
             }
-            b"WAVELENGTH FACT L1/2" => {
-                // Lines with satellites' names change single ones; receivers of that kind do so for none.
-                if columns(line, 12, 6).trim_ascii().is_empty() || whole(columns(line, 12, 6)) == Some(0) {
-                    self.second_band_half_cycles = whole(columns(line, 6, 6)) == Some(2);
-                }
+            // Lines with satellites' names change single ones; receivers of that kind do so for none.
+            b"WAVELENGTH FACT L1/2" if whole(columns(line, 12, 6)).unwrap_or(0) == 0 => {
+                self.second_band_half_cycles = whole(columns(line, 6, 6)) == Some(2);
             }
             b"TIME OF FIRST OBS" => match columns(line, 48, 3) {
                 b"BDT" | b"BDS" => self.to_gps_time_s = GPS_MINUS_BEIDOU_S,

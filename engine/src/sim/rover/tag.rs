@@ -16,14 +16,18 @@ pub(super) struct Range {
 pub(super) fn ranges(world: &World, begin_s: f64, seed: u64) -> (Vec<Range>, f64) {
     const HEARD_M: f64 = 45.0;
     const LASTS_S: f64 = 1.5;
+    /// What a pane adds changes as the rover goes, for another part of the pulse comes first.
+    const PANE_LASTS_S: f64 = 6.0;
+    const PANE_VARIES: f64 = 0.3;
     let mut random = Random::new(seed, 0, Purpose::RoverTag);
     let offset_s = random.uniform(-0.1, 0.1);
     let white_m = random.uniform(0.03, 0.07);
     let quick_m = random.uniform(0.02, 0.05);
     let gross = random.uniform(0.005, 0.03);
     let every_s = random.uniform(0.06, 0.12);
-    let glass: Vec<f64> = world.anchors.iter().map(|_| random.uniform(0.05, 0.45)).collect();
+    let glass: Vec<f64> = world.anchors.iter().map(|_| random.uniform(0.08, 0.35)).collect();
     let mut quick = vec![0.0; world.anchors.len()];
+    let mut pane = vec![0.0; world.anchors.len()];
     let mut out = Vec::new();
     let mut t_s = 0.2;
     while !world.anchors.is_empty() && t_s < world.duration_s() {
@@ -32,6 +36,10 @@ pub(super) fn ranges(world: &World, begin_s: f64, seed: u64) -> (Vec<Range>, f64
         let fade = (-dt / LASTS_S).exp();
         for value in &mut quick {
             *value = *value * fade + quick_m * (1.0 - fade * fade).sqrt() * random.normal();
+        }
+        let fade = (-dt / PANE_LASTS_S).exp();
+        for value in &mut pane {
+            *value = *value * fade + PANE_VARIES * (1.0 - fade * fade).sqrt() * random.normal();
         }
         let anchor = (random.uniform(0.0, world.anchors.len() as f64) as usize).min(world.anchors.len() - 1);
         let tag_n = world.tag_n(t_s);
@@ -43,7 +51,7 @@ pub(super) fn ranges(world: &World, begin_s: f64, seed: u64) -> (Vec<Range>, f64
         }
         let mut range_m = true_m + there.bias_m + quick[anchor] + white_m * draws[0];
         if world.through_glass(&tag_n, &there.p_n) {
-            range_m += glass[anchor];
+            range_m += glass[anchor] * (1.0 + pane[anchor]).max(0.0);
         }
         if draws[1] < gross {
             range_m +=

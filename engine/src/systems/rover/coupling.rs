@@ -83,6 +83,8 @@ const PASSAGE_S: f64 = 0.7;
 const CHANGE_M: f64 = 0.1;
 /// Random walk of the slow bias, m/√s.
 const SLOW_WALK: f64 = 0.001;
+/// A bias beyond so many sigmas of what radios have is no radio's.
+const USUAL_SIGMAS: f64 = 2.0;
 /// Innovations beyond are rejected, in sigmas.
 const GATE: f64 = 4.0;
 /// Ranges that share the error of the place at which they are linearised.
@@ -225,7 +227,10 @@ impl Coupling {
             // Ranges that stay the same while the rover moves in sight of satellites come through nothing.
             let learnt = &mut self.learnt[k];
             let pane = RANGES + 3 * k + 2;
-            if !learnt.plain && learnt.seconds > 12.0 && learnt.at_most_m2() < PLAIN_M2[0] {
+            // But what stays the same and is more than radios have is a pane after all: into the hall it must not go.
+            let sum_m = state.x[RANGES + 3 * k] + state.x[pane];
+            let usual = sum_m < self.tuning.bias_m + USUAL_SIGMAS * self.tuning.bias_sigma_m;
+            if !learnt.plain && usual && learnt.seconds > 12.0 && learnt.at_most_m2() < PLAIN_M2[0] {
                 learnt.plain = true;
                 let innovation = -state.x[pane];
                 state.update(&[(pane, 1.0)], innovation, 0.02 * 0.02);

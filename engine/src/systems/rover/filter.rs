@@ -7,6 +7,7 @@ use super::coupling::{Bend, CoupledRange, Coupling, RangeOutcome, Sky};
 use super::differences::{Base, Difference, Pair, differences, seen};
 use super::fixing::{Answer, release, search};
 use super::instrument::{AmbiguityMode, Instrument};
+use super::lost_tag::LostTag;
 use super::noise::Noise;
 use super::row::Quality;
 use super::satellites::{Arcs, directions, drop_arcs, forget_clocks, weigh};
@@ -43,6 +44,30 @@ pub struct Position {
     pub satellites: usize,
 }
 
+/// Where and when a filter begins.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Start {
+    /// When.
+    pub time: GpsTime,
+    /// East, north, up, m.
+    pub p_n: [f64; 3],
+    /// Standard deviations, m.
+    pub sigma_n: [f64; 3],
+}
+
+/// What a filter is told of receivers and tag.
+#[derive(Clone, Copy, Debug)]
+pub struct Setting<'a> {
+    /// What is known beforehand.
+    pub instrument: &'a Instrument,
+    /// Both receivers have two bands.
+    pub two_bands: bool,
+    /// Time between epochs, s.
+    pub interval_s: f64,
+    /// Systems to use.
+    pub systems: &'a [Constellation],
+}
+
 /// The filter.
 #[derive(Clone, Debug)]
 pub struct Filter {
@@ -77,22 +102,17 @@ pub struct Filter {
     pub tape: Option<Tape>,
     /// Whole cycles that are known from an earlier run.
     pub known: Known,
+    /// Whether the tag is where ranges say.
+    lost: LostTag,
     /// Gauges there have been.
     gauges: u32,
 }
 
 impl Filter {
-    /// A filter that begins at a place, with these sigmas.
-    pub fn new(
-        time: GpsTime,
-        p_n: [f64; 3],
-        sigma_n: [f64; 3],
-        instrument: &Instrument,
-        two_bands: bool,
-        interval_s: f64,
-        systems: &[Constellation],
-        coupling: Coupling,
-    ) -> Filter {
+    /// A filter that begins at a time and a place.
+    pub fn new(start: Start, setting: &Setting<'_>, coupling: Coupling) -> Filter {
+        let Start { time, p_n, sigma_n } = start;
+        let Setting { instrument, two_bands, interval_s, systems } = *setting;
         let mut state = State::new(&p_n, &sigma_n);
         for _ in 0..3 {
             state.push(0.0, 4.0);
@@ -120,6 +140,7 @@ impl Filter {
             releases: 0,
             tape: None,
             known: Known::default(),
+            lost: LostTag::default(),
             gauges: 0,
         }
     }
@@ -177,7 +198,11 @@ impl Filter {
             Bend::Flat
         };
         let fixed = self.fixed && self.satellites_in_sight();
-        self.coupling.weigh(&mut self.state, range, fixed, bend)
+        let outcome = self.coupling.weigh(&mut self.state, range, fixed, bend);
+        if !self.satellites_in_sight() {
+            self.lost.take(range, outcome, &mut self.state, &self.coupling);
+        }
+        outcome
     }
 
     /// The standard deviation in plan, m.

@@ -39,6 +39,7 @@ pub mod doubts;
 pub mod filter;
 pub mod fixing;
 pub mod instrument;
+pub mod lost_tag;
 pub mod noise;
 pub mod paper;
 pub mod ranges;

@@ -4,7 +4,7 @@ use super::arcs::{Known, Losses};
 use super::coupling::{self, CoupledAnchor, CoupledRange, Coupling, RangeOutcome};
 use super::differences::{Base, Pair, age_s};
 use super::doubts;
-use super::filter::{FLOOR_M, Filter};
+use super::filter::{FLOOR_M, Filter, Setting, Start};
 use super::instrument::{AmbiguityMode, Instrument};
 use super::paper;
 use super::row::{Quality, Row};
@@ -225,19 +225,12 @@ fn once(inputs: &Inputs<'_>, known: Known, smoothed: bool) -> (Outcome, Known) {
         }
         if filter.as_ref().is_none_or(|filter| filter.plan_sigma_m() > 100.0) {
             let coupling = Coupling::new(inputs.anchors.to_vec(), &inputs.instrument.uwb);
-            let Some((start, sigma)) = start(inputs, &base, &due, &coupling, &ranges) else { continue };
+            let Some((p_n, sigma_n)) = start(inputs, &base, &due, &coupling, &ranges) else { continue };
             next_range = ranges.partition_point(|(time, _)| due.time.since(*time) > interval_s);
             let time = ranges.get(next_range).map_or(due.time, |(time, _)| (*time).min(due.time));
-            let mut begun = Filter::new(
-                time,
-                start,
-                sigma,
-                inputs.instrument,
-                two_bands,
-                interval_s,
-                inputs.systems,
-                coupling,
-            );
+            let setting =
+                Setting { instrument: inputs.instrument, two_bands, interval_s, systems: inputs.systems };
+            let mut begun = Filter::new(Start { time, p_n, sigma_n }, &setting, coupling);
             begun.known.clone_from(&known);
             if smoothed {
                 begun.tape = Some(Tape::new(begun.state.len()));

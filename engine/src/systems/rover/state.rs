@@ -129,7 +129,7 @@ impl State {
     pub fn propagate(&mut self, dt_s: f64, q: [f64; 3]) {
         let n = self.len();
         let step = dt_s.abs();
-        for axis in 0..3 {
+        for (axis, q) in q.into_iter().enumerate() {
             let (i, v) = (POSITION + axis, VELOCITY + axis);
             self.x[i] += dt_s * self.x[v];
             for j in 0..n {
@@ -138,10 +138,10 @@ impl State {
             for j in 0..n {
                 self.p[j * n + i] += dt_s * self.p[j * n + v];
             }
-            self.p[i * n + i] += q[axis] * step * step * step / 3.0;
-            self.p[i * n + v] += q[axis] * step * dt_s / 2.0;
+            self.p[i * n + i] += q * step * step * step / 3.0;
+            self.p[i * n + v] += q * step * dt_s / 2.0;
             self.p[v * n + i] = self.p[i * n + v];
-            self.p[v * n + v] += q[axis] * step;
+            self.p[v * n + v] += q * step;
         }
     }
 
