@@ -17,8 +17,8 @@ impl Instant {
         let whole = self.tow_s.floor();
         let days = i64::from(self.week) * 7 + (whole as i64).div_euclid(86_400);
         let of_day = (whole as i64).rem_euclid(86_400);
-        // Days since 1 March of year 0 (Howard Hinnant's rule); 6 January 1980 is day 723 126 of it.
-        let z = days + 723_126;
+        // Days since 1 March of year 0 (Howard Hinnant's rule); 6 January 1980 is day 723 125 of it.
+        let z = days + 723_125;
         let era = z.div_euclid(146_097);
         let of_era = z.rem_euclid(146_097);
         let of_era_year = (of_era - of_era / 1_460 + of_era / 36_524 - of_era / 146_096) / 365;
