@@ -107,3 +107,88 @@ fn row(point: &UwbPoint, doubtful: bool) -> Row {
         anchors: point.anchors,
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::sample::TagRange;
+    use crate::systems::rover::anchors::distance_m;
+
+    fn anchors() -> Vec<SurveyedAnchor> {
+        let places = [[0.0, 0.0, 2.0], [18.0, 1.0, 1.2], [14.0, 12.0, 2.2], [1.0, 9.0, 1.0]];
+        places.iter().enumerate().map(|(k, p)| SurveyedAnchor { name: format!("A{k}"), p_n: *p }).collect()
+    }
+
+    /// A tag on a circle, its ranges in a unit of so many metres.
+    fn ranges(metres: f64) -> TagRanges {
+        let names = anchors().iter().map(|anchor| anchor.name.clone()).collect();
+        let rows = (0..1200_usize)
+            .map(|k| {
+                let t_s = 0.05 * k as f64;
+                let tag = [8.0 + 4.0 * libm::cos(0.2 * t_s), 6.0 + 4.0 * libm::sin(0.2 * t_s), 1.5];
+                let anchor = k % 4;
+                let wander = 0.02 * libm::sin(37.0 * t_s + anchor as f64);
+                let range_m = (distance_m(&tag, &anchors()[anchor].p_n) + 0.15 + wander) / metres;
+                TagRange { t_ns: (t_s * 1e9) as i64, anchor, range_m }
+            })
+            .collect();
+        TagRanges { anchors: names, rows, notes: Vec::new() }
+    }
+
+    fn alone(ranges: &TagRanges, anchors: &[SurveyedAnchor]) -> Result<RangesAlone, String> {
+        run(ranges, anchors, &Instrument::default(), None, false)
+    }
+
+    #[test]
+    fn a_row_comes_with_each_time_once_the_tag_is_found() {
+        let out = alone(&ranges(1.0), &anchors()).unwrap();
+        assert!(out.anomalies.is_empty(), "{:?}", out.anomalies);
+        assert!((1150..1200).contains(&out.rows.len()), "{}", out.rows.len());
+        assert!(out.rows.iter().all(|row| row.quality == Quality::Uwb && row.gps_time.is_none()));
+        let last = out.rows.last().unwrap();
+        let tag = [8.0 + 4.0 * libm::cos(0.2 * last.t_s), 6.0 + 4.0 * libm::sin(0.2 * last.t_s)];
+        assert!((last.p_n_m[0] - tag[0]).abs() < 0.2 && (last.p_n_m[1] - tag[1]).abs() < 0.2);
+    }
+
+    #[test]
+    fn other_units_are_refused_by_the_distances_of_the_anchors() {
+        for (metres, unit) in [(0.001, "millimetres"), (0.01, "centimetres"), (0.3048, "feet")] {
+            let error = alone(&ranges(metres), &anchors()).unwrap_err();
+            assert!(error.contains(unit), "{error}");
+        }
+    }
+
+    #[test]
+    fn names_that_nobody_surveyed_are_said() {
+        let mut some = anchors();
+        some[3].name = "B9".into();
+        let out = alone(&ranges(1.0), &some).unwrap();
+        assert!(out.anomalies[0].contains("300 ranges to A3"), "{:?}", out.anomalies);
+        some.iter_mut().for_each(|anchor| anchor.name.insert(0, 'X'));
+        let error = alone(&ranges(1.0), &some).unwrap_err();
+        assert!(error.contains("XA0") && error.contains("A3"), "{error}");
+    }
+
+    #[test]
+    fn anchors_that_were_swapped_are_named_and_the_sigmas_say_that_nothing_is_sure() {
+        let mut swapped = anchors();
+        let place = swapped[0].p_n;
+        swapped[0].p_n = swapped[1].p_n;
+        swapped[1].p_n = place;
+        let out = alone(&ranges(1.0), &swapped).unwrap();
+        let said = out.anomalies.iter().find(|sentence| sentence.contains("swapped")).unwrap();
+        assert!(said.contains("A0 and A1"), "{said}");
+        assert!(out.rows.iter().all(|row| row.sigma_n_m[0] >= 10.0));
+    }
+
+    #[test]
+    fn two_anchors_are_too_few_and_that_is_said() {
+        let out = alone(&ranges(1.0), &anchors()[..2]).unwrap();
+        assert!(out.rows.is_empty());
+        assert!(
+            out.anomalies.iter().any(|sentence| sentence.contains("three anchors")),
+            "{:?}",
+            out.anomalies
+        );
+    }
+}

@@ -56,6 +56,7 @@ pub fn check_unit(
     anchors: &[SurveyedAnchor],
 ) -> Result<(), String> {
     const FEWEST: usize = 20;
+    const FOOT_M: f64 = 0.3048;
     let share = |scale: f64| {
         let (mut pairs, mut fit) = (0_usize, 0_usize);
         for pair in rows.windows(2) {
@@ -71,11 +72,14 @@ pub fn check_unit(
         }
         (pairs >= FEWEST).then(|| fit as f64 / pairs as f64)
     };
+    // Inside of the anchors' hull feet make triangles, too, but no place explains them all.
+    let windows = Windows::of(rows, matched);
+    let in_feet = Windows::clearly(windows.cost(anchors, 1.0), windows.cost(anchors, FOOT_M));
     let Some(in_metres) = share(1.0) else { return Ok(()) };
-    if in_metres > 0.5 {
+    if in_metres > 0.5 && !in_feet {
         return Ok(());
     }
-    for (unit, scale) in [("millimetres", 1e-3), ("centimetres", 1e-2), ("feet", 0.3048)] {
+    for (unit, scale) in [("millimetres", 1e-3), ("centimetres", 1e-2), ("feet", FOOT_M)] {
         if share(scale).is_some_and(|fit| fit > 0.8) {
             return Err(format!(
                 "ranges do not fit the anchors in metres, but in {unit}; give range_m in metres"
@@ -85,59 +89,74 @@ pub fn check_unit(
     Ok(())
 }
 
-/// A sentence on two anchors that explain the ranges only when they change places.
-pub fn swapped(rows: &[TagRange], matched: &[Option<usize>], anchors: &[SurveyedAnchor]) -> Option<String> {
-    const WINDOWS: usize = 15;
+/// Windows of ranges over the whole file, each of about a second: anchor and length.
+struct Windows(Vec<Vec<(usize, f64)>>);
+
+impl Windows {
+    const COUNT: usize = 15;
     const WINDOW_NS: i64 = 1_200_000_000;
-    /// Three ranges have a place for any three anchors.
-    const FEWEST_ANCHORS: usize = 4;
-    /// So many sigmas squared for each window, at least, have to go.
+    /// So many sigmas squared for each window, at least, have to go where a change explains the ranges.
     const CLEAR: f64 = 8.0;
-    if matched.iter().flatten().count() < FEWEST_ANCHORS {
-        return None;
-    }
-    let height = AntennaHeight::of(None, None, anchors);
-    let windows: Vec<Vec<(usize, f64)>> = (0..WINDOWS)
-        .map(|k| {
-            let from = rows[rows.len() * k / WINDOWS].t_ns;
+
+    fn of(rows: &[TagRange], matched: &[Option<usize>]) -> Windows {
+        let window = |k: usize| {
+            let from = rows[rows.len() * k / Windows::COUNT].t_ns;
             let begin = rows.partition_point(|row| row.t_ns < from);
             rows[begin..]
                 .iter()
-                .take_while(|row| row.t_ns < from + WINDOW_NS)
+                .take_while(|row| row.t_ns < from + Windows::WINDOW_NS)
                 .filter(|row| row.range_m > 0.0)
                 .filter_map(|row| Some((matched[row.anchor]?, row.range_m)))
                 .collect()
-        })
-        .collect();
-    let cost = |anchors: &[SurveyedAnchor]| -> (f64, usize) {
-        let costs: Vec<f64> = windows
+        };
+        let count = if rows.is_empty() { 0 } else { Windows::COUNT };
+        Windows((0..count).map(window).collect())
+    }
+
+    /// How badly places explain the ranges, multiplied by a scale, and in how many windows that can be said.
+    fn cost(&self, anchors: &[SurveyedAnchor], scale: f64) -> (f64, usize) {
+        let height = AntennaHeight::of(None, None, anchors);
+        let costs: Vec<f64> = self
+            .0
             .iter()
-            .filter_map(|window| window_cost(window, anchors, &height, EXPECTED_BIAS_M))
+            .filter_map(|window| {
+                let scaled: Vec<(usize, f64)> =
+                    window.iter().map(|(anchor, range_m)| (*anchor, range_m * scale)).collect();
+                window_cost(&scaled, anchors, &height, EXPECTED_BIAS_M)
+            })
             .collect();
         (costs.iter().sum(), costs.len())
-    };
-    let (as_told, count) = cost(anchors);
-    if count < WINDOWS / 3 {
-        return None;
     }
-    let mut best: Option<(f64, usize, usize)> = None;
+
+    /// Whether a change explains what is not explained without it.
+    fn clearly(before: (f64, usize), after: (f64, usize)) -> bool {
+        before.1 >= Windows::COUNT / 3
+            && after.1 == before.1
+            && after.0 < 0.3 * before.0
+            && before.0 - after.0 > Windows::CLEAR * before.1 as f64
+    }
+}
+
+/// A sentence on two anchors that explain the ranges only when they change places.
+pub fn swapped(rows: &[TagRange], matched: &[Option<usize>], anchors: &[SurveyedAnchor]) -> Option<String> {
+    let windows = Windows::of(rows, matched);
+    let as_told = windows.cost(anchors, 1.0);
+    let mut best: Option<((f64, usize), usize, usize)> = None;
     for i in 0..anchors.len() {
         for j in 0..i {
             let mut changed = anchors.to_vec();
             let place = changed[i].p_n;
             changed[i].p_n = changed[j].p_n;
             changed[j].p_n = place;
-            let (swapped, found) = cost(&changed);
-            if found == count && best.is_none_or(|(cost, ..)| swapped < cost) {
-                best = Some((swapped, j, i));
+            let cost = windows.cost(&changed, 1.0);
+            if Windows::clearly(as_told, cost) && best.is_none_or(|(least, ..)| cost.0 < least.0) {
+                best = Some((cost, j, i));
             }
         }
     }
-    let (swapped, i, j) = best?;
-    (swapped < 0.3 * as_told && as_told - swapped > CLEAR * count as f64).then(|| {
-        format!(
-            "anchors {} and {} seem to be swapped in the survey: the ranges fit only when they change places",
-            anchors[i].name, anchors[j].name
-        )
-    })
+    let (_, i, j) = best?;
+    Some(format!(
+        "anchors {} and {} seem to be swapped in the survey: the ranges fit only when they change places",
+        anchors[i].name, anchors[j].name
+    ))
 }

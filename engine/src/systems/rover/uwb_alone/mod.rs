@@ -9,6 +9,8 @@ mod filter;
 mod model;
 mod start;
 mod tape;
+#[cfg(test)]
+mod tests;
 
 use crate::sample::SurveyedAnchor;
 use crate::systems::rover::anchors::AntennaHeight;
