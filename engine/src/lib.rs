@@ -106,6 +106,9 @@
 //! | paper 4, (10) | ω_eb as the rate of e against b | of b against e, as its equation has it ([`ins::lever_arm`]) |
 //! | paper 4, (12) | the rate at the epoch | readings that are means over an interval give it as the mean of two neighbours ([`LeverArm::velocity`](ins::lever_arm::LeverArm::velocity)) |
 //! | paper 4, (14) | the tip's lever arm in the antenna's Jacobian | the antenna's ([`measure::antenna_position`]) |
+//! | paper 5, (6)–(7) | double differences | single differences with clocks that are free in each epoch, which give the same ([`systems::rover::satellites`]) |
+//! | paper 5, (8)–(10) | ranges without bias, of the nearest epoch | a slow and a quick bias for each anchor, each range at its own time ([`systems::rover::coupling`]) |
+//! | paper 5, (13)–(15) | components of an epoch | over a window that forgets, with a prior and a floor ([`adjust::variance_components`]); an epoch alone is kept to compare with ([`systems::rover::paper`]) |
 //! | IGRF-13, WMM2020 | declination −2.62° at FAST in 2024 | [`geo::magnetic_field`] is the World Magnetic Model 2025 |
 //!
 //! # Sources

@@ -45,12 +45,24 @@ pub enum IntegersError {
     TooWide,
 }
 
+/// Steps after which a search gives up: thousands of times what honest problems take.
+const MOST_STEPS: usize = 5_000_000;
+
 /// Finds the two best whole vectors of `a` with covariance `q`.
 ///
 /// # Errors
 ///
 /// See [`IntegersError`].
 pub fn integers(a: &[f64], q: &DMatrix<f64>) -> Result<Integers, IntegersError> {
+    integers_within(a, q, MOST_STEPS)
+}
+
+/// The same, giving up after so many steps of the search: what contradicts its covariance is far from every whole vector.
+///
+/// # Errors
+///
+/// See [`IntegersError`].
+pub fn integers_within(a: &[f64], q: &DMatrix<f64>, most_steps: usize) -> Result<Integers, IntegersError> {
     let n = a.len();
     if n == 0 {
         return Err(IntegersError::Empty);
@@ -63,7 +75,8 @@ pub fn integers(a: &[f64], q: &DMatrix<f64>) -> Result<Integers, IntegersError> 
     let whole: Vec<f64> = a.iter().map(|value| libm::round(*value)).collect();
     let rest = DVector::from_iterator(n, a.iter().zip(&whole).map(|(value, whole)| value - whole));
     let z = &reduced.z_t * rest;
-    let [first, second] = two_best(&reduced.l, &reduced.d, z.as_slice()).ok_or(IntegersError::TooWide)?;
+    let [first, second] =
+        two_best(&reduced.l, &reduced.d, z.as_slice(), most_steps).ok_or(IntegersError::TooWide)?;
     let back = reduced.z_t.clone().lu();
     let to_cycles = |z: Vec<f64>| -> Result<Vec<f64>, IntegersError> {
         let solved = back.solve(&DVector::from_vec(z)).ok_or(IntegersError::NotPositive)?;

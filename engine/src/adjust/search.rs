@@ -10,11 +10,8 @@ pub(super) struct Candidate {
     pub(super) norm: f64,
 }
 
-/// Steps after which the search gives up: thousands of times what honest problems take.
-const MOST_STEPS: usize = 2_000_000;
-
-/// The two vectors nearest to `a` in the norm of (L' D L)⁻¹, best first; none where the search takes too long.
-pub(super) fn two_best(l: &DMatrix<f64>, d: &[f64], a: &[f64]) -> Option<[Candidate; 2]> {
+/// The two vectors nearest to `a` in the norm of (L' D L)⁻¹, best first; none where the search takes more than `most_steps`.
+pub(super) fn two_best(l: &DMatrix<f64>, d: &[f64], a: &[f64], most_steps: usize) -> Option<[Candidate; 2]> {
     let n = a.len();
     let mut best: Vec<Candidate> = Vec::with_capacity(3);
     let mut bound = f64::INFINITY;
@@ -32,7 +29,7 @@ pub(super) fn two_best(l: &DMatrix<f64>, d: &[f64], a: &[f64]) -> Option<[Candid
     };
     conditional[k] = a[k];
     let mut off = begin(k, &conditional, &mut z, &mut step);
-    for _ in 0..MOST_STEPS {
+    for _ in 0..most_steps {
         let so_far = norm[k + 1] + off * off / d[k];
         if so_far < bound {
             if k > 0 {

@@ -127,7 +127,8 @@ pub fn ranges_clock(inputs: &Inputs<'_>, rows: &[Row]) -> Option<String> {
         return None;
     }
     let offset = Vector3::from(inputs.instrument.uwb.antenna_offset_m);
-    let misfit = |seconds: f64| -> Option<f64> {
+    // Ranges as if clocks were off, or two anchors had each other's name.
+    let misfit = |seconds: f64, swapped: [usize; 2]| -> Option<f64> {
         let mut residuals = Vec::new();
         for range in inputs.ranges {
             let t_s = range.t_s - seconds;
@@ -142,19 +143,36 @@ pub fn ranges_clock(inputs: &Inputs<'_>, rows: &[Row]) -> Option<String> {
                 continue;
             }
             let p = before.1 + (after.1 - before.1) * ((t_s - before.0) / gap);
-            residuals.push(((p + offset - inputs.anchors[range.anchor].p_n).norm() - range.range_m).abs());
+            let anchor = match range.anchor {
+                of if of == swapped[0] => swapped[1],
+                of if of == swapped[1] => swapped[0],
+                of => of,
+            };
+            residuals.push(((p + offset - inputs.anchors[anchor].p_n).norm() - range.range_m).abs());
         }
         residuals.sort_by(f64::total_cmp);
         (residuals.len() >= 50).then(|| residuals[residuals.len() / 2])
     };
-    let now = misfit(0.0)?;
+    let now = misfit(0.0, [0, 0])?;
     if now < 0.6 {
         return None;
     }
-    let best = (-60..=60)
-        .filter_map(|half| misfit(f64::from(half) * 0.5).map(|off| (off, half)))
-        .min_by(|a, b| a.0.total_cmp(&b.0))?;
-    if best.0 < 0.5 * now && best.1 != 0 {
+    let count = inputs.anchors.len();
+    let pairs = (0..count).flat_map(|a| (a + 1..count).map(move |b| [a, b]));
+    let swap =
+        pairs.filter_map(|pair| misfit(0.0, pair).map(|off| (off, pair))).min_by(|a, b| a.0.total_cmp(&b.0));
+    if let Some((off, [a, b])) = swap
+        && off < 0.6
+        && off < 0.5 * now
+    {
+        return Some(format!(
+            "anchors {} and {} seem to have each other's place: ranges fit the fixed positions only so; correct the anchors' file",
+            inputs.anchors[a].name, inputs.anchors[b].name
+        ));
+    }
+    let clocks = (-60..=60).filter_map(|half| misfit(f64::from(half) * 0.5, [0, 0]).map(|off| (off, half)));
+    let best = clocks.min_by(|a, b| a.0.total_cmp(&b.0))?;
+    if best.0 < 0.6 && best.0 < 0.5 * now && best.1 != 0 {
         return Some(format!(
             "the ranges' clock seems to be {:.1} s off GPS time: ranges fit the fixed positions only so; set the clock of the UWB computer",
             f64::from(best.1) * 0.5

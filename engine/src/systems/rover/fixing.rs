@@ -9,7 +9,7 @@ use super::differences::Difference;
 use super::noise::Noise;
 use super::satellites::{Arcs, drop_arcs};
 use super::state::State;
-use crate::adjust::integers::{Integers, integers, success_rate};
+use crate::adjust::integers::{Integers, integers_within, success_rate};
 
 /// The lowest bootstrapped success rate with which integers are searched.
 const SUCCESS: f64 = 0.999;
@@ -22,6 +22,8 @@ const WORTH_SEARCHING: f64 = 0.8;
 const MANY: usize = 16;
 const FAR: f64 = 6.0;
 const SUCCESS_OF_MANY: f64 = 0.97;
+/// Steps of a search: an answer that is far from every whole vector is no answer.
+const MOST_STEPS: usize = 20_000;
 /// Variance with which whole cycles are taken, cycles².
 const WHOLE_VARIANCE: f64 = 1e-8;
 
@@ -102,7 +104,7 @@ pub fn search(
         let (a, mut q) = moments(state, &rows);
         add_lasting(&mut q, &rows, &candidates[..size]);
         if success_rate(&q).is_some_and(|success| success >= WORTH_SEARCHING)
-            && let Ok(whole) = integers(&a, &q)
+            && let Ok(whole) = integers_within(&a, &q, MOST_STEPS)
             && believed(&whole, &q)
         {
             found.ratio = Some(whole.ratio());
