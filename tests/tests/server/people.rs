@@ -365,3 +365,21 @@ async fn the_audit_log_says_who_did_what_from_what_to_what() {
     let file = admin.request(&server, Method::GET, "/audit.csv").send().await.unwrap().text().await.unwrap();
     assert!(file.starts_with("id,at,who,"), "{file}");
 }
+
+#[tokio::test]
+async fn an_account_whose_name_looks_like_another_is_refused() {
+    let (server, staff) = server_with_staff().await;
+    let admin = &staff[5];
+    let add = async |name: &str| {
+        let body = json!({"name": name, "password": PASSWORD, "role": "viewer"});
+        admin.ask(&server, Method::POST, "/accounts", &body).await
+    };
+    assert_eq!(add("Li Na").await.status, 201);
+    // Cyrillic а and і, a digit for a letter, letters of full width.
+    for alike in ["Li N\u{430}", "L\u{456} Na", "1i Na", "Ｌｉ Ｎａ"] {
+        let refused = add(alike).await;
+        assert_eq!((refused.status, refused.code()), (409, "name_looks_taken"), "{alike}: {refused:?}");
+    }
+    assert_eq!(add("li na").await.code(), "name_taken");
+    assert_eq!(add("Li Nan").await.status, 201);
+}
