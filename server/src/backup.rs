@@ -19,6 +19,8 @@ pub(crate) struct Backup {
     pub(crate) file: PathBuf,
     /// Its size.
     pub(crate) bytes: u64,
+    /// What is damaged in it as it is in the database; all else can be read.
+    pub(crate) damaged: Vec<String>,
 }
 
 /// Why none was made.
@@ -53,9 +55,14 @@ pub(crate) fn folder(data: &Path) -> PathBuf {
     data.join(BACKUPS)
 }
 
-/// Copies the database of a data folder into a new file of this folder, and reads the copy from end to end. Under a
+/// How the name of a backup begins that somebody asked for.
+pub(crate) const ASKED_FOR: &str = "lodestep-";
+/// How the name of one begins that the server makes by itself, and removes again when others have taken its place.
+pub(crate) const SCHEDULED: &str = "lodestep-scheduled-";
+
+/// Copies the database of a data folder into a new file of this folder, whose name begins like this, and reads the copy from end to end. Under a
 /// name of its own until it has proved good, so that nothing half-made is taken for a backup.
-pub(crate) async fn make(data: &Path, into: &Path) -> Result<Backup, NotMade> {
+pub(crate) async fn make(data: &Path, into: &Path, begins: &str) -> Result<Backup, NotMade> {
     let database = data.join(DATABASE);
     if !database.is_file() {
         return Err(NotMade::Failed(anyhow!(
@@ -74,7 +81,7 @@ pub(crate) async fn make(data: &Path, into: &Path) -> Result<Backup, NotMade> {
         return Err(room.none());
     }
     let part = data_folder::part(data_folder::BACKUP).tempfile_in(into).map_err(not_written)?;
-    backup::copy(&database, part.path()).await.map_err(|error| match error {
+    let damaged = backup::copy(&database, part.path()).await.map_err(|error| match error {
         error if error.disk() == Some(Disk::Full) => room.none(),
         error @ (StoreError::Open(_) | StoreError::Damaged { .. } | StoreError::Corrupt(_)) => {
             NotMade::NotGood(error)
@@ -84,12 +91,15 @@ pub(crate) async fn make(data: &Path, into: &Path) -> Result<Backup, NotMade> {
         ),
     })?;
     part.as_file().sync_all().map_err(not_written)?;
-    let stem = format!("lodestep-{}", utc::in_a_file_name(utc::now()));
+    let stem = format!("{begins}{}", utc::in_a_file_name(utc::now()));
     let file = data_folder::free_name(into, &stem);
     part.persist_noclobber(&file).map_err(|failed| not_written(failed.error))?;
     data_folder::sync(into).map_err(not_written)?;
     let bytes = file.metadata().map_err(not_written)?.len();
-    Ok(Backup { file, bytes })
+    for what in &damaged {
+        tracing::error!("the backup {} was made of a database in which {what}", file.display());
+    }
+    Ok(Backup { file, bytes, damaged })
 }
 
 /// One at a time in a folder: each clears away what one that was killed left there.

@@ -2,9 +2,11 @@
 
 use std::net::{Ipv4Addr, SocketAddr};
 use std::path::{Path, PathBuf};
+use std::time::Duration;
 
 use clap::Args;
 
+use crate::backup_schedule::Kept;
 use crate::data_folder::DATABASE;
 
 /// How the server is set up.
@@ -69,6 +71,34 @@ pub struct Config {
     #[arg(long, env = "LODESTEP_WEBHOOK_GIVE_UP_S", value_name = "SECONDS", default_value_t = 259_200.0)]
     pub webhook_give_up_s: f64,
 
+    /// How often the server makes a backup by itself, in hours; 0: never.
+    #[arg(long, env = "LODESTEP_BACKUP_EVERY_H", value_name = "HOURS", default_value_t = 24.0)]
+    pub backup_every_h: f64,
+
+    /// Of the backups that it made by itself, the newest of so many days are kept.
+    #[arg(long, env = "LODESTEP_BACKUP_DAYS", value_name = "COUNT", default_value_t = 7)]
+    pub backup_days: usize,
+
+    /// And the newest of so many weeks.
+    #[arg(long, env = "LODESTEP_BACKUP_WEEKS", value_name = "COUNT", default_value_t = 4)]
+    pub backup_weeks: usize,
+
+    /// And the newest of so many months.
+    #[arg(long, env = "LODESTEP_BACKUP_MONTHS", value_name = "COUNT", default_value_t = 12)]
+    pub backup_months: usize,
+
+    /// Most connections at a time; as many as the process may have descriptors for, when it is left out.
+    #[arg(long, env = "LODESTEP_CONNECTIONS", value_name = "COUNT")]
+    pub connections: Option<usize>,
+
+    /// Longest time that working out a walk may take, in seconds.
+    #[arg(long, env = "LODESTEP_JOB_S", value_name = "SECONDS", default_value_t = 3_600)]
+    pub job_s: u64,
+
+    /// Most memory that the points of one walk may take while it is worked out, in bytes.
+    #[arg(long, env = "LODESTEP_JOB_BYTES", value_name = "BYTES", default_value_t = 4 << 30)]
+    pub job_bytes: u64,
+
     /// Connections to the database for reading.
     #[arg(long, env = "LODESTEP_READERS", value_name = "COUNT", default_value_t = 4)]
     pub readers: u32,
@@ -92,6 +122,13 @@ impl Config {
             setup_token: None,
             webhook_retry_s: 10.0,
             webhook_give_up_s: 259_200.0,
+            backup_every_h: 0.0,
+            backup_days: 7,
+            backup_weeks: 4,
+            backup_months: 12,
+            connections: None,
+            job_s: 3_600,
+            job_bytes: 4 << 30,
             readers: 2,
         }
     }
@@ -99,6 +136,21 @@ impl Config {
     /// The database file.
     pub fn database(&self) -> PathBuf {
         self.data.join(DATABASE)
+    }
+
+    /// How often a backup is made; `None`: never.
+    pub(crate) fn backup_every(&self) -> Option<Duration> {
+        Duration::try_from_secs_f64(self.backup_every_h * 3_600.0).ok().filter(|every| !every.is_zero())
+    }
+
+    /// Which of these are kept.
+    pub(crate) fn backups_kept(&self) -> Kept {
+        Kept { days: self.backup_days, weeks: self.backup_weeks, months: self.backup_months }
+    }
+
+    /// How long a job may take.
+    pub(crate) fn job_limit(&self) -> Duration {
+        Duration::from_secs(self.job_s)
     }
 
     /// The folder of uploads on their way.

@@ -11,6 +11,7 @@ use tokio_util::sync::CancellationToken;
 
 use crate::state::App;
 use crate::store::jobs;
+use crate::{backup, utc};
 
 /// Bounds of the histograms of times, s: from a commit on a fast disk to a request that is given up.
 const SECONDS: [f64; 12] = [0.000_5, 0.001, 0.002, 0.005, 0.01, 0.025, 0.05, 0.1, 0.25, 1.0, 5.0, 30.0];
@@ -30,13 +31,34 @@ enum Kind {
 }
 
 /// Every figure: what Prometheus is told of it. A counter without labels is there from the start, at zero.
-const FIGURES: [(&str, Kind, &str); 27] = [
+const FIGURES: [(&str, Kind, &str); 36] = [
     ("lodestep_build_info", Kind::Gauge, "1, with the version as a label"),
     ("lodestep_requests_total", Kind::Counter, "Requests by method, route and status"),
     ("lodestep_request_seconds", Kind::Histogram, "Time until a request's answer begins, by route"),
     ("lodestep_writes_total", Kind::Counter, "Writes that went into a commit"),
     ("lodestep_write_failures_total", Kind::Counter, "Writes whose commit did not reach the disk"),
     ("lodestep_commit_seconds", Kind::Histogram, "Time of a commit, the sync to the disk included"),
+    (
+        "lodestep_write_piece_seconds",
+        Kind::Histogram,
+        "Time of one write within its commit, while all others wait",
+    ),
+    (
+        "lodestep_write_pieces_over_budget_total",
+        Kind::Counter,
+        "Writes that took longer than they may; the log names them",
+    ),
+    (
+        "lodestep_live_wait_seconds",
+        Kind::Gauge,
+        "How long the live record has waited for the disk that has waited longest",
+    ),
+    ("lodestep_connections", Kind::Gauge, "Connections that are open"),
+    (
+        "lodestep_connections_cut_total",
+        Kind::Counter,
+        "Connections that did nothing and were closed for others",
+    ),
     ("lodestep_live_devices", Kind::Gauge, "Devices that are connected"),
     ("lodestep_live_sessions", Kind::Gauge, "Walks that are in memory because they are streamed"),
     ("lodestep_live_batches_total", Kind::Counter, "Batches that devices sent and that were new"),
@@ -62,6 +84,22 @@ const FIGURES: [(&str, Kind, &str); 27] = [
     ("lodestep_passwords_checked_total", Kind::Counter, "Passwords that were looked at, right or wrong"),
     ("lodestep_sign_ins_refused_total", Kind::Counter, "Sign-ins with a wrong name or password"),
     ("lodestep_disk_free_bytes", Kind::Gauge, "Free space on the disk of the data folder, bytes"),
+    (
+        "lodestep_scrubbed_rows_total",
+        Kind::Counter,
+        "Rows that were read again to see whether they have changed",
+    ),
+    (
+        "lodestep_damaged",
+        Kind::Gauge,
+        "What is stored and has changed on the disk: the log and /api/v1/server name it",
+    ),
+    (
+        "lodestep_backup_age_seconds",
+        Kind::Gauge,
+        "Age of the newest backup in the data folder; none: no figure",
+    ),
+    ("lodestep_backup_good", Kind::Gauge, "1 when the newest backup was good when it was last read, else 0"),
     ("lodestep_database_bytes", Kind::Gauge, "Size of the database with its log, bytes"),
     (
         "lodestep_webhook_tries_total",
@@ -89,7 +127,14 @@ fn describe() {
             Kind::Histogram => metrics::describe_histogram!(name, metrics::Unit::Seconds, about),
         }
     }
-    for name in ["lodestep_live_devices", "lodestep_live_sessions", "lodestep_feed_clients"] {
+    for name in [
+        "lodestep_live_devices",
+        "lodestep_live_sessions",
+        "lodestep_live_wait_seconds",
+        "lodestep_feed_clients",
+        "lodestep_connections",
+        "lodestep_damaged",
+    ] {
         metrics::gauge!(name).set(0.0);
     }
     metrics::gauge!("lodestep_build_info", "version" => env!("CARGO_PKG_VERSION")).set(1.0);
@@ -105,6 +150,10 @@ pub(crate) async fn look(app: &App) {
     if let Ok(free_bytes) = fs4::available_space(&app.config.data) {
         metrics::gauge!("lodestep_disk_free_bytes").set(free_bytes as f64);
     }
+    if let Some(made_at) = backup::newest(&app.config.data) {
+        metrics::gauge!("lodestep_backup_age_seconds").set((utc::now() - made_at).as_seconds_f64());
+    }
+    metrics::gauge!("lodestep_live_wait_seconds").set(app.store.longest_live_wait().as_secs_f64());
     match jobs::unfinished(app.store.read()).await {
         Ok(waiting) => metrics::gauge!("lodestep_jobs_waiting").set(waiting.len() as f64),
         Err(error) => tracing::warn!(%error, "the jobs could not be counted: {error}"),

@@ -15,7 +15,12 @@ use crate::store::{StoreError, backup};
 use crate::{private, utc};
 
 /// Puts a backup in the place of the database of a data folder that is held; where the former one is kept.
-pub(crate) async fn restore(file: &Path, data: &Path, replace: bool) -> Result<Option<PathBuf>> {
+pub(crate) async fn restore(
+    file: &Path,
+    data: &Path,
+    replace: bool,
+    accept_damaged: bool,
+) -> Result<Option<PathBuf>> {
     ensure!(file.is_file(), "expected a backup, found no file {}: check its name", file.display());
     data_folder::clear_unfinished(data)
         .with_context(|| format!("could not clear what an earlier restore left in {}", data.display()))?;
@@ -35,7 +40,7 @@ pub(crate) async fn restore(file: &Path, data: &Path, replace: bool) -> Result<O
     let what_stands = "nothing was restored, and what stood there is as it was";
     // Gone when this ends, with all that is in it; after a kill, at the next start.
     let part = data_folder::part(data_folder::RESTORE).tempdir_in(data).context(what_stands)?;
-    let copy = checked_copy(file, &part.path().join(DATABASE)).await.context(what_stands)?;
+    let copy = checked_copy(file, &part.path().join(DATABASE), accept_damaged).await.context(what_stands)?;
     let kept = standing.keep(data).await.context(what_stands)?;
     let placed = fs::rename(&copy, &standing.database)
         .map_err(anyhow::Error::from)
@@ -64,7 +69,7 @@ fn not_in_use(file: &Path) -> Result<Option<File>> {
 }
 
 /// Copies a backup, with what a log beside it holds, into one file; proves it good, and brings it to disk.
-async fn checked_copy(file: &Path, copy: &Path) -> Result<PathBuf> {
+async fn checked_copy(file: &Path, copy: &Path, accept_damaged: bool) -> Result<PathBuf> {
     let logs = data_folder::logs_of(file);
     let logs = logs.into_iter().map(|(ending, log)| (log, data_folder::with_ending(copy, ending)));
     for (from, to) in [(file.to_owned(), copy.to_owned())].into_iter().chain(logs) {
@@ -75,7 +80,13 @@ async fn checked_copy(file: &Path, copy: &Path) -> Result<PathBuf> {
         backup::take_in_log(copy).await?;
         backup::check(copy).await
     };
-    good.await.with_context(|| format!("{} is no good backup", file.display()))?;
+    let damaged = good.await.with_context(|| format!("{} is no good backup", file.display()))?;
+    ensure!(
+        damaged.is_empty() || accept_damaged,
+        "in {} something is not as it was written: {}. Take another backup, or give --accept-damaged to restore it all the same: all else of it can be read",
+        file.display(),
+        damaged.join("; ")
+    );
     File::open(copy)?.sync_all().with_context(|| format!("could not bring {} to disk", copy.display()))?;
     Ok(copy.to_owned())
 }

@@ -7,22 +7,27 @@ use std::time::Duration;
 
 use anyhow::{Context, Result, ensure};
 use tokio::net::TcpListener;
-use tokio::sync::{Notify, Semaphore};
+use tokio::sync::{Mutex, Notify, Semaphore};
 use tokio_util::sync::CancellationToken;
 
 use crate::auth::Auth;
+use crate::backup_schedule::LastChecked;
 use crate::config::Config;
 use crate::live::InputFile;
 use crate::live::hub::Hub;
 use crate::live::registry::Registry;
+use crate::scrub::Scrubbed;
 use crate::sessions::identification::SharedMarkers;
-use crate::sessions::stale_uploads;
 use crate::sessions::upload_turns::UploadTurns;
+use crate::sessions::{removal, stale_uploads};
 use crate::site::Plan;
 use crate::state::{App, STOP_WITHIN, State};
 use crate::store::accounts;
 use crate::store::{Store, StoreError};
-use crate::{api, assets, auth, data_folder, demo, figures, jobs, live, private, site, utc, webhooks};
+use crate::{
+    api, assets, auth, backup_schedule, connections, data_folder, demo, figures, jobs, live, private, scrub,
+    site, utc, webhooks,
+};
 
 /// Uploaded logs that are read at once; more wait, so that the live sessions keep their share.
 const LOG_READERS: usize = 2;
@@ -50,12 +55,17 @@ pub async fn serve(
     loopback_only(&config, address, config.database().exists())?;
     // Held until the end: two servers on one folder would be two writers.
     let _held = data_folder::hold_for_its_database(&config.data)?;
+    let last_written = stale_uploads::last_written(&config);
     let app = open(config).await?;
     loopback_only(&app.config, address, app.auth.has_accounts())?;
-    stale_uploads::clear(&app).await.context("could not clear the folder of uploads")?;
+    stale_uploads::clear(&app, last_written).await.context("could not clear the folder of uploads")?;
     tokio::spawn(figures::fold(app.metrics.clone(), app.stopping.clone()));
     let worker = tokio::spawn(jobs::worker::work(Arc::clone(&app)));
     let postman = tokio::spawn(webhooks::deliver::work(Arc::clone(&app)));
+    tokio::spawn(stale_uploads::work(Arc::clone(&app)));
+    let scrubber = tokio::spawn(scrub::work(Arc::clone(&app)));
+    tokio::spawn(backup_schedule::work(Arc::clone(&app)));
+    let remover = tokio::spawn(removal::work(Arc::clone(&app)));
     if let Some(sentence) = assets::missing() {
         tracing::warn!("{sentence}");
     }
@@ -75,8 +85,12 @@ pub async fn serve(
             stopping.cancel();
         }
     };
-    let router = api::router(Arc::clone(&app)).into_make_service_with_connect_info::<SocketAddr>();
-    let server = axum::serve(listener, router).with_graceful_shutdown(stop);
+    let router = api::router(Arc::clone(&app));
+    let most = app.config.connections.unwrap_or_else(connections::most);
+    let server = async {
+        let listening = connections::serve(listener, router, most, stopping.clone());
+        let (_stop, ()) = tokio::join!(stop, listening);
+    };
     let overdue = {
         let begun = stopping.clone().cancelled_owned();
         async move {
@@ -84,9 +98,9 @@ pub async fn serve(
             tokio::time::sleep(STOP_WITHIN).await;
         }
     };
-    let mut server = std::pin::pin!(server.into_future());
+    let mut server = std::pin::pin!(server);
     let served = tokio::select! {
-        served = &mut server => served.context("the server failed"),
+        () = &mut server => Ok(()),
         () = overdue => {
             tracing::warn!("some requests did not end in time and were cut off");
             Ok(())
@@ -107,6 +121,12 @@ pub async fn serve(
         Err(_) => {
             tracing::warn!("a job did not stop in time and was cut off; it begins again at the next start")
         }
+    }
+    if let Err(error) = scrubber.await {
+        tracing::error!(%error, "the scrub ended badly: {error}");
+    }
+    if let Err(error) = remover.await {
+        tracing::error!(%error, "the removal of sessions ended badly: {error}");
     }
     if let Err(error) = postman.await {
         tracing::error!(%error, "the deliveries of webhooks ended badly: {error}");
@@ -165,6 +185,10 @@ pub(crate) async fn open(config: Config) -> Result<App> {
         input_file,
         log_readers: Semaphore::new(LOG_READERS),
         jobs: jobs::Queue::default(),
+        scrubbed: Scrubbed::default(),
+        last_backup: LastChecked::default(),
+        import_turns: Mutex::default(),
+        removals: Notify::new(),
         webhooks: Notify::new(),
         hub,
         live: Registry::default(),

@@ -11,11 +11,13 @@ use tokio_util::sync::CancellationToken;
 
 use crate::api;
 use crate::auth::Auth;
+use crate::backup_schedule::LastChecked;
 use crate::config::Config;
 use crate::jobs;
 use crate::live::InputFile;
 use crate::live::hub::Hub;
 use crate::live::registry::Registry;
+use crate::scrub::Scrubbed;
 use crate::sessions::identification::SharedMarkers;
 use crate::sessions::upload_turns::UploadTurns;
 use crate::site::{Plan, Site};
@@ -52,6 +54,14 @@ pub struct State {
     pub log_readers: Semaphore,
     /// Work that takes a while.
     pub jobs: jobs::Queue,
+    /// What was found to have changed on the disk.
+    pub(crate) scrubbed: Scrubbed,
+    /// What became of the last backup when it was read again.
+    pub(crate) last_backup: LastChecked,
+    /// One file of markers is applied or reverted at a time.
+    pub(crate) import_turns: tokio::sync::Mutex<()>,
+    /// Wakes who removes what removed sessions have left.
+    pub(crate) removals: Notify,
     /// Wakes who takes events to other programs.
     pub webhooks: Notify,
     /// Where changes are told, once they are on disk.

@@ -1,7 +1,7 @@
 //! Instants: UTC at the edge, integer microseconds since 1970 in the tables.
 
 use schemars::{JsonSchema, SchemaGenerator};
-use time::OffsetDateTime;
+use time::{Date, OffsetDateTime};
 
 /// Now, to the microsecond, as it will be read back from a table.
 pub fn now() -> OffsetDateTime {
@@ -15,9 +15,10 @@ pub fn to_us(instant: OffsetDateTime) -> i64 {
 }
 
 /// The instant of that many microseconds since 1970-01-01T00:00:00Z; what lies outside the years
-/// that can be written (−9999 to 9999) is taken as 1970.
+/// that can be written (−9999 to 9999) is taken as the first or the last of them.
 pub fn from_us(us: i64) -> OffsetDateTime {
-    OffsetDateTime::from_unix_timestamp_nanos(i128::from(us) * 1_000).unwrap_or(OffsetDateTime::UNIX_EPOCH)
+    let end = if us < 0 { Date::MIN.midnight() } else { Date::MAX.midnight() };
+    OffsetDateTime::from_unix_timestamp_nanos(i128::from(us) * 1_000).unwrap_or(end.assume_utc())
 }
 
 /// The instant that lies `t_ns` after a session's start.
@@ -54,6 +55,12 @@ mod tests {
     fn an_instant_survives_the_table_to_the_microsecond() {
         let instant = now();
         assert_eq!(from_us(to_us(instant)), instant);
+    }
+
+    #[test]
+    fn what_lies_beyond_the_years_stays_at_their_end() {
+        assert_eq!(at(Date::MAX.midnight().assume_utc(), i64::MAX).year(), 9999);
+        assert_eq!(from_us(i64::MIN).year(), -9999);
     }
 
     #[test]

@@ -48,6 +48,23 @@ fn a_backup_is_restored_and_the_former_database_kept() {
 }
 
 #[test]
+fn a_drill_backs_up_restores_elsewhere_compares_and_leaves_nothing() {
+    let folder = tempfile::tempdir().unwrap();
+    let (data, into) = (folder.path().join("data"), folder.path().join("into"));
+    std::fs::create_dir(&into).unwrap();
+    add_account(&data, "first");
+    let drilled = lodestep(&["drill", "--data", text(&data), "--into", text(&into)], "");
+    assert!(drilled.status.success(), "{}", said(&drilled));
+    let told = said(&drilled);
+    assert!(told.contains("are the same") && told.contains("restored in"), "{told}");
+    assert_eq!(std::fs::read_dir(&into).unwrap().count(), 0);
+    assert_eq!(accounts(&data), "first  admin\n");
+    let none =
+        lodestep(&["drill", "--data", text(&folder.path().join("nothing")), "--into", text(&into)], "");
+    assert!(!none.status.success() && said(&none).contains("expected the database"), "{}", said(&none));
+}
+
+#[test]
 fn what_is_no_backup_is_refused_and_changes_nothing() {
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("picture.db");

@@ -1,6 +1,6 @@
 //! The long form of the tests of faults; `make soak` runs it on the release build.
 //!
-//! `cargo run --release -p lodestep-tests --example soak -- [kill|stop|sync|write|full|link|clock|restart|restore]… [COUNT]`: without
+//! `cargo run --release -p lodestep-tests --example soak -- [kill|stop|sync|write|full|link|clock|restart|restore|rot]… [COUNT]`: without
 //! names all of them, each as often as `docs/durability.md` tells; a count is for all that are named. Prints a table.
 
 #![allow(clippy::print_stdout, clippy::print_stderr, reason = "a program for the terminal")]
@@ -19,6 +19,7 @@ use lodestep_tests::faults::process::Program;
 use lodestep_tests::faults::random::Random;
 use lodestep_tests::faults::restart::restart;
 use lodestep_tests::faults::restore::{self, Folders};
+use lodestep_tests::faults::rot;
 use lodestep_tests::faults::scene::{Outcome, Scale, Scene, undisturbed, wrong_in_the_end};
 use lodestep_tests::faults::script::Script;
 use tempfile::TempDir;
@@ -116,6 +117,18 @@ async fn main() -> ExitCode {
             );
             rows.push(Row { what, runs: 1, found, wrong: Vec::new(), took: begun.elapsed() });
         }
+    }
+    if wanted("rot") {
+        let begun = Instant::now();
+        let folder = rot::database(50).await;
+        let database = folder.path().join("lodestep.db");
+        let came = rot::flip(&database, count.unwrap_or(1_000), &mut random).await;
+        let found = format!(
+            "found by checksums {} times, by SQLite {} times; touched neither samples nor results {} times",
+            came.by_checksum, came.by_structure, came.elsewhere
+        );
+        let what = "a bit flipped in a database of 50 walks";
+        rows.push(Row { what, runs: came.flips, found, wrong: came.wrong, took: begun.elapsed() });
     }
     if wanted("restore") {
         restores(count.unwrap_or(200), &mut rows).await;

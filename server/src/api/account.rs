@@ -8,8 +8,8 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use uuid::Uuid;
 
-use super::Routes;
 use super::extract::{Json, Path};
+use super::{Needs, Routes};
 use crate::auth::{self, By, COOKIE, Caller, Password, SIGNED_IN_FOR, Secret, not_signed_in};
 use crate::error::{Error, Result};
 use crate::rights::{Right, Role};
@@ -34,13 +34,13 @@ pub(super) fn routes() -> Routes {
         .gives::<Account>()
         .post("/account/sign-out", Right::Open, sign_out)
         .about("Signs this browser out")
-        .post("/account/password", Right::Known, change_password)
+        .post("/account/password", Needs::SignedIn(Right::Known), change_password)
         .about("Changes one's own password; other browsers are signed out")
         .takes::<PasswordChange>()
         .get("/account/sign-ins", Right::Known, list_sign_ins)
         .about("The browsers in which one is signed in")
         .gives::<Vec<SignIn>>()
-        .delete("/account/sign-ins/{id}", Right::Known, end_sign_in)
+        .delete("/account/sign-ins/{id}", Needs::SignedIn(Right::Known), end_sign_in)
         .about("Signs one of one's browsers out")
 }
 
@@ -132,14 +132,14 @@ async fn change_password(
     let By::SignIn(own) = caller.by else { return Err(not_signed_in()) };
     let account = own_account(&app, &caller).await?;
     let key = accounts::name_key(&account.name);
-    app.auth.guesses.begin(&key, &caller.address, std::time::Instant::now())?;
+    app.auth.guesses.begin(&key, (&caller.address, true), std::time::Instant::now())?;
     if !app.auth.is_password(change.old, Some(account.password_hash.clone())).await? {
         return Err(Error::invalid(
             "wrong_password",
             "expected the password that is in use now, found another: check it; an administrator can set a new one",
         ));
     }
-    app.auth.guesses.right(&key, &caller.address);
+    app.auth.guesses.right(&key, (&caller.address, true));
     change.new.checked(&account.name)?;
     let account = Account { password_hash: change.new.hash().await?, updated_at: utc::now(), ..account };
     let entry = caller.did("account.password_changed", account.id, None, None);

@@ -8,8 +8,8 @@ use sqlx::SqliteConnection;
 use time::OffsetDateTime;
 use uuid::Uuid;
 
-use super::Routes;
 use super::extract::{Json, Path};
+use super::{Needs, Routes};
 use crate::auth::{Caller, Password, checked_name};
 use crate::error::{Error, Result};
 use crate::rights::{Right, Role};
@@ -23,18 +23,18 @@ pub(super) fn routes() -> Routes {
         .get("/accounts", Right::Administer, list)
         .about("All accounts")
         .gives::<Vec<Account>>()
-        .post("/accounts", Right::Administer, create)
+        .post("/accounts", Needs::SignedIn(Right::Administer), create)
         .about("Adds an account")
         .takes::<NewAccount>()
         .gives::<Account>()
         .get("/accounts/{id}", Right::Administer, show)
         .about("One account")
         .gives::<Account>()
-        .patch("/accounts/{id}", Right::Administer, change)
+        .patch("/accounts/{id}", Needs::SignedIn(Right::Administer), change)
         .about("Changes an account; what is left out stays, null takes away")
         .takes::<AccountChange>()
         .gives::<Account>()
-        .delete("/accounts/{id}", Right::Administer, remove)
+        .delete("/accounts/{id}", Needs::SignedIn(Right::Administer), remove)
         .about("Removes an account with its tokens")
 }
 
@@ -90,6 +90,7 @@ async fn create(
         .run(move |db| {
             Box::pin(async move {
                 inspector_exists(&mut *db, row.inspector_id).await?;
+                no_look_alike(&mut *db, &row).await?;
                 accounts::insert(&mut *db, &row).await.map_err(|error| taken(error, &row.name))?;
                 let entry = caller.did("account.added", row.id, None, serde_json::to_value(&row).ok());
                 audit::insert(db, &entry).await?;
@@ -160,6 +161,9 @@ async fn change(
                     ..old.clone()
                 };
                 inspector_exists(&mut *db, account.inspector_id).await?;
+                if account.name != old.name {
+                    no_look_alike(&mut *db, &account).await?;
+                }
                 accounts::update(&mut *db, &account).await.map_err(|error| taken(error, &account.name))?;
                 an_administrator_is_left(&mut *db).await?;
                 if is_new_password {
@@ -194,6 +198,22 @@ async fn remove(State(app): State<App>, caller: Caller, Path(id): Path<Uuid>) ->
         .await?;
     app.auth.changed();
     Ok(StatusCode::NO_CONTENT)
+}
+
+/// Two names that people cannot tell from each other are one.
+async fn no_look_alike(db: &mut SqliteConnection, account: &Account) -> Result<()> {
+    match accounts::look_alike(db, &account.name, Some(account.id)).await? {
+        Some(alike) if accounts::name_key(&alike.name) != accounts::name_key(&account.name) => {
+            Err(Error::conflict(
+                "name_looks_taken",
+                format!(
+                    "there is already an account {:?}, which looks like {:?}: choose a name that people can tell from it",
+                    alike.name, account.name
+                ),
+            ))
+        }
+        _ => Ok(()),
+    }
 }
 
 /// The last administrator stays one: nobody could give rights any more.

@@ -6,8 +6,8 @@ use axum::http::{StatusCode, header};
 use axum::response::{IntoResponse, Response};
 use uuid::Uuid;
 
-use super::Routes;
 use super::extract::Path;
+use super::{Needs, Routes};
 use crate::auth::Caller;
 use crate::error::{Error, Result};
 use crate::faults::{MOST_BYTES, add_photo, remove_photo};
@@ -21,14 +21,14 @@ pub(super) fn routes() -> Routes {
         .get("/faults/{id}/photos", Right::Read, list)
         .about("The photos of a fault, without their bytes")
         .gives::<Vec<Photo>>()
-        .post("/faults/{id}/photos", Right::Walk, add)
+        .post("/faults/{id}/photos", Needs::OwnFault, add)
         .about("Add a photo: JPEG, PNG or WebP, at most 8 MiB")
         .takes_bytes("image/*")
         .gives::<Photo>()
         .get("/faults/{id}/photos/{photo_id}", Right::Read, show)
         .about("The photo itself")
         .gives_bytes("image/*")
-        .delete("/faults/{id}/photos/{photo_id}", Right::Walk, remove)
+        .delete("/faults/{id}/photos/{photo_id}", Needs::ReportedFault, remove)
         .about("Remove a photo")
         .with(|router| router.layer(DefaultBodyLimit::max(MOST_BYTES)))
 }

@@ -7,8 +7,8 @@ use schemars::JsonSchema;
 use serde::Deserialize;
 use uuid::Uuid;
 
-use super::Routes;
 use super::extract::{Json, Path, Query};
+use super::{Needs, Routes};
 use crate::auth::Caller;
 use crate::error::{Error, Result};
 use crate::faults::{FaultPatch, Helper, NewFault, change, nearest, report, reported};
@@ -32,7 +32,7 @@ pub(super) fn routes() -> Routes {
         .get("/faults/{id}", Right::Read, show)
         .about("One fault")
         .gives::<Fault>()
-        .patch("/faults/{id}", Right::Walk, patch)
+        .patch("/faults/{id}", Needs::OwnFault, patch)
         .about("Take a fault a step on, assign it, change what is said of it, or comment on it")
         .takes::<FaultPatch>()
         .gives::<Fault>()

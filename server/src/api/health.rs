@@ -19,6 +19,8 @@ use crate::store::{self, markers};
 
 /// A write that has not come through in this time is one that nobody should wait for.
 const WRITES_WITHIN: Duration = Duration::from_secs(5);
+/// What a device has sent and that is not on disk after so long has waited too long: its inspector sees it.
+const LIVE_WITHIN: Duration = Duration::from_secs(2);
 
 pub(super) fn routes() -> Routes {
     Routes::new()
@@ -43,7 +45,22 @@ async fn health(State(app): State<App>) -> Result<&'static str> {
             "the last write did not reach the disk: see the server's log, and whether the disk is full",
         ));
     }
+    if let Some(why) = waits(&app) {
+        return Err(Error::http(StatusCode::SERVICE_UNAVAILABLE, "slow", why));
+    }
     Ok("ok")
+}
+
+/// What is said when a live record has waited too long.
+fn waits(app: &App) -> Option<String> {
+    let longest = app.store.longest_live_wait();
+    (longest > LIVE_WITHIN).then(|| {
+        format!(
+            "what a device sent has waited {:.1} s for the disk, longer than {} s: see the server's log for the write that takes so long, and whether the disk is slow",
+            longest.as_secs_f64(),
+            LIVE_WITHIN.as_secs()
+        )
+    })
 }
 
 /// What the server needs for its work, and whether it has it.
@@ -84,6 +101,7 @@ async fn ready(State(app): State<App>) -> Result<axum::Json<Ready>> {
         Health::DiskFull => lacks.push("the disk is full".to_owned()),
         Health::DiskFailed => lacks.push("the disk failed".to_owned()),
     }
+    lacks.extend(waits(&app));
     let free_bytes = fs4::available_space(&app.config.data).ok();
     if let Some(free_bytes) = free_bytes.filter(|free| *free < app.config.least_free_bytes) {
         let least_bytes = app.config.least_free_bytes;
@@ -117,6 +135,34 @@ mod tests {
     use super::*;
     use crate::config::Config;
     use crate::serve;
+    use crate::store::StoreError;
+
+    #[tokio::test]
+    async fn a_server_whose_devices_wait_says_so() {
+        let folder = tempfile::tempdir().unwrap();
+        let app = serve::open(Config::for_testing(folder.path())).await.unwrap();
+        assert_eq!(health(State(app.clone())).await.unwrap(), "ok");
+        // Somebody holds the writer, and a device has sent something.
+        let (writer, other) = (app.store.writer().clone(), app.store.writer().clone());
+        let holds = tokio::spawn(async move {
+            let hold = writer.run(|_| {
+                Box::pin(async {
+                    tokio::time::sleep(LIVE_WITHIN + Duration::from_millis(400)).await;
+                    Ok::<_, StoreError>(())
+                })
+            });
+            hold.await
+        });
+        tokio::time::sleep(Duration::from_millis(50)).await;
+        let waits = tokio::spawn(async move { other.record(store::Record::default()).await });
+        tokio::time::sleep(LIVE_WITHIN + Duration::from_millis(100)).await;
+        let problem = health(State(app.clone())).await.unwrap_err().into_problem();
+        assert_eq!((problem.status, problem.code.as_str()), (503, "slow"), "{problem:?}");
+        assert!(problem.detail.contains("has waited"), "{problem:?}");
+        holds.await.unwrap().unwrap();
+        waits.await.unwrap().unwrap();
+        assert_eq!(health(State(app)).await.unwrap(), "ok");
+    }
 
     #[tokio::test]
     async fn what_keeps_a_server_from_its_work_is_told_all_at_once() {

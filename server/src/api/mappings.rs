@@ -7,8 +7,9 @@ use schemars::JsonSchema;
 use serde::Deserialize;
 use uuid::Uuid;
 
-use super::Routes;
 use super::extract::{Json, Path};
+use super::{Needs, Routes};
+use crate::auth::Caller;
 use crate::error::{Error, Result};
 use crate::rights::Right;
 use crate::state::App;
@@ -31,11 +32,11 @@ pub(super) fn routes() -> Routes {
         .get("/mappings/{id}", Right::Read, show)
         .about("One mapping")
         .gives::<serde_json::Value>()
-        .put("/mappings/{id}", Right::Walk, change)
+        .put("/mappings/{id}", Needs::OwnMapping, change)
         .about("Changes a mapping")
         .takes::<Given>()
         .gives::<serde_json::Value>()
-        .delete("/mappings/{id}", Right::Walk, remove)
+        .delete("/mappings/{id}", Needs::OwnMapping, remove)
         .about("Removes a mapping")
 }
 
@@ -76,11 +77,14 @@ async fn show(State(app): State<App>, Path(id): Path<Uuid>) -> Result<axum::Json
 
 async fn create(
     State(app): State<App>,
+    caller: Caller,
     Json(given): Json<Given>,
 ) -> Result<(StatusCode, axum::Json<NamedMapping>)> {
     let (name, mapping) = given.checked()?;
     let now = utc::now();
-    let named = NamedMapping { id: Uuid::now_v7(), name, mapping, created_at: now, updated_at: now };
+    let created_by = caller.account;
+    let named =
+        NamedMapping { id: Uuid::now_v7(), name, mapping, created_by, created_at: now, updated_at: now };
     let row = named.clone();
     app.store
         .writer()

@@ -83,8 +83,10 @@ fn tag(path: &str) -> &str {
 
 fn right(needs: Needs) -> &'static str {
     match needs {
-        Needs::Right(right) | Needs::Socket(right) => right.word(),
-        Needs::OwnSession | Needs::OwnLog => Right::Walk.word(),
+        Needs::Right(right) | Needs::Socket(right) | Needs::SignedIn(right) => right.word(),
+        Needs::OwnSession | Needs::OwnLog | Needs::OwnFault | Needs::ReportedFault | Needs::OwnMapping => {
+            Right::Walk.word()
+        }
     }
 }
 

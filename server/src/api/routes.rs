@@ -26,6 +26,14 @@ pub enum Needs {
     OwnSession,
     /// To write the session of the log that the path names: `/logs/{id}…`.
     OwnLog,
+    /// To have reported the fault that the path names, to be the one who sees to it, or to write everybody's: `/faults/{id}…`.
+    OwnFault,
+    /// The same, without being the one who sees to it: what is done cannot be undone.
+    ReportedFault,
+    /// To have made the mapping that the path names, or to write everybody's: `/mappings/{id}`.
+    OwnMapping,
+    /// A right, by somebody who has signed in: a token does not change accounts, sign-ins or tokens.
+    SignedIn(Right),
 }
 
 impl From<Right> for Needs {

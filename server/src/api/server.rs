@@ -42,6 +42,14 @@ struct Server {
     #[serde(with = "time::serde::rfc3339::option")]
     #[schemars(with = "Option<utc::Instant>")]
     last_backup_at: Option<OffsetDateTime>,
+    /// Why the last backup could not be restored as it is; none, where it is good.
+    last_backup_problem: Option<String>,
+    /// When all that is stored was last read to its end, to see whether it has changed on the disk.
+    #[serde(with = "time::serde::rfc3339::option")]
+    #[schemars(with = "Option<utc::Instant>")]
+    scrubbed_at: Option<OffsetDateTime>,
+    /// What has, each in a sentence.
+    damaged: Vec<String>,
 }
 
 async fn show(State(app): State<App>) -> Result<axum::Json<Server>> {
@@ -51,6 +59,7 @@ async fn show(State(app): State<App>) -> Result<axum::Json<Server>> {
         name.push(ending);
         std::fs::metadata(name).map_or(0, |file| file.len())
     };
+    let round = app.scrubbed.round();
     Ok(axum::Json(Server {
         version: env!("CARGO_PKG_VERSION"),
         started_at: app.started_at,
@@ -58,6 +67,9 @@ async fn show(State(app): State<App>) -> Result<axum::Json<Server>> {
         free_bytes: fs4::available_space(&app.config.data).ok(),
         sessions: sessions::list(app.store.read(), sessions::Filter::default()).await?.len(),
         last_backup_at: backup::newest(&app.config.data),
+        last_backup_problem: app.last_backup.why_not_good(),
+        scrubbed_at: round.ended_at,
+        damaged: round.damaged.into_iter().collect(),
     }))
 }
 
@@ -66,15 +78,17 @@ async fn show(State(app): State<App>) -> Result<axum::Json<Server>> {
 struct Made {
     file: String,
     bytes: u64,
+    /// What is damaged in it as it is in the database; all else can be read.
+    damaged: Vec<String>,
 }
 
 async fn back_up(State(app): State<App>, caller: Caller) -> Result<(StatusCode, axum::Json<Made>)> {
     let data = app.config.data.clone();
-    let made = backup::make(&data, &backup::folder(&data)).await.map_err(told)?;
+    let made = backup::make(&data, &backup::folder(&data), backup::ASKED_FOR).await.map_err(told)?;
     let file = made.file.file_name().unwrap_or_default().to_string_lossy().into_owned();
     let entry = caller.did("backup.made", &file, None, Some(serde_json::json!({"bytes": made.bytes})));
     app.store.writer().run(move |db| Box::pin(async move { audit::insert(db, &entry).await })).await?;
-    Ok((StatusCode::CREATED, axum::Json(Made { file, bytes: made.bytes })))
+    Ok((StatusCode::CREATED, axum::Json(Made { file, bytes: made.bytes, damaged: made.damaged })))
 }
 
 /// What is told of a backup that was not made: nothing that was kept is lost by it.

@@ -22,7 +22,7 @@ use crate::sessions::{parameters, stand_choice, uploads};
 use crate::state::App;
 use crate::store::logs::LogState;
 use crate::store::sessions::{self, Filter, Session, SessionState, Start};
-use crate::store::{anomalies, audit, inspectors, logs, markers, visits};
+use crate::store::{anomalies, audit, inspectors, logs, markers, removal, visits};
 use crate::utc;
 use crate::wire::{Change, SessionView};
 
@@ -49,6 +49,14 @@ pub(super) fn routes() -> Routes {
 
 /// Letters in a title.
 const TITLE_LENGTH: usize = 200;
+
+/// Years in which a walk may have begun.
+const YEARS: std::ops::RangeInclusive<i32> = 1980..=2199;
+
+/// What no text holds: control characters, and what Unicode says will never be one (as U+FFFE), which no XML may hold.
+fn is_no_letter(c: char) -> bool {
+    c.is_control() || u32::from(c) & 0xFFFE == 0xFFFE || ('\u{FDD0}'..='\u{FDEF}').contains(&c)
+}
 
 /// Farther from the site's origin than this, the flat frame is no place to start in, m.
 const FARTHEST_M: f64 = 100_000.0;
@@ -214,11 +222,26 @@ pub(crate) async fn begin(
             "expected initial_heading_deg from −360 to 360 degrees, clockwise from true north: leave it out to take the heading from the magnetometer",
         ));
     }
+    if let Some(at) = new.started_at
+        && !YEARS.contains(&at.year())
+    {
+        return Err(Error::invalid(
+            "wrong_time",
+            format!(
+                "expected started_at in a year from {} to {}, found {}: look at the clock of the device, or leave it out for now",
+                YEARS.start(),
+                YEARS.end(),
+                at.year()
+            ),
+        ));
+    }
     let title = new.title.trim();
-    if title.chars().count() > TITLE_LENGTH || title.chars().any(char::is_control) {
+    if title.chars().count() > TITLE_LENGTH || title.chars().any(is_no_letter) {
         return Err(Error::invalid(
             "wrong_title",
-            format!("expected a title of at most {TITLE_LENGTH} letters without line breaks: shorten it"),
+            format!(
+                "expected a title of at most {TITLE_LENGTH} letters without line breaks and without what is no letter in Unicode: shorten it"
+            ),
         ));
     }
     let start = match new.start {
@@ -366,11 +389,12 @@ async fn remove(State(app): State<App>, caller: Caller, Path(id): Path<Uuid>) ->
                 }
                 let entry = caller.did("session.removed", id, serde_json::to_value(&session).ok(), None);
                 audit::insert(&mut *db, &entry).await?;
-                sessions::delete(db, id).await?;
+                removal::hide(db, id, utc::now()).await?;
                 Ok::<_, Error>(logs)
             })
         })
         .await?;
+    app.removals.notify_one();
     uploads::forget(&app, &logs).await?;
     app.hub.publish(Change::Session { session: None, deleted: Some(id) });
     Ok(StatusCode::NO_CONTENT)

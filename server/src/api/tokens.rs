@@ -7,8 +7,8 @@ use serde::{Deserialize, Serialize};
 use time::OffsetDateTime;
 use uuid::Uuid;
 
-use super::Routes;
 use super::extract::{Json, Path, Query};
+use super::{Needs, Routes};
 use crate::auth::{By, Caller, Secret};
 use crate::error::{Error, Result};
 use crate::rights::Right;
@@ -26,11 +26,11 @@ pub(super) fn routes() -> Routes {
         .about("One's own tokens, or everybody's")
         .query::<ListQuery>()
         .gives::<Vec<Token>>()
-        .post("/tokens", Right::Known, create)
+        .post("/tokens", Needs::SignedIn(Right::Known), create)
         .about("Makes a token; its secret is shown this once")
         .takes::<NewToken>()
         .gives::<Made>()
-        .delete("/tokens/{id}", Right::Known, revoke)
+        .delete("/tokens/{id}", Needs::SignedIn(Right::Known), revoke)
         .about("Revokes a token")
 }
 

@@ -4,6 +4,7 @@ use axum::body::Body;
 use axum::extract::State;
 use axum::http::{HeaderMap, HeaderName, HeaderValue, StatusCode, header};
 use axum::response::{IntoResponse, Response};
+use futures_util::StreamExt;
 use lodestep_engine::parse::Reading;
 use lodestep_engine::stream::StreamId;
 use lodestep_engine::system::StreamRule;
@@ -14,6 +15,7 @@ use uuid::Uuid;
 use super::extract::{Json, Path, Query};
 use super::sessions::system_named;
 use super::{Needs, Routes};
+use crate::auth::{self, Caller};
 use crate::error::{Error, Result};
 use crate::rights::Right;
 use crate::sessions::accept_log;
@@ -84,18 +86,33 @@ async fn show(State(app): State<App>, Path(log_id): Path<Uuid>) -> Result<Respon
 
 async fn append(
     State(app): State<App>,
+    caller: Caller,
     Path(log_id): Path<Uuid>,
     headers: HeaderMap,
     body: Body,
 ) -> Result<Response> {
     let offset_bytes = asked_offset(&headers)?;
+    // Who is revoked meanwhile is cut off; what had arrived by then is kept.
+    let (unknown, cut) = {
+        let (app, caller) = (app.clone(), caller.clone());
+        let (tell, cut) = tokio::sync::oneshot::channel::<()>();
+        let unknown = async move {
+            auth::until_unknown(&app, &caller).await;
+            let _ = tell.send(());
+        };
+        (unknown, cut)
+    };
+    let body = Body::from_stream(body.into_data_stream().take_until(Box::pin(unknown)));
     let appending = {
         let app = app.clone();
         // A task of its own: when the link is cut this request is dropped, and what arrived is to be
         // brought to disk all the same.
         tokio::spawn(async move { uploads::append(&app, log_id, offset_bytes, body).await })
     };
-    match ended(appending.await)? {
+    let appended = ended(appending.await)?;
+    let was_cut = cut.await.is_ok();
+    match appended {
+        Ok(_) if was_cut => Err(auth::not_signed_in()),
         Ok(end_bytes) => {
             Ok((StatusCode::NO_CONTENT, [(UPLOAD_OFFSET, HeaderValue::from(end_bytes))]).into_response())
         }

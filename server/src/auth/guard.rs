@@ -15,7 +15,7 @@ use crate::api::Needs;
 use crate::error::{Error, Result};
 use crate::rights::Right;
 use crate::state::App;
-use crate::store::{logs, sessions};
+use crate::store::{faults, logs, mappings, sessions};
 
 /// Layer: finds out who asks, refuses who may not, and hands the [`Caller`] on. A route that declares no right is
 /// refused to everybody.
@@ -52,8 +52,46 @@ async fn check(app: &App, asked: &Parts) -> Result<Caller> {
             let log = log.ok_or_else(|| Error::not_found("log", part(asked)))?;
             caller.writes_for(inspector_of_session(app, log.session_id).await?)?;
         }
+        Needs::OwnFault | Needs::ReportedFault => {
+            caller.needs(Right::Walk)?;
+            let fault = faults::get(app.store.read(), id(asked)?).await?;
+            let fault = fault.ok_or_else(|| Error::not_found("fault", part(asked)))?;
+            let sees_to_it = fault.assignee_id.filter(|_| needs == Needs::OwnFault);
+            let own = [Some(fault.inspector_id), sees_to_it];
+            if !own.into_iter().flatten().any(|inspector| caller.writes_for(inspector).is_ok()) {
+                return Err(not_yours("a fault that this account's inspector reported or sees to"));
+            }
+        }
+        Needs::OwnMapping => {
+            caller.needs(Right::Walk)?;
+            let mapping = mappings::get(app.store.read(), id(asked)?).await?;
+            let mapping = mapping.ok_or_else(|| Error::not_found("mapping", part(asked)))?;
+            let own = mapping.created_by.is_some() && mapping.created_by == caller.account;
+            if !own && !caller.may(Right::WalkForOthers) {
+                return Err(not_yours("a mapping that this account made"));
+            }
+        }
+        Needs::SignedIn(right) => {
+            caller.needs(right)?;
+            if let By::Token(_) = caller.by {
+                return Err(Error::http(
+                    StatusCode::FORBIDDEN,
+                    "not_by_token",
+                    "expected somebody who has signed in, found a token: accounts, sign-ins and tokens are changed in the page, signed in",
+                ));
+            }
+        }
     }
     Ok(caller)
+}
+
+/// It is another's.
+fn not_yours(expected: &str) -> Error {
+    Error::http(
+        StatusCode::FORBIDDEN,
+        "not_yours",
+        format!("expected {expected}, found another's: ask a dispatcher, or whoever made it"),
+    )
 }
 
 /// What the route that matched asks for.

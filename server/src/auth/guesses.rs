@@ -43,8 +43,11 @@ impl Wrong {
 impl Guesses {
     /// Counts a try before the password is looked at: tries that come side by side are all counted. Refuses one that
     /// has to wait, whether its password is right or not.
-    pub(crate) fn begin(&self, account: &str, address: &str, now: Instant) -> Result<()> {
-        let keys = keys(account, address);
+    ///
+    /// From where somebody has signed in to the account before (`is_known`) only what was tried from there counts: nobody else
+    /// can keep its owner out.
+    pub(crate) fn begin(&self, account: &str, (address, is_known): (&str, bool), now: Instant) -> Result<()> {
+        let keys = keys(account, address, is_known);
         let mut by = self.by.lock().expect("nobody panics while counting");
         for (key, free) in &keys {
             let wrong = by.get(key).filter(|wrong| now < wrong.last + FORGOTTEN_AFTER);
@@ -72,8 +75,8 @@ impl Guesses {
     }
 
     /// The password was right: the account starts afresh, and its try does not count against the address.
-    pub(crate) fn right(&self, account: &str, address: &str) {
-        let [(account, _), (address, _)] = keys(account, address);
+    pub(crate) fn right(&self, account: &str, (address, is_known): (&str, bool)) {
+        let [(account, _), (address, _)] = keys(account, address, is_known);
         let mut by = self.by.lock().expect("nobody panics while counting");
         by.remove(&account);
         if let Some(wrong) = by.get_mut(&address) {
@@ -82,11 +85,10 @@ impl Guesses {
     }
 }
 
-fn keys(account: &str, address: &str) -> [(String, u32); 2] {
-    [
-        (format!("account {account}"), FREE_FOR_AN_ACCOUNT),
-        (format!("address {address}"), FREE_FROM_AN_ADDRESS),
-    ]
+fn keys(account: &str, address: &str, is_known: bool) -> [(String, u32); 2] {
+    let account =
+        if is_known { format!("account {account} from {address}") } else { format!("account {account}") };
+    [(account, FREE_FOR_AN_ACCOUNT), (format!("address {address}"), FREE_FROM_AN_ADDRESS)]
 }
 
 fn forget_the_oldest(by: &mut HashMap<String, Wrong>, now: Instant) {
@@ -107,7 +109,9 @@ mod tests {
     /// Tries until a point in time, one a second; how many were let through to the password.
     fn tries(guesses: &Guesses, account: impl Fn(u64) -> String, seconds: u64, from: Instant) -> u64 {
         (0..seconds)
-            .filter(|&s| guesses.begin(&account(s), "10.0.0.9", from + Duration::from_secs(s)).is_ok())
+            .filter(|&s| {
+                guesses.begin(&account(s), ("10.0.0.9", false), from + Duration::from_secs(s)).is_ok()
+            })
             .count() as u64
     }
 
@@ -127,15 +131,27 @@ mod tests {
     fn somebody_elsewhere_with_another_account_does_not_wait() {
         let (guesses, now) = (Guesses::default(), Instant::now());
         tries(&guesses, |_| "li wei".to_owned(), 100, now);
-        assert!(guesses.begin("wang fang", "10.0.0.10", now + Duration::from_secs(100)).is_ok());
+        assert!(guesses.begin("wang fang", ("10.0.0.10", false), now + Duration::from_secs(100)).is_ok());
+    }
+
+    #[test]
+    fn nobody_keeps_the_owner_of_an_account_out_from_where_that_has_signed_in_before() {
+        let (guesses, now) = (Guesses::default(), Instant::now());
+        tries(&guesses, |_| "li wei".to_owned(), 600, now);
+        let later = now + Duration::from_secs(600);
+        assert!(guesses.begin("li wei", ("10.0.0.10", false), later).is_err());
+        assert!(guesses.begin("li wei", ("10.0.0.10", true), later).is_ok());
+        // Who guesses there waits all the same.
+        let there = |s| guesses.begin("li wei", ("10.0.0.10", true), later + Duration::from_secs(s)).is_ok();
+        assert!((0..1_000).filter(|&s| there(s)).count() <= 12);
     }
 
     #[test]
     fn a_right_password_makes_the_account_start_afresh() {
         let (guesses, now) = (Guesses::default(), Instant::now());
         for _ in 0..50 {
-            guesses.begin("li wei", "10.0.0.9", now).unwrap();
-            guesses.right("li wei", "10.0.0.9");
+            guesses.begin("li wei", ("10.0.0.9", false), now).unwrap();
+            guesses.right("li wei", ("10.0.0.9", false));
         }
     }
 
@@ -143,8 +159,8 @@ mod tests {
     fn what_is_remembered_stays_bounded() {
         let (guesses, now) = (Guesses::default(), Instant::now());
         for n in 0..50_000_u64 {
-            let _ =
-                guesses.begin(&format!("name {n}"), &format!("address {n}"), now + Duration::from_millis(n));
+            let (name, address) = (format!("name {n}"), format!("address {n}"));
+            let _ = guesses.begin(&name, (&address, false), now + Duration::from_millis(n));
         }
         assert!(guesses.by.lock().unwrap().len() <= MOST_REMEMBERED + 2);
     }

@@ -37,12 +37,10 @@ impl Password {
                 ),
             ));
         }
-        let (lower, name) = (self.0.to_lowercase(), name.to_lowercase());
-        let different: std::collections::HashSet<char> = lower.chars().collect();
-        if lower.contains(&name) || different.len() < 5 {
+        if is_weak(&self.0.to_lowercase(), &name.to_lowercase()) {
             return Err(Error::invalid(
                 "weak_password",
-                "expected a password that is neither the account's name nor a few letters repeated: a sentence is a good one",
+                "expected a password that is not made of the account's name, of digits alone, of neighbours on the keyboard or of a few letters repeated: a sentence is a good one",
             ));
         }
         Ok(())
@@ -70,6 +68,32 @@ impl Password {
         });
         is.await.map_err(|error| Error::Internal(error.into()))
     }
+}
+
+/// Rows of keys, and letters and digits in their order: what is along one of them in either direction is guessed first.
+const NEIGHBOURS: [&str; 5] =
+    ["abcdefghijklmnopqrstuvwxyz", "01234567890", "qwertyuiop", "asdfghjkl", "zxcvbnm"];
+
+/// Whether a password, in lower case, is among those that are tried first.
+fn is_weak(password: &str, name: &str) -> bool {
+    // What is left of it without the name has to be a password of its own; a short name may be part of any word.
+    let is_named =
+        name.chars().count() >= 4 || password.starts_with(name) && password.len() < 2 * name.len() + 8;
+    let rest = if is_named && !name.is_empty() { password.replace(name, "") } else { password.to_owned() };
+    let letters: Vec<char> = rest.chars().collect();
+    let different: std::collections::HashSet<&char> = letters.iter().collect();
+    let are_neighbours = |pair: &[char]| {
+        let found = |row: &&str| {
+            let place = |letter: char| row.find(letter);
+            place(pair[0]).zip(place(pair[1])).is_some_and(|(one, other)| one.abs_diff(other) <= 1)
+        };
+        pair[0] == pair[1] || NEIGHBOURS.iter().any(found)
+    };
+    let steps = letters.windows(2).filter(|pair| are_neighbours(pair)).count();
+    letters.len() < 8
+        || different.len() < 5
+        || letters.iter().all(|letter| !letter.is_alphabetic()) && letters.len() < 16
+        || 2 * steps > letters.len()
 }
 
 impl fmt::Debug for Password {
@@ -115,9 +139,24 @@ mod tests {
 
     #[test]
     fn a_weak_password_is_refused_and_none_is_shown() {
-        for weak in ["short", "aaaaaaaaaaaa", "ababababababab", "Wang Fang 1234", &"x".repeat(2_000)] {
+        let long = "x".repeat(2_000);
+        for weak in [
+            "short",
+            "aaaaaaaaaaaa",
+            "ababababababab",
+            "Wang Fang 1234",
+            "1234567890",
+            "0987654321",
+            "2026-11-29",
+            "qwertyuiop",
+            "abcdefghij",
+            "asdfghjkl;",
+            &long,
+        ] {
             assert!(password(weak).checked("wang fang").is_err(), "{weak}");
         }
+        assert!(password("the lighthouse keeper 77").checked("li").is_ok());
+        assert!(password("correct horse battery").checked("horse").is_ok());
         assert!(password("ein guter Satz").checked("wang fang").is_ok());
         assert_eq!(format!("{:?}", password("ein guter Satz")), "Password(…)");
     }

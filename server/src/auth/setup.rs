@@ -58,7 +58,7 @@ pub(crate) async fn set_up(
     if app.auth.has_accounts() {
         return Err(Error::conflict("set_up_already", "there is an account already: sign in"));
     }
-    app.auth.guesses.begin("setup token", &caller.address, Instant::now())?;
+    app.auth.guesses.begin("setup token", (&caller.address, false), Instant::now())?;
     if !app.auth.is_setup_token(setup_token) {
         return Err(Error::http(
             axum::http::StatusCode::UNAUTHORIZED,
@@ -96,7 +96,7 @@ pub(crate) async fn set_up(
             })
         })
         .await?;
-    app.auth.guesses.right("setup token", &caller.address);
+    app.auth.guesses.right("setup token", (&caller.address, false));
     app.auth.has_one_now();
     tracing::info!("the first account was made: from now on everybody signs in");
     let secret = remember(app, &account, &caller.address, agent).await?;

@@ -28,7 +28,8 @@ pub(crate) async fn sign_in(
     agent: &str,
 ) -> Result<(Account, Secret)> {
     let name_key = accounts::name_key(name);
-    app.auth.guesses.begin(&name_key, address, Instant::now())?;
+    let from = (address, accounts::knows_address(app.store.read(), name, address).await?);
+    app.auth.guesses.begin(&name_key, from, Instant::now())?;
     let account = accounts::by_name(app.store.read(), name).await?;
     let now = utc::now();
     let good =
@@ -44,7 +45,7 @@ pub(crate) async fn sign_in(
             "expected the name and the password of an account, found at least one of them wrong: check both; an administrator can set a new password",
         ));
     };
-    app.auth.guesses.right(&name_key, address);
+    app.auth.guesses.right(&name_key, from);
     let secret = remember(app, &account, address, agent).await?;
     Ok((account, secret))
 }

@@ -104,6 +104,14 @@ async fn add(store: &Store, name: &str, role: Role) -> Result<()> {
         created_at: now,
         updated_at: now,
     };
+    if let Some(alike) = accounts::look_alike(store.read(), &name, None).await?
+        && accounts::name_key(&alike.name) != accounts::name_key(&name)
+    {
+        return Err(anyhow!(
+            "there is already an account {:?}, which looks like {name:?}: choose a name that people can tell from it",
+            alike.name
+        ));
+    }
     let entry = at_the_machine().did("account.added", account.id, None, serde_json::to_value(&account).ok());
     let added = store.writer().run(move |db| {
         Box::pin(async move {

@@ -71,6 +71,8 @@ enum Verb {
     Backup(backup::BackupArgs),
     /// Brings a backup back, while no server runs
     Restore(backup::RestoreArgs),
+    /// Backs up, restores elsewhere and compares, whether a server runs or not; changes nothing
+    Drill(backup::DrillArgs),
 }
 
 /// Runs one command; the arguments start with the program's name.
@@ -97,6 +99,7 @@ pub fn run(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
         Verb::Account(args) => account::account(args),
         Verb::Backup(args) => backup::backup(&args),
         Verb::Restore(args) => backup::restore(&args),
+        Verb::Drill(args) => backup::drill(&args),
     };
     match done {
         Ok(()) => ExitCode::SUCCESS,

@@ -107,8 +107,8 @@ struct ProcessArgs {
     #[arg(long, value_name = "TIME", value_parser = parse_utc)]
     started_at: Option<OffsetDateTime>,
 
-    /// Which solution to give
-    #[arg(long, value_enum, default_value_t)]
+    /// Which solution to give; the server gives the smoothed one of a finished walk, too
+    #[arg(long, value_enum, default_value_t = Solution::Smoothed)]
     solution: Solution,
 
     /// Aids to use, of zupt,heading,maru,separation,markers,altimeter; or none [default: all that the

@@ -199,5 +199,16 @@ pub(super) fn checked(field: &str, words: &str, least: usize, most: usize) -> Re
             ),
         ));
     }
+    // A text may have lines; a kind is a word or two, and nothing is for a terminal to obey.
+    let is_wrong = |c: char| c.is_control() && !(field != "kind" && matches!(c, '\n' | '\r' | '\t'));
+    if let Some(wrong) = words.chars().find(|c| is_wrong(*c)) {
+        return Err(Error::invalid(
+            "wrong_field",
+            format!(
+                "expected {field} in letters, found the control character U+{:04X}: leave it out",
+                u32::from(wrong)
+            ),
+        ));
+    }
     Ok(words.to_owned())
 }

@@ -1,5 +1,7 @@
 //! How far the running job is: told in steps, so that nobody is told too often.
 
+use std::time::Instant;
+
 use crate::state::App;
 use crate::store::jobs::Job;
 use crate::wire::Change;
@@ -13,11 +15,12 @@ pub(crate) struct Progress {
     job: Job,
     stage: &'static str,
     step: f64,
+    begun_at: Instant,
 }
 
 impl Progress {
     pub(crate) fn new(app: App, job: Job) -> Progress {
-        Progress { app, job, stage: "", step: 0.0 }
+        Progress { app, job, stage: "", step: 0.0, begun_at: Instant::now() }
     }
 
     /// The job is in this stage and this far, from 0 to 1, over all stages.
@@ -34,8 +37,10 @@ impl Progress {
     }
 
     /// Whether to end early: the server is stopping, and the job will be begun again at the next start; or somebody
-    /// has given it up.
+    /// has given it up; or it has taken as long as a job may.
     pub(crate) fn is_stopping(&self) -> bool {
-        self.app.stopping.is_cancelled() || self.app.jobs.is_given_up(self.job.id)
+        self.begun_at.elapsed() >= self.app.config.job_limit()
+            || self.app.stopping.is_cancelled()
+            || self.app.jobs.is_given_up(self.job.id)
     }
 }

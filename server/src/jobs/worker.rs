@@ -20,15 +20,15 @@ use crate::wire::Change;
 /// written, as soon as the store takes writes again.
 pub(crate) async fn work(app: App) {
     let _at_work = app.jobs.at_work();
-    let mut interrupted = true;
+    let (mut interrupted, mut died) = (true, true);
     while !app.stopping.is_cancelled() {
         if interrupted {
-            if let Err(error) = queue_interrupted(&app).await {
+            if let Err(error) = queue_interrupted(&app, died).await {
                 tracing::warn!(%error, "jobs that were cut short could not be queued again yet: {error}");
                 pause(&app).await;
                 continue;
             }
-            interrupted = false;
+            (interrupted, died) = (false, false);
         }
         // Asked before the table is read, so that no job falls between.
         let asked = app.jobs.asked.notified();
@@ -61,14 +61,31 @@ async fn pause(app: &App) {
     }
 }
 
-async fn queue_interrupted(app: &App) -> Result<()> {
+/// How often a server may die while it does a job.
+const MOST_TRIES: u32 = 2;
+
+/// Queues the jobs again that were running; of a server that `died` those are set aside under which that happened before.
+async fn queue_interrupted(app: &App, died: bool) -> Result<()> {
     for job in jobs::unfinished(app.store.read()).await? {
         if job.state == JobState::Running {
+            if died && job.tries >= MOST_TRIES {
+                let why = format!(
+                    "the server ended {} times while it did this job, so it is set aside, and the former track stays: see the server's log and its memory, and look at the times and units of the logs; then process again",
+                    job.tries
+                );
+                tracing::error!(job_id = %job.id, session_id = %job.session_id, "a job was set aside: {why}");
+                let done =
+                    Job { state: JobState::Failed, finished_at: Some(utc::now()), error: Some(why), ..job };
+                fail(app, Job { stage: String::new(), ..done }).await?;
+                continue;
+            }
             let again = Job {
                 state: JobState::Queued,
                 stage: "waiting".to_owned(),
                 progress: 0.0,
                 started_at: None,
+                // It was not the job's doing that its end could not be written.
+                tries: if died { job.tries } else { job.tries.saturating_sub(1) },
                 ..job
             };
             save(app, &again).await?;
@@ -83,8 +100,14 @@ async fn next(app: &App) -> Result<Option<Job>> {
 }
 
 async fn run(app: &App, job: Job) -> Result<()> {
-    let job =
-        Job { state: JobState::Running, stage: "reading".to_owned(), started_at: Some(utc::now()), ..job };
+    let tries = job.tries;
+    let job = Job {
+        state: JobState::Running,
+        stage: "reading".to_owned(),
+        started_at: Some(utc::now()),
+        tries: tries + 1,
+        ..job
+    };
     app.jobs.begin(job.id);
     let begun = save(app, &job).await;
     if !matches!(begun, Ok(true)) {
@@ -101,6 +124,16 @@ async fn run(app: &App, job: Job) -> Result<()> {
         Some(run_id) => lab_run::compute(app, &job, run_id, progress).await,
     };
     metrics::histogram!("lodestep_job_seconds").record(started.elapsed().as_secs_f64());
+    let outcome = match outcome {
+        Err(ProcessError::Stopping)
+            if started.elapsed() >= app.config.job_limit()
+                && !app.stopping.is_cancelled()
+                && !app.jobs.is_given_up(job.id) =>
+        {
+            Err(ProcessError::TooLong { limit_s: app.config.job_s })
+        }
+        other => other,
+    };
     let word = match &outcome {
         Ok(()) => "finished",
         Err(ProcessError::Stopping | ProcessError::SessionGone) => "broken_off",
@@ -113,8 +146,19 @@ async fn run(app: &App, job: Job) -> Result<()> {
         Ok(()) => {
             save(app, &Job { state: JobState::Finished, progress: 1.0, ..done }).await?;
         }
-        // It stays `running` in the table and is queued again at the next start; or the table says that it was given up.
-        Err(ProcessError::Stopping) => return Ok(()),
+        // It is queued again, for the next start; or the table says that it was given up.
+        Err(ProcessError::Stopping) => {
+            let waiting = "waiting".to_owned();
+            let again = Job {
+                state: JobState::Queued,
+                stage: waiting,
+                started_at: None,
+                finished_at: None,
+                tries,
+                ..done
+            };
+            save(app, &again).await?;
+        }
         // Its row went with the session.
         Err(ProcessError::SessionGone) => return Ok(()),
         // It is not the job's fault: it is done again when the store takes writes.
@@ -162,4 +206,89 @@ async fn save(app: &App, job: &Job) -> Result<bool> {
         app.hub.publish(Change::Job { job: job.clone() });
     }
     Ok(saved)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::config::Config;
+    use crate::serve;
+    use crate::store::sessions::{Session, Start};
+    use crate::store::{StoreError, inspectors};
+
+    /// A server with a session whose job was running so often when the server died.
+    async fn died(folder: &std::path::Path, tries: u32) -> (App, Job) {
+        let app = serve::open(Config::for_testing(folder)).await.unwrap();
+        let now = utc::now();
+        let walker =
+            inspectors::Inspector { id: uuid::Uuid::now_v7(), name: format!("{tries}"), created_at: now };
+        let session = Session {
+            id: uuid::Uuid::now_v7(),
+            inspector_id: walker.id,
+            title: String::new(),
+            state: SessionState::Processing,
+            started_at: now,
+            ended_at: None,
+            system: "pedestrian".into(),
+            streams: lodestep_engine::systems::pedestrian::BOTH.to_vec(),
+            former: Default::default(),
+            start: Start::default(),
+            instrument: None,
+            initial_heading_deg: None,
+            automatic_visits: false,
+            site_parameters_id: None,
+            samples: 0,
+            epochs: 0,
+            duration_s: 0.0,
+            distance_m: 0.0,
+            since_marker_s: 0.0,
+            since_marker_m: 0.0,
+            track_sha256: None,
+            error: None,
+            created_at: now,
+        };
+        let job = Job { state: JobState::Running, tries, ..Job::new(session.id, None) };
+        let row = job.clone();
+        let insert = app.store.writer().run(move |db| {
+            async move {
+                inspectors::insert(&mut *db, &walker).await?;
+                sessions::insert(&mut *db, &session).await?;
+                jobs::insert(&mut *db, &row).await
+            }
+            .boxed()
+        });
+        insert.await.map_err(|error: StoreError| error).unwrap();
+        (app, job)
+    }
+
+    #[tokio::test]
+    async fn a_job_under_which_the_server_died_twice_is_set_aside_and_told() {
+        let folder = tempfile::tempdir().unwrap();
+        let (app, once) = died(folder.path(), 1).await;
+        queue_interrupted(&app, true).await.unwrap();
+        let again = jobs::get(app.store.read(), once.id).await.unwrap().unwrap();
+        assert_eq!((again.state, again.tries), (JobState::Queued, 1));
+        app.store.close().await;
+
+        let folder = tempfile::tempdir().unwrap();
+        let (app, twice) = died(folder.path(), 2).await;
+        queue_interrupted(&app, true).await.unwrap();
+        let aside = jobs::get(app.store.read(), twice.id).await.unwrap().unwrap();
+        assert_eq!(aside.state, JobState::Failed);
+        assert!(aside.error.as_deref().unwrap().contains("set aside"), "{aside:?}");
+        let session = sessions::get(app.store.read(), twice.session_id).await.unwrap().unwrap();
+        assert_eq!((session.state, session.error), (SessionState::Failed, aside.error));
+        assert!(next(&app).await.unwrap().is_none(), "it is done again");
+        app.store.close().await;
+    }
+
+    #[tokio::test]
+    async fn a_job_whose_end_could_not_be_written_is_not_to_blame() {
+        let folder = tempfile::tempdir().unwrap();
+        let (app, job) = died(folder.path(), 2).await;
+        queue_interrupted(&app, false).await.unwrap();
+        let again = jobs::get(app.store.read(), job.id).await.unwrap().unwrap();
+        assert_eq!((again.state, again.tries), (JobState::Queued, 1));
+        app.store.close().await;
+    }
 }

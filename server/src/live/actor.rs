@@ -27,12 +27,14 @@ use super::to_disk::{Gathered, Then, Written};
 use super::walk::{Findings, Walk};
 use crate::auth::Caller;
 use crate::error::{Error, Result};
+use crate::sessions::anomaly_runs::Growing;
 use crate::state::App;
 use crate::store::raw_chunks::Samples;
 use crate::store::sessions::{Session, SessionState};
 use crate::store::stream_visits::StreamVisit;
+use crate::store::track::{self, Place};
 use crate::store::visits::{self, Origin, Visit};
-use crate::store::{StoreError, sessions, track};
+use crate::store::{StoreError, anomalies, sessions};
 use crate::utc;
 use crate::wire::{Change, Motion, Position};
 use crate::{api, jobs};
@@ -70,7 +72,7 @@ pub(crate) enum Command {
 /// Runs a live session until it is finished, put away, or the disk fails.
 pub(super) async fn run(app: App, session: Session, mut inbox: mpsc::Receiver<Command>) {
     match from_disk_without_points(&app, &session).await {
-        Ok((rebuilt, automatic)) => Actor::new(app, session, rebuilt, automatic).run(inbox).await,
+        Ok((rebuilt, stored)) => Actor::new(app, session, rebuilt, stored).run(inbox).await,
         Err(error) => {
             let told = device::told(Error::from(error).into_problem());
             inbox.close();
@@ -87,17 +89,29 @@ pub(super) async fn run(app: App, session: Session, mut inbox: mpsc::Receiver<Co
 async fn from_disk_without_points(
     app: &App,
     session: &Session,
-) -> Result<(rebuild::Rebuilt, Vec<Visit>), StoreError> {
+) -> Result<(rebuild::Rebuilt, Stored), StoreError> {
     let told = rebuild::Told::of(app, session).await?;
     let mut rebuilt = match rebuild::from_a_saved_state(app, session.id, &told).await? {
         Some(rebuilt) => rebuilt,
         None => rebuild::from_all_samples(app, session.id, &told).await?,
     };
-    let automatic = automatic_visits(app, session).await?;
+    let db = app.store.read();
+    let stored = Stored {
+        automatic: automatic_visits(app, session).await?,
+        place: track::shown(db, session.id).await?,
+        growing: Growing::with(anomalies::rows(db, session.id).await?),
+    };
     if let Some((_, last_ns)) = track::span(app.store.read(), session.id).await? {
         rebuilt.findings.points = rebuilt.findings.points.split_off(&(last_ns + 1));
     }
-    Ok((rebuilt, automatic))
+    Ok((rebuilt, stored))
+}
+
+/// What is stored of a walk beside what is made from its samples.
+struct Stored {
+    automatic: Vec<Visit>,
+    place: Place,
+    growing: Growing,
 }
 
 /// A session's walk, and the visits that automatic mode has made of it.
@@ -136,6 +150,10 @@ pub(super) struct Actor {
     pub(super) points: BTreeMap<i64, TrackPoint>,
     pub(super) points_at: Instant,
     pub(super) underway: FuturesOrdered<BoxFuture<'static, Written>>,
+    /// In which place its result lies.
+    pub(super) place: Place,
+    /// What was found wrong so far.
+    pub(super) growing: Growing,
     /// Where the inspector was shown last.
     pub(super) newest: Option<Position>,
     heard_at: Instant,
@@ -148,7 +166,7 @@ pub(super) enum Go {
 }
 
 impl Actor {
-    fn new(app: App, session: Session, rebuilt: rebuild::Rebuilt, automatic: Vec<Visit>) -> Actor {
+    fn new(app: App, session: Session, rebuilt: rebuild::Rebuilt, stored: Stored) -> Actor {
         Actor {
             app,
             session,
@@ -156,13 +174,15 @@ impl Actor {
             fits: rebuilt.fits,
             sequences: rebuilt.sequences,
             told: rebuilt.told,
-            automatic,
+            automatic: stored.automatic,
             wants_again: false,
             device: None,
             gathered: Gathered::default(),
             points: rebuilt.findings.points,
             points_at: Instant::now(),
             underway: FuturesOrdered::new(),
+            place: stored.place,
+            growing: stored.growing,
             newest: None,
             heard_at: Instant::now(),
         }
@@ -283,9 +303,9 @@ impl Actor {
                 arrived.taken();
                 metrics::counter!("lodestep_live_batches_total").increment(1);
                 metrics::counter!("lodestep_live_samples_total").increment(readings.len() as u64);
-                let findings = self.walk.take(stream, &readings);
+                let mut findings = self.walk.take(stream, &readings);
                 let automatic = self.note_automatic(&findings);
-                let changes = self.changes(&findings, received_at);
+                let changes = self.changes(&mut findings, received_at);
                 let gathered = &mut self.gathered;
                 gathered.samples += readings.len();
                 gathered.raw.push(Samples { stream, first_sequence: sequence, sequences: 1, readings });
@@ -360,9 +380,9 @@ impl Actor {
         if let Go::Ended = self.all_on_disk().await {
             return Go::Ended;
         }
-        let findings = self.walk.finish();
+        let mut findings = self.walk.finish();
         let automatic = self.note_automatic(&findings);
-        let changes = self.changes(&findings, utc::now());
+        let changes = self.changes(&mut findings, utc::now());
         self.record(Vec::new(), findings, automatic, Then { changes, ..Then::default() });
         // The stored log is run again from its start, as for an upload: the final track.
         let (app, id) = (self.app.clone(), self.session.id);

@@ -13,7 +13,7 @@ use crate::error::Error;
 use crate::store::stands::{self, Stand};
 use crate::store::track::{self, Run};
 use crate::store::visits::{self, Visit};
-use crate::store::{StoreError, live_states, sessions};
+use crate::store::{StoreError, live_states, sessions, stage};
 use crate::wire::Change;
 
 impl Actor {
@@ -50,14 +50,15 @@ impl Actor {
         let removed: Vec<_> = removed.map(|known| known.id).collect();
         self.automatic.clone_from(&made);
         let gone = removed.clone();
+        let points: Vec<_> = findings.points.into_values().collect();
+        let place = self.place.other();
+        stage::write(&self.app.store, id, place, vec![(Run::Main, points)]).await?;
         self.app
             .store
             .writer()
             .run(move |db| {
                 async move {
-                    let points: Vec<_> = findings.points.into_values().collect();
-                    track::clear(&mut *db, id, Run::Main).await?;
-                    track::upsert(&mut *db, id, Run::Main, &points).await?;
+                    track::show(&mut *db, id, place).await?;
                     stands::clear(&mut *db, id).await?;
                     live_states::clear(&mut *db, id).await?;
                     let told: Vec<_> = findings.stands.values().map(Stand::from).collect();
@@ -77,6 +78,8 @@ impl Actor {
                 .boxed()
             })
             .await?;
+        self.place = place;
+        stage::clear(&self.app.store, id, place.other()).await?;
         let mut changes = session_changes(&self.app.store, self.session.clone()).await?;
         // Where the inspector is comes with the next samples; anomalies are what they were.
         changes.retain(|change| !matches!(change, Change::Position(_) | Change::Anomaly(_)));

@@ -5,7 +5,7 @@ use uuid::Uuid;
 
 use super::actor::Actor;
 use super::walk::{Findings, NewestPoint, Shown};
-use crate::store::anomalies::Anomaly;
+use crate::sessions::anomaly_runs::Grown;
 use crate::store::stands::Stand;
 use crate::store::visits::{Origin, Outcome, Visit};
 use crate::utc;
@@ -13,9 +13,12 @@ use crate::wire::{Change, Position};
 
 impl Actor {
     /// The changes that follow from findings once they are on disk. Notes on the way what became of
-    /// visits, and where the inspector is.
-    pub(super) fn changes(&mut self, findings: &Findings, received_at: OffsetDateTime) -> Vec<Change> {
+    /// visits, and where the inspector is; and of what was found wrong, leaves to be stored as rows of their own what is
+    /// among the first of its kind.
+    pub(super) fn changes(&mut self, findings: &mut Findings, received_at: OffsetDateTime) -> Vec<Change> {
         let session_id = self.session.id;
+        let Grown { rows, more } = self.growing.take(std::mem::take(&mut findings.anomalies));
+        (findings.anomalies, findings.more_anomalies) = (rows, more);
         let mut changes = Vec::new();
         for shown in &findings.shown {
             changes.push(match shown {
@@ -41,12 +44,7 @@ impl Actor {
                 changes.push(Change::Visit(visit.clone()));
             }
         }
-        changes.extend(
-            findings
-                .anomalies
-                .iter()
-                .map(|found| Change::Anomaly(Anomaly { session_id, found: found.clone() })),
-        );
+        changes.extend(findings.new_anomalies().map(|new| Change::Anomaly(new.of(session_id))));
         changes
     }
 

@@ -72,7 +72,8 @@ impl Actor {
         automatic: Vec<Visit>,
         then: Then,
     ) {
-        self.points.extend(findings.points);
+        let mut findings = findings;
+        self.points.append(&mut findings.points);
         let all = raw.is_empty()
             || findings.revised
             || self.points_at.elapsed() >= POINTS_EVERY
@@ -87,13 +88,15 @@ impl Actor {
         let state = if raw.is_empty() { None } else { self.state_to_save() };
         let record = Record {
             session_id: self.session.id,
+            place: self.place,
             raw,
             points: points.into_values().collect(),
             revised: Vec::new(),
             stands: findings.stands.values().map(Stand::from).collect(),
             automatic,
+            anomalies: findings.new_anomalies().collect(),
             visits: findings.visits,
-            anomalies: findings.anomalies,
+            more_anomalies: findings.more_anomalies,
             summary,
             state,
         };

@@ -12,8 +12,9 @@ use crate::auth::Caller;
 use crate::error::{Error, Result};
 use crate::store::stands::{self, Stand};
 use crate::store::stream_visits::{self, StreamVisit};
+use crate::store::track::{self, Place, Run};
 use crate::store::visits::{self, Origin, Visit};
-use crate::store::{StoreError, anomalies, audit, markers, track, webhook_deliveries};
+use crate::store::{StoreError, anomalies, audit, markers, webhook_deliveries};
 use crate::utc;
 use crate::wire::Change;
 
@@ -106,17 +107,18 @@ impl Actor {
             .cloned()
             .collect();
         self.wants_again |= !contradicted.is_empty();
-        let findings = self.walk.visit(told.for_engine());
+        let mut findings = self.walk.visit(told.for_engine());
         let mut changes = vec![Change::Visit(told.visit.clone())];
-        changes.extend(self.changes(&findings, utc::now()));
+        changes.extend(self.changes(&mut findings, utc::now()));
         // In the form that a list of visits has in the log.
         let entry = caller.map(|caller| {
             let after = serde_json::to_value([&told.visit]).ok();
             caller.did("visit.told", self.session.id, None, after)
         });
         let writer = self.app.store.writer().clone();
+        let run = (Run::Main, self.place);
         let write = async move {
-            writer.run(move |db| write_visit(db, told, entry, contradicted, findings).boxed()).await
+            writer.run(move |db| write_visit(db, (told, run), entry, contradicted, findings).boxed()).await
         };
         self.submit(write, Then { answers, changes, ..Then::default() });
         Ok(())
@@ -130,7 +132,7 @@ fn is_same(visit: &Visit, marker: &str, t_start_ns: i64) -> bool {
 /// A visit and what the walk made of it, all or nothing.
 async fn write_visit(
     db: &mut sqlx::SqliteConnection,
-    told: StreamVisit,
+    (told, run): (StreamVisit, (Run, Place)),
     entry: Option<audit::Entry>,
     contradicted: Vec<Visit>,
     findings: Findings,
@@ -147,15 +149,17 @@ async fn write_visit(
         stands::undo(&mut *db, session_id, made.t_start_ns).await?;
         visits::delete(&mut *db, made.id).await?;
     }
+    let anomalies: Vec<_> = findings.new_anomalies().collect();
     let points: Vec<_> = findings.points.into_values().collect();
-    track::upsert(db, session_id, track::Run::Main, &points).await?;
+    track::upsert(db, session_id, run, &points).await?;
     let told: Vec<_> = findings.stands.values().map(Stand::from).collect();
     stands::upsert(db, session_id, &told).await?;
     for outcome in &findings.visits {
         visits::set_outcome(&mut *db, session_id, outcome).await?;
     }
-    for found in &findings.anomalies {
-        anomalies::insert(&mut *db, session_id, found).await?;
+    anomalies::insert(db, session_id, &anomalies).await?;
+    for more in &findings.more_anomalies {
+        anomalies::add_to_last(&mut *db, session_id, more).await?;
     }
-    webhook_deliveries::announce_anomalies(db, session_id, &findings.anomalies).await
+    webhook_deliveries::announce_anomalies(db, session_id, &anomalies).await
 }

@@ -14,6 +14,7 @@ use serde::{Deserialize, Serialize};
 
 use super::grid::{Choice, Grid, SavedGrid};
 use super::trail::TrailPoint;
+use crate::store::anomalies::Gathered;
 use crate::store::live_states::LiveState;
 use crate::wire::Motion;
 
@@ -62,6 +63,8 @@ pub(crate) struct Findings {
     pub(crate) stands: BTreeMap<u32, Stand>,
     /// What is wrong with the sensors.
     pub(crate) anomalies: Vec<Anomaly>,
+    /// What is wrong as it was many times before.
+    pub(crate) more_anomalies: Vec<Gathered>,
     /// Whether some points take the place of others that were told before.
     pub(crate) revised: bool,
 }
@@ -91,7 +94,13 @@ impl Findings {
         self.visits.extend(later.visits);
         self.stands.extend(later.stands);
         self.anomalies.extend(later.anomalies);
+        self.more_anomalies.extend(later.more_anomalies);
         self.revised |= later.revised;
+    }
+
+    /// What is wrong with the sensors, as it is stored.
+    pub(super) fn new_anomalies(&self) -> impl Iterator<Item = Gathered> {
+        self.anomalies.iter().map(|found| Gathered { found: found.clone(), times: 1 })
     }
 }
 

@@ -12,10 +12,12 @@ use super::imports::{apply_at_once, new_row};
 use super::plan::Plan;
 use super::rows::Row;
 use crate::auth::Caller;
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::state::App;
 use crate::store::markers;
-use crate::wire::Change;
+
+/// How often it is compared anew with a table that others change meanwhile.
+const MOST_TRIES: u32 = 5;
 
 /// What a file changed.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
@@ -28,7 +30,7 @@ pub(crate) struct Imported {
     pub(crate) unchanged: u64,
 }
 
-/// Reads a file (UTF-8 or GBK) and puts its markers into the table, in one transaction. Markers that the
+/// Reads a file (UTF-8 or GBK) and puts its markers into the table, at once for whoever looks. Markers that the
 /// file does not name stay. One that changes nothing leaves no trace.
 pub(crate) async fn import(app: &App, caller: Caller, file: Vec<u8>) -> Result<Imported> {
     let frame = app.site.local_frame();
@@ -42,38 +44,35 @@ pub(crate) async fn import(app: &App, caller: Caller, file: Vec<u8>) -> Result<I
             Row { line: as_is.line, name: row.name, place: markers::Place { e_m, n_m, u_m } }
         })
         .collect();
-    let (imported, revision) = app
-        .store
-        .writer()
-        .run(move |db| {
-            Box::pin(async move {
-                let standing: HashMap<_, _> = markers::list(&mut *db)
-                    .await?
-                    .into_iter()
-                    .map(|marker| (marker.name.clone(), marker.place()))
-                    .collect();
-                let (differences, counts) = difference(&rows, &standing, false);
-                let imported =
-                    Imported { added: counts.added, changed: counts.changed, unchanged: counts.unchanged };
-                if differences.is_empty() {
-                    return Ok((imported, None));
-                }
-                let plan = Plan {
-                    encoding: table.encoding.to_owned(),
-                    columns: table.columns,
-                    sample: Vec::new(),
-                    rows: rows.len() as u64,
-                    mapping: None,
-                    findings: Findings::default(),
-                    differences,
-                };
-                let row = new_row(false, counts, markers::revision(&mut *db).await?);
-                Ok::<_, crate::error::Error>((imported, apply_at_once(db, caller, &file, &plan, row).await?))
-            })
-        })
-        .await?;
-    if let Some(revision) = revision {
-        app.hub.publish(Change::Markers { revision });
+    let _turn = app.import_turns.lock().await;
+    let mut tries = 0;
+    loop {
+        // The revision first: a change in between is seen at the end, and then it is compared anew.
+        let compared = markers::revision(app.store.read()).await?;
+        let standing: HashMap<_, _> = markers::list(app.store.read())
+            .await?
+            .into_iter()
+            .map(|marker| (marker.name.clone(), marker.place()))
+            .collect();
+        let (differences, counts) = difference(&rows, &standing, false);
+        let imported = Imported { added: counts.added, changed: counts.changed, unchanged: counts.unchanged };
+        if differences.is_empty() {
+            return Ok(imported);
+        }
+        let plan = Plan {
+            encoding: table.encoding.to_owned(),
+            columns: table.columns.clone(),
+            sample: Vec::new(),
+            rows: rows.len() as u64,
+            mapping: None,
+            findings: Findings::default(),
+            differences,
+        };
+        let row = new_row(false, counts, compared);
+        match apply_at_once(app, caller.clone(), file.clone(), plan, row).await {
+            Ok(_) => return Ok(imported),
+            Err(Error::Conflict { code: "table_moved_on", .. }) if tries < MOST_TRIES => tries += 1,
+            Err(error) => return Err(error),
+        }
     }
-    Ok(imported)
 }

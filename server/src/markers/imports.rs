@@ -17,7 +17,8 @@ use super::edit::checked_reason;
 use super::finding::Level;
 use super::mapping::Mapping;
 use super::plan::{Plan, plan};
-use super::write::{Cause, Step, write};
+use super::staged;
+use super::write::{Cause, Step};
 use crate::auth::Caller;
 use crate::error::{Error, Result};
 use crate::state::App;
@@ -155,36 +156,56 @@ pub(crate) async fn give_up(app: &App, id: Uuid) -> Result<()> {
         .await
 }
 
-/// Makes the file's difference, in one transaction, against the table that it was compared with.
+/// Makes the file's difference, at once for whoever looks, against the table that it was compared with.
 pub(crate) async fn apply(app: &App, caller: Caller, id: Uuid, asked: Apply) -> Result<MarkerImport> {
     let reason = checked_reason(asked.reason.as_deref())?;
-    let (import, revision) = app
+    let _turn = app.import_turns.lock().await;
+    let import = find(app, id).await?;
+    expect(&import, ImportState::Compared)?;
+    let plan: Plan = from_json(id, &marker_imports::plan(app.store.read(), id).await?)?;
+    check(&plan, asked.accept_warnings)?;
+    let steps: Vec<Step> = plan.differences.into_iter().map(|difference| difference.step).collect();
+    make(app, import.compared_revision, steps, Cause { caller, reason, import: Some((id, false)) }).await
+}
+
+/// Makes the steps of a file, or those that take it back, for a table in this revision; what is left of them when that is not to be
+/// goes again.
+pub(super) async fn make(app: &App, compared: i64, steps: Vec<Step>, cause: Cause) -> Result<MarkerImport> {
+    let Some((id, is_revert)) = cause.import else {
+        return Err(Error::Internal(anyhow::anyhow!("steps of no file")));
+    };
+    staged::expect_revision(&mut *app.store.read().acquire().await.map_err(StoreError::from)?, compared)
+        .await?;
+    staged::stage(app, &steps, &cause, compared).await?;
+    let made = app
         .store
         .writer()
         .run(move |db| {
             Box::pin(async move {
                 let mut import = standing(&mut *db, id).await?;
-                expect(&import, ImportState::Compared)?;
-                let plan: Plan = from_json(id, &marker_imports::plan(&mut *db, id).await?)?;
-                check(&plan, asked.accept_warnings)?;
-                let (compared, now) = (import.compared_revision, markers::revision(&mut *db).await?);
-                if now != compared {
-                    return Err(Error::conflict(
-                        "table_moved_on",
-                        format!("expected the table in revision {compared}, with which the file was compared, found {now}: compare it again and look at the difference"),
-                    ));
+                expect(&import, if is_revert { ImportState::Applied } else { ImportState::Compared })?;
+                staged::expect_revision(&mut *db, compared).await?;
+                let revision = staged::make(&mut *db, steps.len(), &cause).await?;
+                let (now, who) = (Some(utc::now()), Some(cause.caller.who));
+                if is_revert {
+                    (import.state, import.reverted_revision) = (ImportState::Reverted, revision);
+                    (import.reverted_at, import.reverted_by) = (now, who);
+                } else {
+                    (import.state, import.applied_revision) = (ImportState::Applied, revision);
+                    (import.applied_at, import.applied_by, import.reason) = (now, who, cause.reason);
                 }
-                let steps: Vec<Step> = plan.differences.into_iter().map(|difference| difference.step).collect();
-                let cause = Cause { caller: caller.clone(), reason: reason.clone(), import: Some((id, false)) };
-                import.state = ImportState::Applied;
-                import.applied_revision = write(&mut *db, &steps, &cause).await?;
-                (import.applied_at, import.applied_by, import.reason) = (Some(utc::now()), Some(caller.who), reason);
                 marker_imports::set_state(&mut *db, &import).await?;
-                let revision = import.applied_revision;
-                Ok((import, revision))
+                Ok::<_, Error>((import, revision))
             })
         })
-        .await?;
+        .await;
+    let (import, revision) = match made {
+        Ok(made) => made,
+        Err(error) => {
+            staged::clear(app, id, is_revert).await?;
+            return Err(error);
+        }
+    };
     if let Some(revision) = revision {
         app.hub.publish(Change::Markers { revision });
     }
@@ -216,48 +237,24 @@ fn check(plan: &Plan, accept_warnings: bool) -> Result<()> {
 /// since, which is told.
 pub(crate) async fn revert(app: &App, caller: Caller, id: Uuid, asked: Revert) -> Result<MarkerImport> {
     let reason = checked_reason(asked.reason.as_deref())?;
-    find(app, id).await?;
-    let (import, revision) = app
-        .store
-        .writer()
-        .run(move |db| {
-            Box::pin(async move {
-                let mut import = standing(&mut *db, id).await?;
-                expect(&import, ImportState::Applied)?;
-                let made = marker_changes::of_import(&mut *db, id).await?;
-                let now: HashMap<String, Marker> = markers::list(&mut *db)
-                    .await?
-                    .into_iter()
-                    .map(|marker| (marker.name.clone(), marker))
-                    .collect();
-                let (back, changed): (Vec<_>, Vec<_>) = made
-                    .into_iter()
-                    .partition(|change| now.get(&change.marker).map(Marker::place) == change.after);
-                if !changed.is_empty() && !asked.skip_changed {
-                    return Err(changed_since(&changed, &now));
-                }
-                let steps: Vec<Step> = back
-                    .into_iter()
-                    .map(|MarkerChange { marker, before, after, .. }| Step {
-                        name: marker,
-                        before: after,
-                        after: before,
-                    })
-                    .collect();
-                let cause = Cause { caller: caller.clone(), reason, import: Some((id, true)) };
-                import.state = ImportState::Reverted;
-                import.reverted_revision = write(&mut *db, &steps, &cause).await?;
-                (import.reverted_at, import.reverted_by) = (Some(utc::now()), Some(caller.who));
-                marker_imports::set_state(&mut *db, &import).await?;
-                let revision = import.reverted_revision;
-                Ok((import, revision))
-            })
-        })
-        .await?;
-    if let Some(revision) = revision {
-        app.hub.publish(Change::Markers { revision });
+    let _turn = app.import_turns.lock().await;
+    let db = app.store.read();
+    expect(&find(app, id).await?, ImportState::Applied)?;
+    // The revision first: a change in between is seen at the end.
+    let revision = markers::revision(db).await?;
+    let made = marker_changes::of_import(db, id).await?;
+    let now: HashMap<String, Marker> =
+        markers::list(db).await?.into_iter().map(|marker| (marker.name.clone(), marker)).collect();
+    let (back, changed): (Vec<_>, Vec<_>) =
+        made.into_iter().partition(|change| now.get(&change.marker).map(Marker::place) == change.after);
+    if !changed.is_empty() && !asked.skip_changed {
+        return Err(changed_since(&changed, &now));
     }
-    Ok(import)
+    let steps: Vec<Step> = back
+        .into_iter()
+        .map(|MarkerChange { marker, before, after, .. }| Step { name: marker, before: after, after: before })
+        .collect();
+    make(app, revision, steps, Cause { caller, reason, import: Some((id, true)) }).await
 }
 
 /// What stands in the way of a revert.
@@ -283,29 +280,33 @@ fn changed_since(changed: &[MarkerChange], now: &HashMap<String, Marker>) -> Err
 /// Takes a file that was read as it has to be and applies it at once: the way of programs that send no more
 /// than the file.
 pub(super) async fn apply_at_once(
-    db: &mut SqliteConnection,
+    app: &App,
     caller: Caller,
-    file: &[u8],
-    plan: &Plan,
+    file: Vec<u8>,
+    plan: Plan,
     import: MarkerImport,
-) -> Result<Option<i64>> {
-    let now = utc::now();
-    let id = import.id;
-    let mut import = MarkerImport {
-        state: ImportState::Applied,
-        created_at: now,
-        created_by: Some(caller.who.clone()),
-        applied_at: Some(now),
-        applied_by: Some(caller.who.clone()),
-        ..import
-    };
+) -> Result<MarkerImport> {
+    let (id, compared) = (import.id, import.compared_revision);
+    let import = MarkerImport { created_by: Some(caller.who.clone()), ..import };
+    let text = to_json(&plan)?;
     // The row comes first, for the history names it.
-    marker_imports::insert(&mut *db, &import, file, &to_json(plan)?).await?;
-    let steps: Vec<Step> = plan.differences.iter().map(|Difference { step, .. }| step.clone()).collect();
-    import.applied_revision =
-        write(&mut *db, &steps, &Cause { caller, reason: String::new(), import: Some((id, false)) }).await?;
-    marker_imports::set_state(&mut *db, &import).await?;
-    Ok(import.applied_revision)
+    let insert = app
+        .store
+        .writer()
+        .run(move |db| Box::pin(async move { marker_imports::insert(db, &import, &file, &text).await }));
+    insert.await?;
+    let steps: Vec<Step> = plan.differences.into_iter().map(|Difference { step, .. }| step).collect();
+    let cause = Cause { caller, reason: String::new(), import: Some((id, false)) };
+    let made = make(app, compared, steps, cause).await;
+    if made.is_err() {
+        // Nobody has been told of it.
+        let gone = app
+            .store
+            .writer()
+            .run(move |db| Box::pin(async move { marker_imports::delete_compared(db, id).await }));
+        gone.await?;
+    }
+    made
 }
 
 /// The plan of a file against the table as it is, on a thread for such work, with a row that says so.

@@ -14,6 +14,7 @@ mod plan;
 mod residuals;
 mod rows;
 mod seed;
+mod staged;
 mod write;
 
 pub(crate) use edit::{NewMarker, Seen, add, put, remove};

@@ -83,31 +83,37 @@ pub(super) async fn write(
         };
         marker_changes::insert(&mut *db, &change).await?;
     }
-    audit::insert(&mut *db, &entry(steps, cause)).await?;
+    let entry = match (steps, cause.import) {
+        ([step], None) => entry_of_one(step, cause),
+        _ => entry(steps.len(), cause),
+    };
+    audit::insert(&mut *db, &entry).await?;
     Ok(Some(revision))
 }
 
-/// What the audit log says of it: of one marker all, of a file how many; the history has each of them.
-fn entry(steps: &[Step], cause: &Cause) -> audit::Entry {
-    let caller = &cause.caller;
+/// What the audit log says of one marker: all.
+fn entry_of_one(Step { name, before, after }: &Step, cause: &Cause) -> audit::Entry {
     let told = |place: &Option<Place>| place.map(|place| json!(place));
-    match (steps, cause.import) {
-        ([Step { name, before, after }], None) => {
-            let action = match (before, after) {
-                (None, _) => "marker.added",
-                (_, None) => "marker.removed",
-                _ => "marker.moved",
-            };
-            let after = told(after).map(|mut after| {
-                after["reason"] = json!(cause.reason);
-                after
-            });
-            caller.did(action, name, told(before), after)
-        }
-        (steps, None) => caller.did("markers.seeded", "", None, Some(json!({ "markers": steps.len() }))),
-        (steps, Some((id, is_revert))) => {
+    let action = match (before, after) {
+        (None, _) => "marker.added",
+        (_, None) => "marker.removed",
+        _ => "marker.moved",
+    };
+    let after = told(after).map(|mut after| {
+        after["reason"] = json!(cause.reason);
+        after
+    });
+    cause.caller.did(action, name, told(before), after)
+}
+
+/// Of a file: how many; the history has each of them.
+pub(super) fn entry(steps: usize, cause: &Cause) -> audit::Entry {
+    let caller = &cause.caller;
+    match cause.import {
+        None => caller.did("markers.seeded", "", None, Some(json!({ "markers": steps }))),
+        Some((id, is_revert)) => {
             let action = if is_revert { "markers.reverted" } else { "markers.imported" };
-            caller.did(action, id, None, Some(json!({ "markers": steps.len(), "reason": cause.reason })))
+            caller.did(action, id, None, Some(json!({ "markers": steps, "reason": cause.reason })))
         }
     }
 }

@@ -198,7 +198,8 @@ async fn look(
     looked.await?.map_err(|error| problem(error.into()))
 }
 
-/// Stores the samples and the log's new state in one transaction, then lets go of the bytes.
+/// Stores the samples in pieces, then the log's new state, with which they count; then lets go of the bytes. What an earlier try
+/// left of the log goes first.
 async fn accept(app: &App, log: Log, read: ReadLog) -> Result<Log> {
     let accepted = Log {
         state: LogState::Accepted,
@@ -214,27 +215,29 @@ async fn accept(app: &App, log: Log, read: ReadLog) -> Result<Log> {
         finished_at: Some(utc::now()),
         ..log.clone()
     };
-    let chunks = read.chunks.into_chunks().map_err(disk_error)?;
+    clear_chunks(app, log.id).await?;
+    let stored = store_chunks(app, &log, read.chunks.into_chunks().map_err(disk_error)?).await;
     let row = accepted.clone();
-    let stored = app
-        .store
-        .writer()
-        .run(move |db| {
-            async move {
-                for chunk in chunks {
-                    let chunk = chunk.map_err(disk_error)?;
-                    raw_chunks::insert(&mut *db, row.session_id, row.id, chunk).await?;
-                }
-                logs::update(&mut *db, &row).await?;
-                Ok::<_, Error>(session_search::count_stored(&mut *db, row.session_id).await?)
-            }
-            .boxed()
-        })
-        .await;
+    let stored = match stored {
+        Err(error) => Err(error),
+        Ok(()) => {
+            app.store
+                .writer()
+                .run(move |db| {
+                    async move {
+                        logs::update(&mut *db, &row).await?;
+                        Ok::<_, Error>(session_search::count_stored(&mut *db, row.session_id).await?)
+                    }
+                    .boxed()
+                })
+                .await
+        }
+    };
     match stored {
         Ok(()) => {}
         // The same bytes came in by another upload at the same moment.
         Err(Error::Store(error)) if error.is_duplicate() => {
+            clear_chunks(app, log.id).await?;
             return settle(app, Log { state: LogState::Unchanged, ..log }).await;
         }
         // Its session was deleted meanwhile.
@@ -244,6 +247,49 @@ async fn accept(app: &App, log: Log, read: ReadLog) -> Result<Log> {
     upload_file::remove(&app.config.uploads(), accepted.id).await.map_err(disk_error)?;
     metrics::counter!("lodestep_uploaded_samples_total").increment(accepted.samples);
     Ok(accepted)
+}
+
+/// Chunks in a piece: some thousand samples each.
+const CHUNKS: usize = 16;
+
+async fn store_chunks(
+    app: &App,
+    log: &Log,
+    chunks: impl Iterator<Item = io::Result<raw_chunks::Packed>>,
+) -> Result<()> {
+    let (session_id, log_id) = (log.session_id, log.id);
+    let mut chunks = chunks.peekable();
+    while chunks.peek().is_some() {
+        let piece = chunks.by_ref().take(CHUNKS).collect::<io::Result<Vec<_>>>().map_err(disk_error)?;
+        app.store
+            .writer()
+            .run(move |db| {
+                async move {
+                    for chunk in piece {
+                        raw_chunks::insert(&mut *db, session_id, log_id, chunk).await?;
+                    }
+                    Ok::<_, Error>(())
+                }
+                .boxed()
+            })
+            .await?;
+    }
+    Ok(())
+}
+
+async fn clear_chunks(app: &App, log_id: Uuid) -> Result<()> {
+    loop {
+        if !app
+            .store
+            .writer()
+            .run(move |db| {
+                async move { raw_chunks::clear_some(db, log_id, 500).await.map_err(Error::from) }.boxed()
+            })
+            .await?
+        {
+            return Ok(());
+        }
+    }
 }
 
 /// Ends an upload of which nothing is kept but its row.

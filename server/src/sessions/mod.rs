@@ -3,11 +3,12 @@
 //! A log comes in ([`uploads`], [`upload_file`], [`upload_turns`]), is read whole ([`unpack`],
 //! [`read_log`], [`spill`]; [`preview_log`] keeps nothing) and accepted ([`accept_log`]); the samples of both streams
 //! ([`stored_samples`], [`in_time_order`]) are run through the engine ([`run`]), as [`process`] has it:
-//! [`stored_walk`] reads what a walk is computed from and [`parameters`] says with which parameters, [`put_in_place`] stores the result, [`provenance`] says where
+//! [`stored_walk`] reads what a walk is computed from and [`parameters`] says with which parameters, [`put_in_place`] stores the result, with many anomalies as few ([`anomaly_runs`]), [`provenance`] says where
 //! it comes from. A [`lab_run`] does the same with chosen parameters; [`comparison`] holds such runs against the
-//! session's own track.
+//! session's own track. [`removal`] takes one away.
 
 pub(crate) mod accept_log;
+pub(crate) mod anomaly_runs;
 pub(crate) mod body_writer;
 pub(crate) mod comparison;
 pub(crate) mod engine_config;
@@ -20,6 +21,7 @@ pub(crate) mod process;
 pub(crate) mod provenance;
 mod put_in_place;
 pub(crate) mod read_log;
+pub(crate) mod removal;
 pub(crate) mod run;
 mod run_figures;
 mod signature;

@@ -42,6 +42,14 @@ pub(crate) enum ProcessError {
         "{samples} samples gave no position: expected a standing start of some seconds and a walk; check that the right log was uploaded"
     )]
     NoTrack { samples: u64 },
+    #[error(
+        "working it out took longer than {limit_s} s and was ended: look at the times and the rate of the logs, or let it take longer with `serve --job-s`"
+    )]
+    TooLong { limit_s: u64 },
+    #[error(
+        "the {epochs} epochs of this walk would take {needed_bytes} bytes of memory, more than the {most_bytes} that a walk may take: look at the times and the rate of the logs, or allow more with `serve --job-bytes`"
+    )]
+    TooLarge { epochs: u64, needed_bytes: u64, most_bytes: u64 },
     #[error("the computation met a fault of its own and was given up ({0}): please report it with the log")]
     Panicked(String),
     #[error(transparent)]

@@ -3,7 +3,7 @@
 use std::collections::HashMap;
 
 use lodestep_engine::anomaly::Anomaly;
-use lodestep_engine::event::{AidKind, VisitOutcome};
+use lodestep_engine::event::{AidKind, TrackPoint, VisitOutcome};
 use lodestep_engine::session::{ConfigError, SessionConfig, Solution, Visit};
 use tokio::runtime::Handle;
 use uuid::Uuid;
@@ -51,6 +51,12 @@ impl Walk {
         }
         if recordings.is_empty() {
             return Err(ProcessError::NoSamples);
+        }
+        let epochs = recordings.iter().map(|recording| recording.samples).max().unwrap_or_default();
+        let needed_bytes = epochs.saturating_mul(size_of::<TrackPoint>() as u64);
+        let most_bytes = app.config.job_bytes;
+        if needed_bytes > most_bytes {
+            return Err(ProcessError::TooLarge { epochs, needed_bytes, most_bytes });
         }
         let markers: HashMap<_, _> =
             store::markers::list(db).await?.into_iter().map(|marker| (marker.name.clone(), marker)).collect();

@@ -5,6 +5,7 @@ use serde::{Deserialize, Serialize};
 use sqlx::sqlite::SqliteRow;
 use sqlx::{FromRow, Row, SqliteExecutor};
 use time::OffsetDateTime;
+use unicode_security::skeleton;
 use uuid::Uuid;
 
 use super::{StoreError, columns};
@@ -62,6 +63,31 @@ pub fn name_key(name: &str) -> String {
     name.trim().to_lowercase()
 }
 
+/// What a name looks like to people: letters that cannot be told from each other are one (Unicode TS 39), and so are upper and lower
+/// case.
+pub fn looks_like(name: &str) -> String {
+    // Letters of full width are the same letters.
+    let narrow = |c: char| match c {
+        '\u{3000}' => ' ',
+        '\u{FF01}'..='\u{FF5E}' => char::from_u32(u32::from(c) - 0xFEE0).unwrap_or(c),
+        c => c,
+    };
+    let narrow: String = name.chars().map(narrow).collect();
+    let once: String = skeleton(&name_key(&narrow)).collect();
+    skeleton(&once.to_lowercase()).collect()
+}
+
+/// An account of another name that people would take for this one.
+pub async fn look_alike(
+    db: impl SqliteExecutor<'_>,
+    name: &str,
+    own: Option<Uuid>,
+) -> Result<Option<Account>, StoreError> {
+    let looks = looks_like(name);
+    let is_alike = |account: &Account| Some(account.id) != own && looks_like(&account.name) == looks;
+    Ok(list(db).await?.into_iter().find(is_alike))
+}
+
 /// All, by name.
 pub async fn list(db: impl SqliteExecutor<'_>) -> Result<Vec<Account>, StoreError> {
     Ok(sqlx::query_as("select * from accounts order by name_key").fetch_all(db).await?)
@@ -77,6 +103,19 @@ pub async fn get(db: impl SqliteExecutor<'_>, id: Uuid) -> Result<Option<Account
 pub async fn by_name(db: impl SqliteExecutor<'_>, name: &str) -> Result<Option<Account>, StoreError> {
     let query = sqlx::query_as("select * from accounts where name_key = ?1").bind(name_key(name));
     Ok(query.fetch_optional(db).await?)
+}
+
+/// Whether somebody has signed in to the account of this name from this address before.
+pub async fn knows_address(
+    db: impl SqliteExecutor<'_>,
+    name: &str,
+    address: &str,
+) -> Result<bool, StoreError> {
+    let query = sqlx::query_scalar(
+        "select exists (select 1 from accounts a join audit on audit.subject = a.id
+            where a.name_key = ?1 and audit.action = 'account.signed_in' and audit.address = ?2)",
+    );
+    Ok(query.bind(name_key(name)).bind(address).fetch_one(db).await?)
 }
 
 /// Whether there is any.

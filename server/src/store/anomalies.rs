@@ -2,11 +2,13 @@
 
 use serde::{Deserialize, Serialize};
 use sqlx::sqlite::SqliteRow;
-use sqlx::{FromRow, Row, SqliteExecutor};
+use sqlx::{FromRow, Row, SqliteConnection, SqliteExecutor};
 use uuid::Uuid;
 
-use lodestep_engine::anomaly;
+use lodestep_engine::anomaly::{self, AnomalyKind};
+use lodestep_engine::stream::StreamId;
 
+use super::many_rows::{placeholders, shaped, shapes};
 use super::{StoreError, columns};
 
 /// An anomaly of a session.
@@ -17,6 +19,29 @@ pub struct Anomaly {
     /// What was found. Its kind stands as `anomaly`, for `kind` names the change that carries it.
     #[serde(flatten, with = "found")]
     pub found: anomaly::Anomaly,
+    /// How many of the kind are told by this one: it is the first of them, with the time and the samples of all.
+    #[serde(default = "once")]
+    pub times: u64,
+}
+
+fn once() -> u64 {
+    1
+}
+
+/// One that is to be stored: see [`Anomaly`].
+#[derive(Clone, Debug, PartialEq)]
+pub struct Gathered {
+    /// The first of them, with the time and the samples of all.
+    pub found: anomaly::Anomaly,
+    /// How many.
+    pub times: u64,
+}
+
+impl Gathered {
+    /// As one of a session's.
+    pub fn of(self, session_id: Uuid) -> Anomaly {
+        Anomaly { session_id, found: self.found, times: self.times }
+    }
 }
 
 /// The wire's shape of an anomaly.
@@ -65,6 +90,7 @@ impl FromRow<'_, SqliteRow> for Anomaly {
                 detail: row.try_get("detail")?,
                 figures: columns::optional_json(row, "figures")?,
             },
+            times: columns::count(row, "times")?,
         })
     }
 }
@@ -78,32 +104,94 @@ pub async fn of_session(db: impl SqliteExecutor<'_>, session_id: Uuid) -> Result
 
 /// How many a session has.
 pub async fn count(db: impl SqliteExecutor<'_>, session_id: Uuid) -> Result<u64, StoreError> {
-    let query = sqlx::query("select count(*) as anomalies from anomalies where session_id = ?1")
-        .bind(session_id.to_string());
+    let query =
+        sqlx::query("select coalesce(sum(times), 0) as anomalies from anomalies where session_id = ?1")
+            .bind(session_id.to_string());
     Ok(columns::count(&query.fetch_one(db).await?, "anomalies")?)
 }
 
-/// Adds one.
+/// Adds some.
 pub async fn insert(
+    db: &mut SqliteConnection,
+    session_id: Uuid,
+    gathered: &[Gathered],
+) -> Result<(), StoreError> {
+    for rows in shapes(gathered, 64) {
+        let sql = format!(
+            "insert into anomalies (session_id, kind, stream, t_start_ns, t_end_ns, samples, detail, figures, times) values {}",
+            placeholders(rows.len(), 9)
+        );
+        let mut query = shaped(sql);
+        for Gathered { found, times } in rows {
+            query = query
+                .bind(session_id.to_string())
+                .bind(found.kind.as_str().to_owned())
+                .bind(found.stream.map(|stream| stream.name().to_owned()))
+                .bind(found.t_start_ns)
+                .bind(found.t_end_ns)
+                .bind(columns::to_column(found.samples))
+                .bind(found.detail.clone())
+                .bind(found.figures.as_ref().map(columns::to_json).transpose()?)
+                .bind(columns::to_column(*times));
+        }
+        query.execute(&mut *db).await?;
+    }
+    Ok(())
+}
+
+/// Gathers more into the last row of their kind and stream.
+pub async fn add_to_last(
     db: impl SqliteExecutor<'_>,
     session_id: Uuid,
-    found: &anomaly::Anomaly,
+    Gathered { found, times }: &Gathered,
 ) -> Result<(), StoreError> {
     sqlx::query(
-        "insert into anomalies (session_id, kind, stream, t_start_ns, t_end_ns, samples, detail, figures)
-         values (?1, ?2, ?3, ?4, ?5, ?6, ?7, ?8)",
+        "update anomalies set t_end_ns = max(t_end_ns, ?4), samples = samples + ?5, times = times + ?6
+         where id = (select max(id) from anomalies where session_id = ?1 and kind = ?2 and stream is ?3)",
     )
     .bind(session_id.to_string())
     .bind(found.kind.as_str().to_owned())
     .bind(found.stream.map(|stream| stream.name().to_owned()))
-    .bind(found.t_start_ns)
     .bind(found.t_end_ns)
     .bind(columns::to_column(found.samples))
-    .bind(&found.detail)
-    .bind(found.figures.as_ref().map(columns::to_json).transpose()?)
+    .bind(columns::to_column(*times))
     .execute(db)
     .await?;
     Ok(())
+}
+
+/// How many rows of each kind and stream a session has.
+pub async fn rows(
+    db: impl SqliteExecutor<'_>,
+    session_id: Uuid,
+) -> Result<Vec<(AnomalyKind, Option<StreamId>, u64)>, StoreError> {
+    let query = sqlx::query(
+        "select kind, stream, count(*) as anomalies from anomalies where session_id = ?1 group by kind, stream",
+    )
+    .bind(session_id.to_string());
+    let rows = query.fetch_all(db).await?;
+    let read = |row: &SqliteRow| {
+        let (kind, stream) = (columns::word(row, "kind")?, columns::optional_stream(row, "stream")?);
+        Ok((kind, stream, columns::count(row, "anomalies")?))
+    };
+    Ok(rows.iter().map(read).collect::<sqlx::Result<_>>()?)
+}
+
+/// Removes so many of those that come after the first `kept`; whether there were any.
+pub async fn clear_some(
+    db: impl SqliteExecutor<'_>,
+    session_id: Uuid,
+    kept: u32,
+    at_most: u32,
+) -> Result<bool, StoreError> {
+    let query = sqlx::query(
+        "delete from anomalies where id in (
+            select id from anomalies where session_id = ?1 order by t_start_ns, id limit ?3 offset ?2)",
+    )
+    .bind(session_id.to_string())
+    .bind(kept)
+    .bind(at_most);
+    Ok(query.execute(db).await?.rows_affected() > 0)
 }
 
 /// Removes those of a session: a new run finds its own.

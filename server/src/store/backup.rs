@@ -7,11 +7,15 @@ use sqlx::sqlite::{SqliteConnectOptions, SqliteSynchronous};
 use sqlx::{ConnectOptions, Connection, SqliteConnection};
 
 use super::health::is_busy;
-use super::{StoreError, migrations};
+use super::{StoreError, migrations, scrub};
+use crate::data_folder;
+
+/// The step since which what is stored has checksums.
+const CHECKSUMS_SINCE: i64 = 20;
 
 /// Writes a copy of the database in `database` to `copy`, a new or an empty file: as it stands at one moment, packed,
-/// whatever is written meanwhile.
-pub async fn copy(database: &Path, copy: &Path) -> Result<(), StoreError> {
+/// whatever is written meanwhile. What [`check`] finds damaged in it.
+pub async fn copy(database: &Path, copy: &Path) -> Result<Vec<String>, StoreError> {
     let mut connection = existing(database).busy_timeout(Duration::from_secs(10)).connect().await?;
     sqlx::query("vacuum into ?1").bind(copy.to_string_lossy().into_owned()).execute(&mut connection).await?;
     connection.close().await?;
@@ -35,13 +39,25 @@ pub async fn take_in_log(database: &Path) -> Result<(), StoreError> {
         Ok::<_, sqlx::Error>(mode)
     };
     match taken.await {
-        Ok(mode) if mode == "delete" => Ok(()),
+        Ok(mode) if mode == "delete" => without_logs(database),
         Err(error) if !is_busy(&error) => Err(named(database, error.into())),
         _ => Err(StoreError::Open(format!(
             "the log of {} could not be written into it, for another program has it open: end that program",
             database.display()
         ))),
     }
+}
+
+/// Makes sure that nothing lies beside a database that has taken its log in. SQLite passes over a file that it could not
+/// remove; whatever database came to have this name would be read with what that file says of this one.
+fn without_logs(database: &Path) -> Result<(), StoreError> {
+    let left = data_folder::logs_of(database);
+    let Some((_, log)) = left.first() else { return Ok(()) };
+    Err(StoreError::Open(format!(
+        "{} was written into {}, and then could not be removed: see whether the disk and the folder take changes",
+        log.display(),
+        database.display()
+    )))
 }
 
 /// Reads what a database is made of, and changes nothing.
@@ -53,20 +69,23 @@ async fn first_page(database: &Path) -> Result<(), sqlx::Error> {
 }
 
 /// Reads a database file from end to end; an error when anything in it is damaged, when it is not one of ours, when it is of a
-/// newer version, or when it has anything that our steps do not make.
-pub async fn check(database: &Path) -> Result<(), StoreError> {
+/// newer version, or when it has anything that our steps do not make. What is not as it was written by its own checksum, though the
+/// database holds together, is named: all else of it can be read.
+pub async fn check(database: &Path) -> Result<Vec<String>, StoreError> {
     let mut connection =
         existing(database).read_only(true).connect().await.map_err(|error| named(database, error.into()))?;
     let checked = async {
-        migrations::check(&mut connection).await?;
-        whole(database, &mut connection).await
+        let version = migrations::check(&mut connection).await?;
+        whole(database, &mut connection).await?;
+        // Before that step there were no checksums.
+        if version < CHECKSUMS_SINCE { Ok(Vec::new()) } else { scrub::look_at_all(&mut connection).await }
     };
     let checked = checked.await;
     connection.close().await?;
     checked.map_err(|error| named(database, error))
 }
 
-fn existing(database: &Path) -> SqliteConnectOptions {
+pub(super) fn existing(database: &Path) -> SqliteConnectOptions {
     SqliteConnectOptions::new()
         .filename(database)
         .create_if_missing(false)

@@ -4,6 +4,7 @@ use sqlx::sqlite::SqliteRow;
 use sqlx::{Row, SqliteExecutor};
 use uuid::Uuid;
 
+use super::checksum::Checksum;
 use super::{StoreError, columns};
 
 /// Of zstd.
@@ -65,20 +66,25 @@ impl Packed {
 
 /// Puts a series in the place of the former one.
 pub async fn set(db: impl SqliteExecutor<'_>, session_id: Uuid, series: Packed) -> Result<(), StoreError> {
+    let session_id = session_id.to_string();
+    let names = [&session_id, &series.chart, &series.name].map(String::as_str);
+    let grid = [series.cell_ns, series.first_cell, columns::to_column(series.cells)];
+    let sum = checksum(names, grid, &series.body).column();
     sqlx::query(
-        "insert into session_charts (session_id, chart, series, cell_ns, first_cell, cells, body)
-         values (?1, ?2, ?3, ?4, ?5, ?6, ?7)
+        "insert into session_charts (session_id, chart, series, cell_ns, first_cell, cells, body, checksum)
+         values (?1, ?2, ?3, ?4, ?5, ?6, ?7, ?8)
          on conflict (session_id, chart, series) do update set
             cell_ns = excluded.cell_ns, first_cell = excluded.first_cell, cells = excluded.cells,
-            body = excluded.body",
+            body = excluded.body, checksum = excluded.checksum",
     )
-    .bind(session_id.to_string())
+    .bind(session_id)
     .bind(series.chart)
     .bind(series.name)
     .bind(series.cell_ns)
     .bind(series.first_cell)
     .bind(columns::to_column(series.cells))
     .bind(series.body)
+    .bind(sum)
     .execute(db)
     .await?;
     Ok(())
@@ -100,7 +106,22 @@ pub async fn of_session(db: impl SqliteExecutor<'_>, session_id: Uuid) -> Result
     query.fetch_all(db).await?.iter().map(unpack).collect()
 }
 
+fn checksum(names: [&str; 3], grid: [i64; 3], body: &[u8]) -> Checksum {
+    let named = names.into_iter().fold(Checksum::default(), Checksum::text);
+    grid.into_iter().fold(named, Checksum::integer).bytes(body)
+}
+
+/// Whether a row is as it was written.
+pub(super) fn check(row: &SqliteRow) -> Result<(), StoreError> {
+    let names = [row.try_get("session_id")?, row.try_get("chart")?, row.try_get("series")?];
+    let grid = [row.try_get("cell_ns")?, row.try_get("first_cell")?, row.try_get("cells")?];
+    let [session_id, chart, series]: [&str; 3] = names;
+    checksum(names, grid, row.try_get("body")?)
+        .agrees(row, || format!("chart {chart} ({series}) of session {session_id}"))
+}
+
 fn unpack(row: &SqliteRow) -> Result<Series, StoreError> {
+    check(row)?;
     let (chart, name): (String, String) = (row.try_get("chart")?, row.try_get("series")?);
     let damaged = |why: String| StoreError::Damaged { what: format!("chart {chart} {name}"), why };
     let (low, high) = unpacked(row.try_get("body")?, columns::count(row, "cells")?).map_err(damaged)?;

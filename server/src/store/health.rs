@@ -26,6 +26,7 @@ pub enum Health {
 
 /// Primary result codes of SQLite.
 const SQLITE_BUSY: i64 = 5;
+const SQLITE_READONLY: i64 = 8;
 const SQLITE_IOERR: i64 = 10;
 const SQLITE_CORRUPT: i64 = 11;
 const SQLITE_FULL: i64 = 13;
@@ -46,7 +47,8 @@ impl Disk {
     fn of_code(code: i64) -> Option<Disk> {
         match (code, code & 0xFF) {
             (SQLITE_IOERR_SHMSIZE, _) | (_, SQLITE_FULL) => Some(Disk::Full),
-            (_, SQLITE_IOERR) => Some(Disk::Failing),
+            // One that takes no writes any more, as after the system has mounted its disk read-only.
+            (_, SQLITE_IOERR | SQLITE_READONLY) => Some(Disk::Failing),
             _ => None,
         }
     }
@@ -76,11 +78,12 @@ mod tests {
 
     #[test]
     fn a_full_disk_is_told_from_a_failing_one_and_both_from_a_refused_row() {
-        let (full, fsync, write, shm, unique, busy) = (13, 1034, 778, 4874, 2067, 5);
+        let (full, fsync, write, shm, unique, busy, read_only) = (13, 1034, 778, 4874, 2067, 5, 8);
         assert_eq!(Disk::of_code(full), Some(Disk::Full));
         assert_eq!(Disk::of_code(shm), Some(Disk::Full));
         assert_eq!(Disk::of_code(fsync), Some(Disk::Failing));
         assert_eq!(Disk::of_code(write), Some(Disk::Failing));
+        assert_eq!(Disk::of_code(read_only), Some(Disk::Failing));
         assert_eq!(Disk::of_code(unique), None);
         assert_eq!(Disk::of_code(busy), None);
     }

@@ -29,6 +29,9 @@ pub struct Job {
     /// Why it failed.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub error: Option<String>,
+    /// How often it was begun and neither ended nor was asked to stop: the server died under it.
+    #[serde(default)]
+    pub tries: u32,
     /// When it was asked for.
     #[serde(with = "time::serde::rfc3339")]
     #[schemars(with = "utc::Instant")]
@@ -70,6 +73,7 @@ impl Job {
             stage: "waiting".to_owned(),
             progress: 0.0,
             error: None,
+            tries: 0,
             created_at: utc::now(),
             started_at: None,
             finished_at: None,
@@ -87,6 +91,7 @@ impl FromRow<'_, SqliteRow> for Job {
             stage: row.try_get("stage")?,
             progress: row.try_get("progress")?,
             error: row.try_get("error")?,
+            tries: row.try_get("tries")?,
             created_at: columns::instant(row, "created_at")?,
             started_at: columns::optional_instant(row, "started_at")?,
             finished_at: columns::optional_instant(row, "finished_at")?,
@@ -132,8 +137,9 @@ pub async fn insert(db: impl SqliteExecutor<'_>, job: &Job) -> Result<(), StoreE
     write(
         db,
         job,
-        "insert into jobs (id, session_id, state, stage, progress, error, created_at, started_at, finished_at, lab_run_id)
-         values (?1, ?2, ?3, ?4, ?5, ?6, ?7, ?8, ?9, ?10)",
+        "insert into jobs (id, session_id, state, stage, progress, error, created_at, started_at, finished_at, lab_run_id,
+            tries)
+         values (?1, ?2, ?3, ?4, ?5, ?6, ?7, ?8, ?9, ?10, ?11)",
     )
     .await
     .map(|_| ())
@@ -144,7 +150,7 @@ pub async fn update(db: impl SqliteExecutor<'_>, job: &Job) -> Result<bool, Stor
     write(
         db,
         job,
-        "update jobs set state = ?3, stage = ?4, progress = ?5, error = ?6, started_at = ?8, finished_at = ?9
+        "update jobs set state = ?3, stage = ?4, progress = ?5, error = ?6, started_at = ?8, finished_at = ?9, tries = ?11
          where id = ?1 and session_id = ?2 and created_at = ?7 and lab_run_id is ?10
             and state in ('queued', 'running')",
     )
@@ -162,6 +168,7 @@ async fn write(db: impl SqliteExecutor<'_>, job: &Job, sql: &'static str) -> Res
         .bind(utc::to_us(job.created_at))
         .bind(job.started_at.map(utc::to_us))
         .bind(job.finished_at.map(utc::to_us))
-        .bind(job.lab_run_id.map(|id| id.to_string()));
+        .bind(job.lab_run_id.map(|id| id.to_string()))
+        .bind(job.tries);
     Ok(query.execute(db).await?.rows_affected() > 0)
 }

@@ -1,9 +1,11 @@
 //! The points of lab runs, packed: they are read whole and never searched.
 
 use lodestep_engine::event::{Part, Tilt, TrackPoint};
+use sqlx::sqlite::SqliteRow;
 use sqlx::{Row, SqliteExecutor};
 use uuid::Uuid;
 
+use super::checksum::Checksum;
 use super::{StoreError, columns};
 
 /// Of zstd.
@@ -100,23 +102,36 @@ fn point_of(t_ns: i64, values: [f64; VALUES]) -> TrackPoint {
 /// Puts a run's points in the place of the former ones.
 pub async fn set(db: impl SqliteExecutor<'_>, run_id: Uuid, packed: &Packed) -> Result<(), StoreError> {
     sqlx::query(
-        "insert into lab_tracks (run_id, points, encoding, body) values (?1, ?2, ?3, ?4)
-         on conflict (run_id) do update set points = excluded.points, encoding = excluded.encoding, body = excluded.body",
+        "insert into lab_tracks (run_id, points, encoding, body, checksum) values (?1, ?2, ?3, ?4, ?5)
+         on conflict (run_id) do update set points = excluded.points, encoding = excluded.encoding, body = excluded.body,
+            checksum = excluded.checksum",
     )
     .bind(run_id.to_string())
     .bind(columns::to_column(packed.points))
     .bind(ENCODING)
     .bind(&packed.body)
+    .bind(checksum(&run_id.to_string(), columns::to_column(packed.points), ENCODING, &packed.body).column())
     .execute(db)
     .await?;
     Ok(())
 }
 
+fn checksum(run_id: &str, points: i64, encoding: i64, body: &[u8]) -> Checksum {
+    Checksum::default().text(run_id).integer(points).integer(encoding).bytes(body)
+}
+
+/// Whether a row is as it was written.
+pub(super) fn check(row: &SqliteRow) -> Result<(), StoreError> {
+    let run_id: &str = row.try_get("run_id")?;
+    checksum(run_id, row.try_get("points")?, row.try_get("encoding")?, row.try_get("body")?)
+        .agrees(row, || format!("track of lab run {run_id}"))
+}
+
 /// A run's points by time; none of a run that has not been computed.
 pub async fn get(db: impl SqliteExecutor<'_>, run_id: Uuid) -> Result<Vec<TrackPoint>, StoreError> {
-    let query = sqlx::query("select points, encoding, body from lab_tracks where run_id = ?1")
-        .bind(run_id.to_string());
+    let query = sqlx::query("select * from lab_tracks where run_id = ?1").bind(run_id.to_string());
     let Some(row) = query.fetch_optional(db).await? else { return Ok(Vec::new()) };
+    check(&row)?;
     let damaged = |why: String| StoreError::Damaged { what: format!("track of lab run {run_id}"), why };
     let (points, encoding): (u64, i64) = (columns::count(&row, "points")?, row.try_get("encoding")?);
     let stored = match encoding {

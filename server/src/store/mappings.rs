@@ -19,6 +19,9 @@ pub struct NamedMapping {
     pub name: String,
     /// Which column is which channel.
     pub mapping: Mapping,
+    /// Whose account made it.
+    #[serde(skip)]
+    pub created_by: Option<Uuid>,
     /// When it was first kept.
     #[serde(with = "time::serde::rfc3339")]
     pub created_at: OffsetDateTime,
@@ -33,6 +36,7 @@ impl FromRow<'_, SqliteRow> for NamedMapping {
             id: columns::id(row, "id")?,
             name: row.try_get("name")?,
             mapping: columns::json(row, "mapping")?,
+            created_by: columns::optional_id(row, "created_by")?,
             created_at: columns::instant(row, "created_at")?,
             updated_at: columns::instant(row, "updated_at")?,
         })
@@ -53,13 +57,14 @@ pub async fn get(db: impl SqliteExecutor<'_>, id: Uuid) -> Result<Option<NamedMa
 /// Adds one.
 pub async fn insert(db: impl SqliteExecutor<'_>, named: &NamedMapping) -> Result<(), StoreError> {
     sqlx::query(
-        "insert into mappings (id, name, mapping, created_at, updated_at) values (?1, ?2, ?3, ?4, ?5)",
+        "insert into mappings (id, name, mapping, created_at, updated_at, created_by) values (?1, ?2, ?3, ?4, ?5, ?6)",
     )
     .bind(named.id.to_string())
     .bind(&named.name)
     .bind(columns::to_json(&named.mapping)?)
     .bind(utc::to_us(named.created_at))
     .bind(utc::to_us(named.updated_at))
+    .bind(named.created_by.map(|id| id.to_string()))
     .execute(db)
     .await?;
     Ok(())

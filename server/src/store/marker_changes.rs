@@ -3,10 +3,11 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use sqlx::sqlite::SqliteRow;
-use sqlx::{FromRow, Row, SqliteExecutor};
+use sqlx::{FromRow, Row, SqliteConnection, SqliteExecutor};
 use time::OffsetDateTime;
 use uuid::Uuid;
 
+use super::many_rows::{placeholders, shaped, shapes};
 use super::markers::Place;
 use super::{StoreError, columns};
 use crate::utc;
@@ -59,34 +60,67 @@ fn place(row: &SqliteRow, [e, n, u]: [&str; 3]) -> sqlx::Result<Option<Place>> {
 }
 
 /// Adds one.
-pub async fn insert(db: impl SqliteExecutor<'_>, change: &MarkerChange) -> Result<(), StoreError> {
-    sqlx::query(
-        "insert into marker_changes (
-            marker, revision, changed_at, changed_by, reason, import_id, is_revert,
-            before_e_m, before_n_m, before_u_m, after_e_m, after_n_m, after_u_m
-         ) values (?1, ?2, ?3, ?4, ?5, ?6, ?7, ?8, ?9, ?10, ?11, ?12, ?13)",
-    )
-    .bind(&change.marker)
-    .bind(change.revision)
-    .bind(utc::to_us(change.changed_at))
-    .bind(&change.changed_by)
-    .bind(&change.reason)
-    .bind(change.import_id.map(|id| id.to_string()))
-    .bind(change.is_revert)
-    .bind(change.before.map(|place| place.e_m))
-    .bind(change.before.map(|place| place.n_m))
-    .bind(change.before.and_then(|place| place.u_m))
-    .bind(change.after.map(|place| place.e_m))
-    .bind(change.after.map(|place| place.n_m))
-    .bind(change.after.and_then(|place| place.u_m))
-    .execute(db)
-    .await?;
+pub async fn insert(db: &mut SqliteConnection, change: &MarkerChange) -> Result<(), StoreError> {
+    insert_all(db, std::slice::from_ref(change)).await
+}
+
+/// Adds some. Those of a file are seen when the file's state says that they were made.
+pub async fn insert_all(db: &mut SqliteConnection, changes: &[MarkerChange]) -> Result<(), StoreError> {
+    for rows in shapes(changes, 256) {
+        let sql = format!(
+            "insert into marker_changes (
+                marker, revision, changed_at, changed_by, reason, import_id, is_revert,
+                before_e_m, before_n_m, before_u_m, after_e_m, after_n_m, after_u_m
+             ) values {}",
+            placeholders(rows.len(), 13)
+        );
+        let query = rows.iter().fold(shaped(sql), |query, change| {
+            query
+                .bind(change.marker.clone())
+                .bind(change.revision)
+                .bind(utc::to_us(change.changed_at))
+                .bind(change.changed_by.clone())
+                .bind(change.reason.clone())
+                .bind(change.import_id.map(|id| id.to_string()))
+                .bind(change.is_revert)
+                .bind(change.before.map(|place| place.e_m))
+                .bind(change.before.map(|place| place.n_m))
+                .bind(change.before.and_then(|place| place.u_m))
+                .bind(change.after.map(|place| place.e_m))
+                .bind(change.after.map(|place| place.n_m))
+                .bind(change.after.and_then(|place| place.u_m))
+        });
+        query.execute(&mut *db).await?;
+    }
     Ok(())
+}
+
+/// Removes so many of a file that were written and not made; whether there were any.
+pub async fn clear_some(
+    db: impl SqliteExecutor<'_>,
+    import_id: Uuid,
+    is_revert: bool,
+    at_most: u32,
+) -> Result<bool, StoreError> {
+    let query = sqlx::query(
+        "delete from marker_changes where id in (
+            select id from marker_changes where import_id = ?1 and is_revert = ?2 limit ?3)",
+    )
+    .bind(import_id.to_string())
+    .bind(is_revert)
+    .bind(at_most);
+    Ok(query.execute(db).await?.rows_affected() > 0)
 }
 
 /// Those of a marker, newest first.
 pub async fn of_marker(db: impl SqliteExecutor<'_>, name: &str) -> Result<Vec<MarkerChange>, StoreError> {
-    let query = sqlx::query_as("select * from marker_changes where marker = ?1 order by id desc").bind(name);
+    let query = sqlx::query_as(
+        "select * from marker_changes where marker = ?1 and (import_id is null or exists (
+            select 1 from marker_imports made where made.id = import_id
+            and (made.state = 'reverted' or made.state = 'applied' and not is_revert)))
+         order by id desc",
+    )
+    .bind(name);
     Ok(query.fetch_all(db).await?)
 }
 

@@ -3,7 +3,7 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use sqlx::sqlite::SqliteRow;
-use sqlx::{AssertSqlSafe, FromRow, Row, SqliteExecutor};
+use sqlx::{AssertSqlSafe, FromRow, Row, SqliteConnection, SqliteExecutor};
 use time::OffsetDateTime;
 use uuid::Uuid;
 
@@ -216,14 +216,29 @@ pub async fn file(db: impl SqliteExecutor<'_>, id: Uuid) -> Result<Vec<u8>, Stor
 }
 
 /// Gives one up that was not applied; `false` when there is none such.
-pub async fn delete_compared(db: impl SqliteExecutor<'_>, id: Uuid) -> Result<bool, StoreError> {
+pub async fn delete_compared(db: &mut SqliteConnection, id: Uuid) -> Result<bool, StoreError> {
+    // What was written for it and not made.
+    sqlx::query(
+        "delete from marker_changes where import_id in (
+            select id from marker_imports where id = ?1 and state = 'compared')",
+    )
+    .bind(id.to_string())
+    .execute(&mut *db)
+    .await?;
     let query =
         sqlx::query("delete from marker_imports where id = ?1 and state = 'compared'").bind(id.to_string());
     Ok(query.execute(db).await?.rows_affected() > 0)
 }
 
 /// Gives up those that were compared before then and never applied.
-pub async fn delete_forgotten(db: impl SqliteExecutor<'_>, before: OffsetDateTime) -> Result<(), StoreError> {
+pub async fn delete_forgotten(db: &mut SqliteConnection, before: OffsetDateTime) -> Result<(), StoreError> {
+    sqlx::query(
+        "delete from marker_changes where import_id in (
+            select id from marker_imports where state = 'compared' and created_at < ?1)",
+    )
+    .bind(utc::to_us(before))
+    .execute(&mut *db)
+    .await?;
     sqlx::query("delete from marker_imports where state = 'compared' and created_at < ?1")
         .bind(utc::to_us(before))
         .execute(db)

@@ -3,8 +3,9 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use sqlx::sqlite::SqliteRow;
-use sqlx::{FromRow, Row, SqliteExecutor};
+use sqlx::{FromRow, Row, SqliteConnection, SqliteExecutor};
 use time::OffsetDateTime;
+use uuid::Uuid;
 
 use super::{StoreError, columns};
 use crate::utc;
@@ -123,6 +124,37 @@ pub async fn update(
 /// Removes one; `false` when there is none with this name.
 pub async fn delete(db: impl SqliteExecutor<'_>, name: &str) -> Result<bool, StoreError> {
     Ok(sqlx::query("delete from markers where name = ?1").bind(name).execute(db).await?.rows_affected() > 0)
+}
+
+/// Makes the changes that were written for a file, in two statements.
+pub async fn make_staged(
+    db: &mut SqliteConnection,
+    import_id: Uuid,
+    is_revert: bool,
+    revision: i64,
+) -> Result<(), StoreError> {
+    let id = import_id.to_string();
+    sqlx::query(
+        "delete from markers where name in (
+            select marker from marker_changes where import_id = ?1 and is_revert = ?2 and after_e_m is null)",
+    )
+    .bind(&id)
+    .bind(is_revert)
+    .execute(&mut *db)
+    .await?;
+    sqlx::query(
+        "insert into markers (name, e_m, n_m, u_m, version, created_at, updated_at)
+         select marker, after_e_m, after_n_m, after_u_m, ?3, changed_at, changed_at from marker_changes
+         where import_id = ?1 and is_revert = ?2 and after_e_m is not null order by marker
+         on conflict (name) do update set e_m = excluded.e_m, n_m = excluded.n_m, u_m = excluded.u_m,
+            version = excluded.version, updated_at = excluded.updated_at",
+    )
+    .bind(&id)
+    .bind(is_revert)
+    .bind(revision)
+    .execute(&mut *db)
+    .await?;
+    Ok(())
 }
 
 /// How often the table has changed.

@@ -11,6 +11,7 @@ pub mod charts;
 pub mod fault_changes;
 pub mod fault_photos;
 pub mod faults;
+pub mod hashes;
 pub mod health;
 pub mod inspectors;
 pub mod jobs;
@@ -26,11 +27,14 @@ pub mod markers;
 pub mod parameter_sets;
 pub mod raw_chunks;
 pub mod record;
+pub mod removal;
 pub mod reports;
+pub mod scrub;
 pub mod session_search;
 pub mod sessions;
 pub mod sign_ins;
 pub mod site_parameters;
+pub mod stage;
 pub mod stands;
 pub mod stream_chunks;
 pub mod stream_visits;
@@ -41,15 +45,19 @@ pub mod webhook_deliveries;
 pub mod webhooks;
 pub mod writer;
 
+mod checksum;
 mod columns;
 mod create;
 mod many_rows;
 mod migrations;
 mod sample_columns;
 mod schema;
+mod waiting;
 mod write;
 mod write_ahead;
 
+#[cfg(test)]
+mod rot_tests;
 #[cfg(test)]
 mod schema_tests;
 #[cfg(test)]
@@ -107,9 +115,14 @@ pub enum StoreError {
 
 impl From<sqlx::Error> for StoreError {
     fn from(error: sqlx::Error) -> StoreError {
-        match health::is_damage(&error) {
-            true => StoreError::Corrupt(error.to_string()),
-            false => StoreError::Database(error),
+        match error {
+            error if health::is_damage(&error) => StoreError::Corrupt(error.to_string()),
+            // What a row's own reading found.
+            sqlx::Error::Decode(inner) => match inner.downcast::<StoreError>() {
+                Ok(own) => *own,
+                Err(inner) => StoreError::Database(sqlx::Error::Decode(inner)),
+            },
+            error => StoreError::Database(error),
         }
     }
 }
@@ -205,6 +218,11 @@ impl Store {
     /// How the last write went.
     pub fn health(&self) -> Health {
         self.writer.health()
+    }
+
+    /// How long the live record has waited that has waited longest, as long as it is not on disk.
+    pub fn longest_live_wait(&self) -> std::time::Duration {
+        self.writer.longest_live_wait()
     }
 
     /// Ready when the disk has failed and nothing is acknowledged any more; never otherwise.

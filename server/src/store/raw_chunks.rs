@@ -8,6 +8,7 @@ use sqlx::sqlite::SqliteRow;
 use sqlx::{Row, SqliteExecutor};
 use uuid::Uuid;
 
+use super::checksum::Checksum;
 use super::{StoreError, columns, sample_columns, stream_chunks};
 
 /// 88 bytes a sample, as the first migration tells it, as one zstd frame: how samples were packed until step 14.
@@ -97,6 +98,18 @@ impl Packed {
         &self.body
     }
 
+    /// What its row is checked by.
+    pub(super) fn checksum(&self, session_id: &str) -> i64 {
+        let counts = [
+            columns::to_column(self.first_sequence),
+            columns::to_column(self.sequences),
+            self.t_first_ns,
+            columns::to_column(self.samples),
+            self.encoding,
+        ];
+        checksum(session_id, self.stream.name(), counts, &self.body).column()
+    }
+
     /// Takes its bytes out, to be set aside elsewhere until [`put_body`](Self::put_body).
     pub(crate) fn take_body(&mut self) -> Vec<u8> {
         std::mem::take(&mut self.body)
@@ -115,10 +128,11 @@ pub async fn insert(
     log_id: Uuid,
     chunk: Packed,
 ) -> Result<(), StoreError> {
+    let checksum = chunk.checksum(&session_id.to_string());
     sqlx::query(
         "insert into raw_chunks (
-            session_id, stream, log_id, first_sequence, sequences, t_first_ns, samples, encoding, body
-         ) values (?1, ?2, ?3, ?4, ?5, ?6, ?7, ?8, ?9)",
+            session_id, stream, log_id, first_sequence, sequences, t_first_ns, samples, encoding, body, checksum
+         ) values (?1, ?2, ?3, ?4, ?5, ?6, ?7, ?8, ?9, ?10)",
     )
     .bind(session_id.to_string())
     .bind(chunk.stream.name().to_owned())
@@ -129,9 +143,20 @@ pub async fn insert(
     .bind(columns::to_column(chunk.samples))
     .bind(chunk.encoding)
     .bind(chunk.body)
+    .bind(checksum)
     .execute(db)
     .await?;
     Ok(())
+}
+
+/// Removes so many chunks of a log; whether there were any.
+pub async fn clear_some(db: impl SqliteExecutor<'_>, log_id: Uuid, at_most: u32) -> Result<bool, StoreError> {
+    let query = sqlx::query(
+        "delete from raw_chunks where id in (select id from raw_chunks where log_id = ?1 limit ?2)",
+    )
+    .bind(log_id.to_string())
+    .bind(at_most);
+    Ok(query.execute(db).await?.rows_affected() > 0)
 }
 
 /// The samples of a log in order, chunk by chunk.
@@ -229,8 +254,28 @@ pub async fn sequences_between(
     Ok(first.zip(last))
 }
 
+/// Of a chunk's row; `counts` are its columns from `first_sequence` to `encoding`.
+fn checksum(session_id: &str, stream: &str, counts: [i64; 5], body: &[u8]) -> Checksum {
+    let named = Checksum::default().text(session_id).text(stream);
+    counts.into_iter().fold(named, Checksum::integer).bytes(body)
+}
+
+/// Whether a row of either table is as it was written.
+pub(super) fn check(row: &SqliteRow) -> Result<(), StoreError> {
+    let (session_id, stream): (&str, &str) = (row.try_get("session_id")?, row.try_get("stream")?);
+    let mut counts = [0; 5];
+    let names = ["first_sequence", "sequences", "t_first_ns", "samples", "encoding"];
+    for (count, name) in counts.iter_mut().zip(names) {
+        *count = row.try_get(name)?;
+    }
+    checksum(session_id, stream, counts, row.try_get("body")?).agrees(row, || {
+        format!("samples of session {session_id} (stream {stream}, chunk {}, at {} ns)", counts[0], counts[2])
+    })
+}
+
 /// A row's samples, of either table.
 pub(super) fn unpack(row: &SqliteRow) -> Result<Samples, StoreError> {
+    check(row)?;
     let id: i64 = row.try_get("id")?;
     let damaged = |why: String| StoreError::Damaged { what: format!("raw chunk {id}"), why };
     let (encoding, body) = (row.try_get("encoding")?, row.try_get("body")?);

@@ -1,15 +1,15 @@
 //! What live sessions found out, many of them in a few statements: each statement costs as much as several rows.
 
-use lodestep_engine::anomaly::Anomaly;
 use lodestep_engine::event::{TrackPoint, VisitOutcome};
 use lodestep_engine::session::Summary;
 use sqlx::SqliteConnection;
 use uuid::Uuid;
 
+use super::anomalies::Gathered;
 use super::live_states::{self, LiveState};
 use super::raw_chunks::{Packed, Samples};
 use super::stands::{self, Stand};
-use super::track::{self, Run};
+use super::track::{self, Place, Run};
 use super::visits::Visit;
 use super::{StoreError, anomalies, sessions, stream_chunks, visits, webhook_deliveries};
 
@@ -24,6 +24,8 @@ pub struct Record {
     pub session_id: Uuid,
     /// Its samples, as they came.
     pub raw: Vec<Samples>,
+    /// Where its result lies.
+    pub place: Place,
     /// New points of its main run.
     pub points: Vec<TrackPoint>,
     /// Points that were corrected in hindsight; those that are not stored are passed over.
@@ -35,7 +37,9 @@ pub struct Record {
     /// What became of its visits.
     pub visits: Vec<VisitOutcome>,
     /// What was found wrong.
-    pub anomalies: Vec<Anomaly>,
+    pub anomalies: Vec<Gathered>,
+    /// What goes into the last row of its kind and stream.
+    pub more_anomalies: Vec<Gathered>,
     /// What it amounts to so far.
     pub summary: Option<Summary>,
     /// Its state after all of these samples.
@@ -70,12 +74,13 @@ pub(super) async fn write(db: &mut SqliteConnection, records: &[&PackedRecord]) 
     let with_ids = || records.iter().zip(ids.iter().map(String::as_str));
     let raw = with_ids().flat_map(|(packed, id)| packed.raw.iter().map(move |chunk| (id, chunk))).collect();
     stream_chunks::insert(db, raw).await?;
-    let points =
-        with_ids().flat_map(|(packed, id)| packed.record.points.iter().map(move |point| (id, point)));
+    let points = with_ids().flat_map(|(packed, id)| {
+        packed.record.points.iter().map(move |point| (id, packed.record.place, point))
+    });
     track::upsert_of(db, Run::Main, &points.collect::<Vec<_>>()).await?;
     for PackedRecord { record, .. } in records {
         let id = record.session_id;
-        track::revise(db, id, Run::Main, &record.revised).await?;
+        track::revise(db, id, (Run::Main, record.place), &record.revised).await?;
         stands::upsert(&mut *db, id, &record.stands).await?;
         for visit in &record.automatic {
             visits::insert(&mut *db, visit).await?;
@@ -83,8 +88,9 @@ pub(super) async fn write(db: &mut SqliteConnection, records: &[&PackedRecord]) 
         for told in &record.visits {
             visits::set_outcome(&mut *db, id, told).await?;
         }
-        for found in &record.anomalies {
-            anomalies::insert(&mut *db, id, found).await?;
+        anomalies::insert(db, id, &record.anomalies).await?;
+        for more in &record.more_anomalies {
+            anomalies::add_to_last(&mut *db, id, more).await?;
         }
         webhook_deliveries::announce_anomalies(&mut *db, id, &record.anomalies).await?;
         if let Some(state) = &record.state {

@@ -191,12 +191,13 @@ const ALL: &str = "
                 select name from streams where session_id = s.id order by number)) as stream_names,
             exists (select 1 from logs l where l.session_id = s.id and l.state = 'accepted') as from_log,
             (select count(*) from visits v where v.session_id = s.id and v.accepted = 0) as rejected_visits,
-            (select count(*) from anomalies a where a.session_id = s.id) as anomalies,
-            (select count(*) from anomalies a where a.session_id = s.id and a.kind = 'gap') as gaps,
+            (select coalesce(sum(times), 0) from anomalies a where a.session_id = s.id) as anomalies,
+            (select coalesce(sum(times), 0) from anomalies a where a.session_id = s.id and a.kind = 'gap') as gaps,
             json_extract(r.report, '$.closure.end_error_m') as closure_m,
             json_extract(r.report, '$.closure.end_error_percent') as closure_percent
         from sessions s join carriers i on i.id = s.carrier_id
             left join session_reports r on r.session_id = s.id
+        where s.removed_at is null
     ), found as (
         select *, coalesce(closure_m > ?6 and closure_percent < ?7, 0) as closure_is_large from weighed
     )";
@@ -302,7 +303,7 @@ pub async fn count_stored(db: &mut SqliteConnection, id: Uuid) -> Result<(), Sto
     sqlx::query(
         "update sessions set stored_bytes = ?2
             + (select coalesce(sum(length(body)), 0) from raw_chunks
-               where log_id in (select l.id from logs l where l.session_id = ?1))
+               where log_id in (select l.id from logs l where l.session_id = ?1 and l.state = 'accepted'))
          where id = ?1",
     )
     .bind(id.to_string())

@@ -169,12 +169,12 @@ impl FromRow<'_, SqliteRow> for Session {
     }
 }
 
-/// The sessions, each with the names of its streams.
+/// The sessions that nobody has removed, each with the names of its streams; conditions follow.
 macro_rules! session {
     () => {
         "select sessions.*, (select json_group_array(name) from (
             select name from streams where session_id = sessions.id order by number)) as stream_names
-         from sessions"
+         from sessions where removed_at is null and "
     };
 }
 
@@ -191,7 +191,7 @@ pub struct Filter {
 pub async fn list(db: impl SqliteExecutor<'_>, filter: Filter) -> Result<Vec<Session>, StoreError> {
     let query = sqlx::query_as(concat!(
         session!(),
-        " where (?1 is null or carrier_id = ?1) and (?2 is null or state = ?2)
+        "(?1 is null or carrier_id = ?1) and (?2 is null or state = ?2)
               order by started_at desc, id desc"
     ))
     .bind(filter.inspector_id.map(|id| id.to_string()))
@@ -201,7 +201,7 @@ pub async fn list(db: impl SqliteExecutor<'_>, filter: Filter) -> Result<Vec<Ses
 
 /// The one with this id.
 pub async fn get(db: impl SqliteExecutor<'_>, id: Uuid) -> Result<Option<Session>, StoreError> {
-    let query = sqlx::query_as(concat!(session!(), " where id = ?1")).bind(id.to_string());
+    let query = sqlx::query_as(concat!(session!(), "id = ?1")).bind(id.to_string());
     Ok(query.fetch_optional(db).await?)
 }
 
@@ -213,7 +213,7 @@ pub async fn of_inspector_at(
 ) -> Result<Option<Session>, StoreError> {
     let query = sqlx::query_as(concat!(
         session!(),
-        " where carrier_id = ?1 and started_at <= ?2 order by started_at desc, id desc limit 1"
+        "carrier_id = ?1 and started_at <= ?2 order by started_at desc, id desc limit 1"
     ))
     .bind(inspector_id.to_string())
     .bind(utc::to_us(at));

@@ -52,9 +52,9 @@ pub(super) async fn insert(
     for rows in shapes(&chunks, CHUNKS_PER_STATEMENT) {
         let sql = format!(
             "insert into stream_chunks (
-                id, session_id, stream, first_sequence, sequences, t_first_ns, samples, encoding, body
+                id, session_id, stream, first_sequence, sequences, t_first_ns, samples, encoding, body, checksum
              ) values {}",
-            placeholders(rows.len(), 9)
+            placeholders(rows.len(), 10)
         );
         let query = rows.iter().fold(shaped(sql), |query, &(id, session_id, chunk)| {
             query
@@ -67,6 +67,7 @@ pub(super) async fn insert(
                 .bind(columns::to_column(chunk.samples))
                 .bind(chunk.encoding)
                 .bind(chunk.body.clone())
+                .bind(chunk.checksum(session_id))
         });
         query.execute(&mut *db).await?;
     }
@@ -153,6 +154,20 @@ pub(super) async fn bytes(db: &mut SqliteConnection, session_id: Uuid) -> Result
         ids!("")
     ));
     Ok(query.bind(session_id.to_string()).fetch_one(db).await?.try_get(0)?)
+}
+
+/// Removes so many chunks of a session; whether there were any.
+pub(super) async fn remove_some(
+    db: &mut SqliteConnection,
+    session_id: Uuid,
+    at_most: u32,
+) -> Result<bool, StoreError> {
+    let query = sqlx::query(concat!(
+        "delete from stream_chunks where id in (select id from ",
+        ids!(""),
+        " limit ?2)"
+    ));
+    Ok(query.bind(session_id.to_string()).bind(at_most).execute(db).await?.rows_affected() > 0)
 }
 
 /// Asks how many samples there are of a stream.

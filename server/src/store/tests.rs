@@ -18,10 +18,10 @@ use super::sessions::{self, Session, SessionState, Start};
 use super::stream_visits::{self, StreamVisit};
 use super::track::{self, Run};
 use super::visits::{self, Visit};
-use super::{Record, Store, StoreError, live_states, stream_chunks};
+use super::{Record, Store, StoreError, live_states, stream_chunks, webhook_deliveries};
 use crate::utc;
 
-async fn store() -> (TempDir, Store) {
+pub(super) async fn store() -> (TempDir, Store) {
     let folder = TempDir::new().unwrap();
     let store = Store::open(&folder.path().join("test.db"), 2).await.unwrap();
     (folder, store)
@@ -40,7 +40,7 @@ async fn session(store: &Store) -> Uuid {
     session_of(store, "walker").await
 }
 
-async fn session_of(store: &Store, name: &str) -> Uuid {
+pub(super) async fn session_of(store: &Store, name: &str) -> Uuid {
     let walker = inspector(name);
     add(store, &walker).await.unwrap();
     let session = Session {
@@ -75,7 +75,7 @@ async fn session_of(store: &Store, name: &str) -> Uuid {
     session.id
 }
 
-fn point(t_ns: i64, e_m: f64) -> TrackPoint {
+pub(super) fn point(t_ns: i64, e_m: f64) -> TrackPoint {
     TrackPoint {
         t_ns,
         position_n_m: [e_m, 2.0, 3.0],
@@ -88,7 +88,7 @@ fn point(t_ns: i64, e_m: f64) -> TrackPoint {
     }
 }
 
-fn sample(t_ns: i64) -> ImuSample {
+pub(super) fn sample(t_ns: i64) -> ImuSample {
     ImuSample {
         t_ns,
         w_ib_b_rad_s: [0.1, -0.2, f64::MIN_POSITIVE],
@@ -212,7 +212,7 @@ async fn a_stream_is_found_over_stretches_and_parts_and_goes_with_its_session() 
             let moved = store.writer().run(move |db| {
                 Box::pin(async move {
                     let of_nobody =
-                        "insert into stream_chunks values (?1, 'nobody', 'left', 0, 1, 0, 0, 2, x'')";
+                        "insert into stream_chunks values (?1, 'nobody', 'left', 0, 1, 0, 0, 2, x'', null)";
                     sqlx::query("delete from stream_chunks where session_id = 'nobody'")
                         .execute(&mut *db)
                         .await?;
@@ -439,4 +439,32 @@ async fn a_damaged_chunk_is_named_and_never_taken_for_samples() {
         .unwrap();
     let read: Result<Vec<Samples>, _> = stream_chunks::of_stream(store.read(), id, LEFT).try_collect().await;
     assert!(matches!(read, Err(StoreError::Damaged { .. })), "{read:?}");
+}
+
+#[tokio::test]
+async fn a_delivery_waits_no_longer_than_the_longest_pause_though_the_clock_was_ahead() {
+    let (_folder, store) = store().await;
+    let (now, far) = (utc::now(), utc::now() + time::Duration::days(3_650));
+    let sql = format!(
+        "insert into webhooks (id, name, url, secret, events, enabled, version, created_at, updated_at)
+            values ('{id}', 'pager', 'http://127.0.0.1:9/', 'a secret', '[\"fault.reported\"]', 1, 1, 0, 0);
+         insert into webhook_deliveries (webhook_id, event_id, event, body, state, tries, next_at, created_at)
+            values ('{id}', '{id}', 'fault.reported', '{{}}', 'waiting', 1, {far}, 0)",
+        id = Uuid::nil(),
+        far = utc::to_us(far),
+    );
+    let insert = store.writer().run(move |db| {
+        async move {
+            sqlx::raw_sql(sqlx::AssertSqlSafe(sql)).execute(db).await?;
+            Ok::<_, StoreError>(())
+        }
+        .boxed()
+    });
+    insert.await.unwrap();
+    let latest = now + time::Duration::hours(4);
+    let moved = store
+        .writer()
+        .run(move |db| async move { webhook_deliveries::wait_until_at_most(db, latest).await }.boxed());
+    assert_eq!(moved.await.unwrap(), 1);
+    assert_eq!(webhook_deliveries::due(store.read(), latest).await.unwrap(), [Uuid::nil()]);
 }

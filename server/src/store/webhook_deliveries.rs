@@ -1,6 +1,5 @@
 //! What is on its way to other programs: the outbox, written in the transaction of the event.
 
-use lodestep_engine::anomaly::Anomaly;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
@@ -10,8 +9,9 @@ use time::OffsetDateTime;
 use time::format_description::well_known::Rfc3339;
 use uuid::Uuid;
 
+use super::anomalies::Gathered;
 use super::webhooks::{self, EventKind};
-use super::{StoreError, anomalies, columns, sessions};
+use super::{StoreError, columns, sessions};
 use crate::utc;
 
 /// Anomalies that one event names; of more it tells how many there are.
@@ -129,21 +129,18 @@ fn body(
 pub async fn announce_anomalies(
     db: &mut SqliteConnection,
     session_id: Uuid,
-    found: &[Anomaly],
+    found: &[Gathered],
 ) -> Result<(), StoreError> {
     if found.is_empty() || !webhooks::anybody_wants(&mut *db, EventKind::AnomaliesFound).await? {
         return Ok(());
     }
     let session = sessions::get(&mut *db, session_id).await?;
-    let named: Vec<_> = found
-        .iter()
-        .take(NAMED_ANOMALIES)
-        .map(|found| anomalies::Anomaly { session_id, found: found.clone() })
-        .collect();
+    let named: Vec<_> =
+        found.iter().take(NAMED_ANOMALIES).map(|found| found.clone().of(session_id)).collect();
     let data = json!({
         "session_id": session_id,
         "inspector_id": session.map(|session| session.inspector_id),
-        "count": found.len(),
+        "count": found.iter().map(|found| found.times).sum::<u64>(),
         "anomalies": named,
     });
     announce(db, EventKind::AnomaliesFound, &data).await
@@ -185,6 +182,16 @@ pub async fn of_webhook(
 /// The one with this number.
 pub async fn get(db: impl SqliteExecutor<'_>, id: i64) -> Result<Option<Delivery>, StoreError> {
     Ok(sqlx::query_as("select * from webhook_deliveries where id = ?1").bind(id).fetch_optional(db).await?)
+}
+
+/// Lets nothing wait until later than this: the clock may have been ahead when it was told to wait.
+pub async fn wait_until_at_most(
+    db: impl SqliteExecutor<'_>,
+    latest: OffsetDateTime,
+) -> Result<u64, StoreError> {
+    let query =
+        sqlx::query("update webhook_deliveries set next_at = ?1 where state = 'waiting' and next_at > ?1");
+    Ok(query.bind(utc::to_us(latest)).execute(db).await?.rows_affected())
 }
 
 /// The webhooks that something is to be sent to now.

@@ -65,6 +65,8 @@ pub(super) enum Ran {
 pub(super) trait Work: Send {
     /// Does it inside the group's transaction.
     fn run<'c>(&'c mut self, connection: &'c mut SqliteConnection) -> BoxFuture<'c, Ran>;
+    /// What it is called in the log: where it is asked for.
+    fn name(&self) -> &'static str;
     /// The record that it is, when it is one: those are written together.
     fn record(&self) -> Option<&PackedRecord> {
         None
@@ -92,6 +94,10 @@ impl Recording {
 impl Work for Recording {
     fn run<'c>(&'c mut self, connection: &'c mut SqliteConnection) -> BoxFuture<'c, Ran> {
         Box::pin(async move { ran(self.answer.insert(record::write(connection, &[&self.record]).await)) })
+    }
+
+    fn name(&self) -> &'static str {
+        "a live record"
     }
 
     fn record(&self) -> Option<&PackedRecord> {
@@ -135,6 +141,10 @@ where
                 .unwrap_or_else(|_| Err(not_committed("the write itself panicked; nothing of it is stored")));
             ran(self.answer.insert(answer))
         })
+    }
+
+    fn name(&self) -> &'static str {
+        std::any::type_name::<F>()
     }
 
     fn resolve(self: Box<Self>, committed: Result<(), Refusal>) {

@@ -57,7 +57,7 @@ pub(super) fn probe() -> Write {
     Write::new(0, |db| touch(db).boxed(), caller)
 }
 
-async fn touch(db: &mut SqliteConnection) -> Result<(), StoreError> {
+pub(super) async fn touch(db: &mut SqliteConnection) -> Result<(), StoreError> {
     sqlx::query("update marker_revision set revision = revision where only = 1").execute(db).await?;
     Ok(())
 }

@@ -13,9 +13,12 @@ use tokio::task::{JoinError, JoinHandle};
 
 use super::health::{Disk, Health};
 use super::record::{self, PackedRecord, Record};
+use super::waiting::Waiting;
 use super::write::{Ran, Recording, Refusal, Task, Work, WriteError};
 use super::{StoreError, migrations, write_ahead};
 
+/// What one write may take while all others wait; what may take longer is cut into several.
+const PIECE_BUDGET: Duration = Duration::from_millis(250);
 /// Writes that may wait; more make their senders wait.
 const QUEUE: usize = 4_096;
 /// Writes in one commit: bounds what a failed commit takes with it, and how long the first waits.
@@ -43,6 +46,7 @@ pub struct Writer {
     queue: mpsc::Sender<Message>,
     health: watch::Receiver<Health>,
     crowded: Arc<AtomicBool>,
+    waiting: Waiting,
 }
 
 enum Message {
@@ -84,6 +88,13 @@ impl Writer {
             return Err(error);
         }
         migrations::run(&mut connection).await?;
+        if let Err(error) = write_ahead::touch(&mut connection).await
+            && error.disk() == Some(Disk::Failing)
+        {
+            return Err(StoreError::Open(format!(
+                "expected a database that can be written, found one that takes no write ({error}): see who owns its file and folder, and whether the disk is mounted read-only"
+            )));
+        }
         let (queue, messages) = mpsc::channel(QUEUE);
         let (told, health) = watch::channel(Health::Good);
         let crowded = Arc::new(AtomicBool::new(false));
@@ -96,11 +107,12 @@ impl Writer {
             copied_at: Instant::now(),
         };
         tokio::spawn(groups.run(messages));
-        Ok(Writer { queue, health, crowded })
+        Ok(Writer { queue, health, crowded, waiting: Waiting::default() })
     }
 
     /// Puts a live session's findings on disk.
     pub async fn record(&self, record: Record) -> Result<(), StoreError> {
+        let _waits = self.waiting.begin();
         let record = PackedRecord::new(record)?;
         let bytes = record.bytes();
         let (caller, answer) = oneshot::channel();
@@ -124,6 +136,11 @@ impl Writer {
     /// Whether so many write at once that what can wait should: the last commit held the writes of many.
     pub(crate) fn is_crowded(&self) -> bool {
         self.crowded.load(Ordering::Relaxed)
+    }
+
+    /// How long the live record has waited that has waited longest.
+    pub(super) fn longest_live_wait(&self) -> Duration {
+        self.waiting.longest()
     }
 
     /// How the last write went.
@@ -311,7 +328,10 @@ impl Groups {
             }
             for write in now {
                 let mut savepoint = transaction.begin().await?;
-                match write.work.run(&mut savepoint).await {
+                let begun = Instant::now();
+                let ran = write.work.run(&mut savepoint).await;
+                look_at(write.work.name(), begun.elapsed());
+                match ran {
                     Ran::Done => savepoint.commit().await?,
                     Ran::TakeBack => savepoint.rollback().await?,
                     Ran::Stopped(refusal) => return Err(refusal),
@@ -391,6 +411,20 @@ impl Groups {
                 Some(Disk::Failing) => self.give_up(&error.into(), 0).await,
             }
         }
+    }
+}
+
+/// Keeps how long a write took of the time of all; one that took too long is to be cut into pieces.
+fn look_at(name: &'static str, taken: Duration) {
+    metrics::histogram!("lodestep_write_piece_seconds").record(taken.as_secs_f64());
+    if taken > PIECE_BUDGET {
+        metrics::counter!("lodestep_write_pieces_over_budget_total").increment(1);
+        tracing::warn!(
+            write = name,
+            "a write took {:.2} s of the one writer, and everybody else waited: expected at most {:.2} s (the disk may be busy)",
+            taken.as_secs_f64(),
+            PIECE_BUDGET.as_secs_f64()
+        );
     }
 }
 

@@ -68,11 +68,17 @@ pub(crate) async fn work(app: App) {
         }
         if cleaned.is_none_or(|at| at.elapsed() > Duration::from_secs(3600)) {
             cleaned = Some(Instant::now());
-            let before = utc::now() - KEPT;
+            let (before, latest) = (utc::now() - KEPT, utc::now() + longest_pause());
             let forgotten = app
                 .store
                 .writer()
-                .run(move |db| async move { webhook_deliveries::forget_before(db, before).await }.boxed())
+                .run(move |db| {
+                    async move {
+                        webhook_deliveries::wait_until_at_most(&mut *db, latest).await?;
+                        webhook_deliveries::forget_before(db, before).await
+                    }
+                    .boxed()
+                })
                 .await;
             if let Err(error) = forgotten {
                 tracing::warn!(%error, "old deliveries of webhooks could not be forgotten: {error}");
@@ -81,6 +87,10 @@ pub(crate) async fn work(app: App) {
     }
     // What is under way is let go; where its end is not noted it is sent again at the next start.
     tasks.abort_all();
+}
+
+fn longest_pause() -> time::Duration {
+    time::Duration::seconds_f64(LONGEST_PAUSE_S)
 }
 
 /// No redirects: who registered a URL meant that one. No proxy: a site's intranet has none, and what the environment says is

@@ -6,6 +6,15 @@ import { t } from "../i18n.js";
 import { aboutAnomaly, streamOf, word } from "../systems/index.js";
 import { sentence } from "../told.js";
 
+/** How many of its kind are told by this one. @param {import("../state/findings.js").Anomaly} a */
+export const times = (a) => a.times ?? 1;
+
+/** @param {import("../state/findings.js").Anomaly} a */
+function many(a) {
+  if (times(a) === 1) return null;
+  return html`<small>${t("session.times", { n: times(a), until: elapsed(a.t_end_ns / 1e9) })}</small>`;
+}
+
 /**
  * @param {import("../systems/index.js").System} system
  * @param {import("../state/findings.js").Anomaly[]} anomalies
@@ -37,7 +46,7 @@ export function anomalyTable(system, anomalies) {
                       <td>${word(system, `anomaly.${a.anomaly}`)}</td>
                       <td>${streamOf(system, a) ?? "–"}</td>
                       <td>
-                        ${aboutAnomaly(system, a.anomaly)}
+                        ${aboutAnomaly(system, a.anomaly)} ${many(a)}
                         <small class="muted">${sentence(system, `anomaly.told.${a.anomaly}`, a)}</small>
                       </td>
                     </tr>`,

@@ -5,6 +5,7 @@ import { number } from "../format.js";
 import { html } from "../html.js";
 import { t } from "../i18n.js";
 import { keyOf } from "../systems/index.js";
+import { times } from "./anomalies.js";
 import { figure } from "./figures.js";
 
 /** @typedef {import("../systems/index.js").System} System */
@@ -34,11 +35,12 @@ export function healthOf({ uploadSlots }, rates, anomalies) {
         return [stream, found.length > 0 ? found[found.length >> 1] : null];
       }),
     ),
-    gaps: gaps.length,
-    lost_s: gaps.reduce((sum, gap) => sum + (gap.t_end_ns - gap.t_start_ns) / 1e9, 0),
+    gaps: gaps.reduce((sum, gap) => sum + times(gap), 0),
+    // Of many that are told as one it is not known how long each was.
+    lost_s: gaps.reduce((sum, gap) => sum + (times(gap) > 1 ? 0 : (gap.t_end_ns - gap.t_start_ns) / 1e9), 0),
     saturated: of("saturation").reduce((sum, a) => sum + a.samples, 0),
     still: of("no_still_start").length === 0,
-    other: anomalies.filter((a) => !COUNTED.includes(a.anomaly)).length,
+    other: anomalies.filter((a) => !COUNTED.includes(a.anomaly)).reduce((sum, a) => sum + times(a), 0),
   };
 }
 

@@ -4,7 +4,7 @@
 //! that are reported, by clients who never give up. Each notes in [`promises`] what it was told is on disk. A
 //! campaign ([`kill`], [`io_error`], [`disk_full`], [`link`], [`clock`]) does its worst to the [`process`] meanwhile, and
 //! [`audit`] reads what is on disk. In the end every track must be, to the last bit, that of an undisturbed run. [`restore`]
-//! does its worst while a backup is brought back.
+//! does its worst while a backup is brought back, [`rot`] changes bits of what lies on the disk.
 
 pub mod audit;
 pub mod clock;
@@ -19,6 +19,7 @@ pub mod promises;
 pub mod random;
 pub mod restart;
 pub mod restore;
+pub mod rot;
 pub mod scene;
 pub mod script;
 pub mod uploader;

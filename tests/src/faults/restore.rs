@@ -150,6 +150,42 @@ async fn killed_at(folders: &Folders, calls: &str, n: usize, came: &mut Came) ->
     true
 }
 
+/// Lets single calls of a restore fail with EIO, each of some kinds in its turn: those that remove or make names, and those that
+/// bring bytes to the disk.
+pub async fn fail_at_calls(folders: &Folders) -> Came {
+    let mut came = Came::default();
+    for calls in ["unlink,unlinkat", "link,linkat,rename,renameat,renameat2", "fsync,fdatasync"] {
+        let mut n = 1;
+        while failed_at(folders, calls, n, &mut came).await {
+            n += 1;
+        }
+    }
+    came
+}
+
+/// Lets the `n`-th call of this kind of any thread fail; `false` where there are fewer.
+async fn failed_at(folders: &Folders, calls: &str, n: usize, came: &mut Came) -> bool {
+    let (data, traced) = (TempDir::new().expect("a folder"), TempDir::new().expect("a folder"));
+    folders.former_in(data.path());
+    let (trace, inject) = (traced.path().join("trace"), format!("inject={calls}:error=EIO:when={n}"));
+    let words = ["strace", "-f", "-qq", "-o"].map(OsString::from).into_iter().chain([trace.clone().into()]);
+    let words = words.chain(["-e".into(), inject.into()]).chain(folders.restore(data.path()));
+    let output = run(&words.collect::<Vec<_>>()).await;
+    let what = format!("EIO at call {n} of {calls}");
+    if output.status.success() {
+        came.done += 1;
+        came.wrong.extend(not_done(data.path(), &what).await);
+        came.wrong.extend(no_server(data.path(), &what).await);
+    } else {
+        let found = stopped(folders, data.path(), &what).await;
+        if found == Ok(Holds::Restored) {
+            came.wrong.push(format!("{what}: it said that it failed, and had restored: {output:?}"));
+        }
+        count(came, found);
+    }
+    std::fs::read_to_string(&trace).is_ok_and(|calls| calls.contains("(INJECTED)"))
+}
+
 /// Kills so many restores, each a little later than the one before, from the first moment to the last.
 pub async fn kill_in_time(folders: &Folders, kills: u32) -> Came {
     let mut came = Came::default();

@@ -142,6 +142,12 @@ pub async fn worked_out(asker: &mut Asker, promises: &Promises, session: Uuid) -
             (Some("receiving"), _) => {
                 asker.insist(promises, Method::POST, &format!("{path}/process"), |request| request).await;
             }
+            // Its server was killed under it twice: people look at the log, and ask again.
+            (Some("failed"), _)
+                if told.body["error"].as_str().is_some_and(|why| why.contains("set aside")) =>
+            {
+                asker.insist(promises, Method::POST, &format!("{path}/process"), |request| request).await;
+            }
             _ => {
                 promises.broken(format!("a track could not be worked out: {told:?}"));
                 return String::new();

@@ -20,6 +20,7 @@ use lodestep_tests::faults::link::{Link, Trouble};
 use lodestep_tests::faults::process::Program;
 use lodestep_tests::faults::random::Random;
 use lodestep_tests::faults::restore::{self, Folders};
+use lodestep_tests::faults::rot;
 use lodestep_tests::faults::scene::{Scale, Scene, undisturbed, wrong_in_the_end};
 use lodestep_tests::faults::script::Script;
 use tempfile::TempDir;
@@ -191,6 +192,25 @@ async fn a_restore_that_is_killed_leaves_one_whole_database_the_former_or_the_re
     let came = restore::kill_at_calls(&folders, 16).await;
     assert!(came.wrong.is_empty(), "{came:#?}");
     assert!(came.former > 5 && came.restored > 0 && came.done >= 3, "{came:?}");
+}
+
+#[tokio::test]
+async fn a_restore_that_cannot_remove_name_or_sync_a_file_leaves_what_stood_there_or_has_restored() {
+    if let Some(why) = no_strace() {
+        return println!("Failures of single calls were skipped: {why}.");
+    }
+    let folders = Folders::new().await;
+    let came = restore::fail_at_calls(&folders).await;
+    assert!(came.wrong.is_empty(), "{came:#?}");
+    assert!(came.former > 5 && came.done > 2, "{came:?}");
+}
+
+#[tokio::test]
+async fn a_bit_that_changes_on_the_disk_is_found_where_it_touches_samples_or_results() {
+    let folder = rot::database(2).await;
+    let came = rot::flip(&folder.path().join("lodestep.db"), 60, &mut random()).await;
+    assert!(came.wrong.is_empty(), "{came:#?}");
+    assert!(came.by_checksum > 10 && came.elsewhere < 30, "{came:?}");
 }
 
 #[tokio::test]

@@ -16,6 +16,8 @@ mod lab;
 mod live;
 mod marker_imports;
 mod markers;
+mod one_persons_mistake;
+mod ownership;
 mod paths;
 mod people;
 mod processing;

@@ -134,7 +134,7 @@ async fn a_token_never_does_more_than_its_owner_and_makes_no_tokens() {
     let with = |request: reqwest::RequestBuilder| request.header("authorization", format!("Bearer {secret}"));
     assert_eq!(ask(with(server.client.get(server.api("/accounts")))).await.status, 200);
     let again = ask(with(server.client.post(server.api("/tokens")).json(&more))).await;
-    assert_eq!((again.status, again.code()), (409, "sign_in_first"));
+    assert_eq!((again.status, again.code()), (403, "not_by_token"));
     // Its owner becomes a viewer: so does the token.
     let other = json!({"name": "other", "password": PASSWORD, "role": "admin"});
     assert_eq!(admin.ask(&server, Method::POST, "/accounts", &other).await.status, 201);
@@ -364,4 +364,22 @@ async fn the_audit_log_says_who_did_what_from_what_to_what() {
     assert!(!text.contains("argon2") && !text.contains(PASSWORD), "{text}");
     let file = admin.request(&server, Method::GET, "/audit.csv").send().await.unwrap().text().await.unwrap();
     assert!(file.starts_with("id,at,who,"), "{file}");
+}
+
+#[tokio::test]
+async fn an_account_whose_name_looks_like_another_is_refused() {
+    let (server, staff) = server_with_staff().await;
+    let admin = &staff[5];
+    let add = async |name: &str| {
+        let body = json!({"name": name, "password": PASSWORD, "role": "viewer"});
+        admin.ask(&server, Method::POST, "/accounts", &body).await
+    };
+    assert_eq!(add("Li Na").await.status, 201);
+    // Cyrillic а and і, a digit for a letter, letters of full width.
+    for alike in ["Li N\u{430}", "L\u{456} Na", "1i Na", "Ｌｉ Ｎａ"] {
+        let refused = add(alike).await;
+        assert_eq!((refused.status, refused.code()), (409, "name_looks_taken"), "{alike}: {refused:?}");
+    }
+    assert_eq!(add("li na").await.code(), "name_taken");
+    assert_eq!(add("Li Nan").await.status, 201);
 }

@@ -73,3 +73,27 @@ async fn a_session_is_removed_and_its_inspector_only_after_it() {
     assert_eq!(server.delete(&session).await.1["code"], "session_not_found");
     assert_eq!(server.delete(&inspector).await, (204, Value::Null));
 }
+
+#[tokio::test]
+async fn a_walk_of_another_age_or_with_a_title_that_is_no_text_is_refused() {
+    let server = TestServer::start().await;
+    let inspector = server.inspector().await;
+    for (more, code) in [
+        (json!({"started_at": "9999-12-31T00:00:00Z"}), "wrong_time"),
+        (json!({"started_at": "0001-01-01T00:00:00Z"}), "wrong_time"),
+        (json!({"title": "night\u{fffe}round"}), "wrong_title"),
+        (json!({"title": "night\u{1b}[2Jround"}), "wrong_title"),
+    ] {
+        let mut new = json!({"inspector_id": inspector});
+        new.as_object_mut().unwrap().extend(more.as_object().unwrap().clone());
+        let (status, problem) = server.post("/sessions", &new).await;
+        assert_eq!((status, problem["code"].as_str()), (422, Some(code)), "{problem}");
+    }
+    let fault = |kind: &str| json!({"inspector_id": inspector, "kind": kind, "severity": "low"});
+    for kind in ["leak\u{0}", "\u{1b}[31mleak", "two\nlines"] {
+        let (status, problem) = server.post("/faults", &fault(kind)).await;
+        assert_eq!((status, problem["code"].as_str()), (422, Some("wrong_field")), "{problem}");
+    }
+    let lines = json!({"inspector_id": inspector, "kind": "leak", "severity": "low", "text": "two\nlines"});
+    assert_eq!(server.post("/faults", &lines).await.0, 201);
+}

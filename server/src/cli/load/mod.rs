@@ -11,6 +11,7 @@ mod device;
 mod nuisance;
 mod own_server;
 mod table;
+mod trouble;
 mod uploads;
 mod walks;
 
@@ -82,6 +83,11 @@ pub(super) struct LoadArgs {
     #[arg(long, value_name = "N", default_value_t = 0)]
     uploads: u32,
 
+    /// In the middle of the run a walk of so many hours is worked out again, another such is removed, 100,000 markers are imported
+    /// and reverted, a log of milliseconds is handed in ten times, and a backup is made
+    #[arg(long, value_name = "HOURS")]
+    trouble: Option<f64>,
+
     /// The same seed walks the same walks
     #[arg(long, value_name = "N", default_value_t = 1)]
     seed: u64,
@@ -128,6 +134,10 @@ async fn run(args: &LoadArgs, walks: &Arc<Walks>, log: Option<uploads::Walk>) ->
     }
     let sessions = api.begin_sessions(args.inspectors).await?;
 
+    let trouble = match args.trouble {
+        Some(hours) => Some(trouble::make_ready(&api, args.seed, hours).await?),
+        None => None,
+    };
     let frame_every = Duration::from_millis(args.frame_ms.into());
     let start = Instant::now() + Duration::from_secs(2);
     let plan = Arc::new(Plan { start, frame_every, frames: walks.frames(), storm: storm(args, start) });
@@ -153,6 +163,8 @@ async fn run(args: &LoadArgs, walks: &Arc<Walks>, log: Option<uploads::Walk>) ->
     }
     let handed_in =
         log.map(|log| tokio::spawn(uploads::hand_in(api.clone(), Arc::new(log), args.uploads, middle)));
+
+    let trouble = trouble.map(|ready| tokio::spawn(trouble::all_at_once(api.clone(), ready, middle)));
 
     let devices: Vec<_> = sessions
         .iter()
@@ -204,6 +216,10 @@ async fn run(args: &LoadArgs, walks: &Arc<Walks>, log: Option<uploads::Walk>) ->
         Some(task) => Some(task.await.context("the uploads stopped")??),
         None => None,
     };
+    let troubles = match trouble {
+        Some(task) => task.await.context("the trouble stopped")??,
+        None => Vec::new(),
+    };
     let audit = audit::audit(&api, walks, &sessions, &outcomes).await?;
     let result = table::Result {
         args,
@@ -214,6 +230,7 @@ async fn run(args: &LoadArgs, walks: &Arc<Walks>, log: Option<uploads::Walk>) ->
         seen: &seen,
         audit: &audit,
         handed_in: handed_in.as_deref(),
+        troubles: &troubles,
     };
     print::print(&result.text())?;
     if let Some(own) = own {

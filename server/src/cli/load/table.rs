@@ -5,6 +5,7 @@ use std::time::Duration;
 use super::audit::Audit;
 use super::delays::Delays;
 use super::device::Outcome;
+use super::trouble::Told;
 use super::uploads::HandedIn;
 use super::{LoadArgs, Seen};
 use crate::cli::text_columns::push_aligned;
@@ -19,6 +20,7 @@ pub(super) struct Result<'a> {
     pub(super) seen: &'a Seen,
     pub(super) audit: &'a Audit,
     pub(super) handed_in: Option<&'a [HandedIn]>,
+    pub(super) troubles: &'a [Told],
 }
 
 impl Result<'_> {
@@ -107,6 +109,7 @@ impl Result<'_> {
                 ]);
             }
         }
+        rows.extend(self.troubles.iter().map(|(what, told)| vec![(*what).to_owned(), told.clone()]));
         rows
     }
 }
