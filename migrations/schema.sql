@@ -23,14 +23,15 @@ create table accounts (
 create table anomalies (
     id integer not null primary key,
     session_id text not null references sessions (id) on delete cascade,
-    kind text not null,               -- the engine's word for it, such as gap or saturation
-    stream text,                      -- null when it concerns the session
+    kind text not null,                -- the engine's word for it, such as gap or saturation
+    stream text,                       -- null when it concerns the session
     t_start_ns integer not null,
     t_end_ns integer not null,
-    samples integer not null,         -- how many samples it concerns
-    detail text not null,             -- expected and found, in a sentence with units
+    samples integer not null,          -- how many samples it concerns
+    detail text not null,              -- expected and found, in a sentence with units
     -- The figures of `detail`, JSON by name, the unit at its end; null for what was found before they were kept.
-    figures text
+    figures text,
+    times integer not null default 1   -- how many were gathered into this row
 ) strict;
 create index anomalies_by_session on anomalies (session_id, t_start_ns);
 
@@ -124,7 +125,8 @@ create table jobs (
     error text,                        -- why it failed, in a sentence
     created_at integer not null,       -- UTC µs
     started_at integer,                -- UTC µs; null while queued
-    finished_at integer                -- UTC µs; null until it ended
+    finished_at integer,               -- UTC µs; null until it ended
+    tries integer not null default 0   -- how often it was begun and neither ended nor was asked to stop
 ) strict;
 create unique index jobs_by_lab_run on jobs (lab_run_id) where lab_run_id is not null;
 create index jobs_by_state on jobs (state, created_at);
@@ -153,7 +155,8 @@ create table lab_tracks (
     -- layout of the unpacked points: 1 = all values of a column, then of the next, little-endian: t_ns i64, then f64 ×
     -- 17: as the columns of track_points; NaN for null, 0 and 1 for the stances
     encoding integer not null,
-    body blob not null          -- the points in that layout, as one zstd frame
+    body blob not null,         -- the points in that layout, as one zstd frame
+    checksum integer            -- The same of the packed points of a lab run, and of what a chart is drawn from.
 ) strict;
 
 create table live_states (
@@ -200,7 +203,8 @@ create table mappings (
     name text not null unique,     -- as it is shown
     mapping text not null,         -- JSON, as reading.mapping
     created_at integer not null,   -- UTC µs
-    updated_at integer not null    -- UTC µs
+    updated_at integer not null,   -- UTC µs
+    created_by text references accounts (id) on delete set null  -- null: nobody that is known
 ) strict;
 
 -- The history of each marker: what it was and what it became. Never changed.
@@ -293,8 +297,14 @@ create table raw_chunks (
     -- layout of the unpacked samples: 1 = 88 bytes each, little-endian: t_ns i64, then f64 × 10: gyr x y z rad/s, acc x
     -- y z m/s², mag x y z µT, pressure hPa; NaN for a missing mag or pressure
     encoding integer not null,
-    body blob not null                -- the samples in that layout, as one zstd frame
+    body blob not null,               -- the samples in that layout, as one zstd frame
+    -- CRC-32 of a chunk's session, place and bytes, as store/checksum.rs lays them out; null for what was written
+    -- before.
+    checksum integer
 ) strict;
+
+-- What hangs on a session is found without reading all samples there are.
+create index raw_chunks_by_session on raw_chunks (session_id);
 create unique index raw_chunks_of_log on raw_chunks (log_id, first_sequence) where log_id is not null;
 
 -- What the charts of a processed session are drawn from: each series as the smallest and largest value in every cell of
@@ -309,6 +319,7 @@ create table session_charts (
     -- one zstd frame: the smallest value of every cell, then the largest of every cell, f32 little-endian; NaN where a
     -- cell has none
     body blob not null,
+    checksum integer,
     primary key (session_id, chart, series)
 ) strict, without rowid;
 
@@ -359,11 +370,14 @@ create table sessions (
     site_parameters_id integer references site_parameters (id),
     system text not null default 'pedestrian',          -- Which system computes the session.
     -- TOML, as the system documents it; null where the system takes none
-    instrument text
+    instrument text,
+    shown_result text not null default '',              -- what the names of the runs that are shown end with: '' or '~'
+    removed_at integer                                  -- UTC µs; null while it is there
 ) strict;
 create index sessions_by_inspector on sessions (carrier_id, started_at);
 create index sessions_by_start on sessions (started_at);
 create index sessions_by_state on sessions (state);
+create index sessions_removed on sessions (removed_at) where removed_at is not null;
 
 -- A browser in which somebody has signed in. The cookie's secret is not kept, only its hash.
 create table sign_ins (
@@ -418,7 +432,8 @@ create table stream_chunks (
     t_first_ns integer not null,      -- time of its first sample, ns
     samples integer not null,         -- how many samples
     encoding integer not null,        -- as in raw_chunks
-    body blob not null                -- the samples in that layout
+    body blob not null,               -- the samples in that layout
+    checksum integer
 ) strict;
 create unique index stream_chunks_by_stretch on stream_chunks (id >> 12, session_id, first_sequence, stream);
 
@@ -491,7 +506,7 @@ create index tokens_by_account on tokens (account_id);
 create table track_points (
     session_id text not null references sessions (id) on delete cascade,
     -- with every aid, smoothed once finished; the same before smoothing; or with no visit used
-    run text not null check (run in ('main', 'filtered', 'without_markers')),
+    run text not null,
     t_ns integer not null,
     e_m real not null,                    -- the middle of the feet (the one foot, when there is one)
     n_m real not null,
@@ -515,6 +530,8 @@ create table track_points (
     pitch_rad real,
     sigma_roll_rad real,
     sigma_pitch_rad real,
+    -- CRC-32 of a row's session, run and values, as store/track.rs lays them out; null for what was written before.
+    checksum integer,
     primary key (session_id, run, t_ns)
 ) strict, without rowid;
 

@@ -142,9 +142,14 @@ pub async fn in_state(db: impl SqliteExecutor<'_>, state: LogState) -> Result<Ve
     Ok(query.fetch_all(db).await?)
 }
 
-/// The one with this id.
+/// The one with this id, of a session that nobody has removed.
 pub async fn get(db: impl SqliteExecutor<'_>, id: Uuid) -> Result<Option<Log>, StoreError> {
-    Ok(sqlx::query_as("select * from logs where id = ?1").bind(id.to_string()).fetch_optional(db).await?)
+    let query = sqlx::query_as(
+        "select * from logs where id = ?1
+         and exists (select 1 from sessions where sessions.id = logs.session_id and removed_at is null)",
+    )
+    .bind(id.to_string());
+    Ok(query.fetch_optional(db).await?)
 }
 
 /// The accepted log of this session and stream with these bytes.

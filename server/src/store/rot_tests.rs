@@ -60,7 +60,7 @@ async fn a_chunk_or_a_point_that_has_changed_is_named_and_everything_else_can_be
     change(
         &store,
         format!(
-            "update stream_chunks set body = substr(body, 1, length(body) - 1) || x'01'
+            "update stream_chunks set body = cast(substr(body, 1, length(body) - 1) || case substr(body, -1) when x'01' then x'02' else x'01' end as blob)
              where session_id = '{hurt}' and stream = 'left' and first_sequence = 1"
         ),
     )

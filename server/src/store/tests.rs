@@ -212,7 +212,7 @@ async fn a_stream_is_found_over_stretches_and_parts_and_goes_with_its_session() 
             let moved = store.writer().run(move |db| {
                 Box::pin(async move {
                     let of_nobody =
-                        "insert into stream_chunks values (?1, 'nobody', 'left', 0, 1, 0, 0, 2, x'')";
+                        "insert into stream_chunks values (?1, 'nobody', 'left', 0, 1, 0, 0, 2, x'', null)";
                     sqlx::query("delete from stream_chunks where session_id = 'nobody'")
                         .execute(&mut *db)
                         .await?;

@@ -134,7 +134,7 @@ async fn a_token_never_does_more_than_its_owner_and_makes_no_tokens() {
     let with = |request: reqwest::RequestBuilder| request.header("authorization", format!("Bearer {secret}"));
     assert_eq!(ask(with(server.client.get(server.api("/accounts")))).await.status, 200);
     let again = ask(with(server.client.post(server.api("/tokens")).json(&more))).await;
-    assert_eq!((again.status, again.code()), (409, "sign_in_first"));
+    assert_eq!((again.status, again.code()), (403, "not_by_token"));
     // Its owner becomes a viewer: so does the token.
     let other = json!({"name": "other", "password": PASSWORD, "role": "admin"});
     assert_eq!(admin.ask(&server, Method::POST, "/accounts", &other).await.status, 201);
