@@ -9,6 +9,7 @@ mod magnetic_coefficients;
 pub mod magnetic_field;
 pub mod site;
 pub mod terrain;
+pub mod transverse_mercator;
 
 pub use ellipsoid::Geodetic;
 pub use local_frame::LocalFrame;

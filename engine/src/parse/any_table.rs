@@ -1,11 +1,9 @@
 //! A table whose columns are not known yet: its header and its cells as text, for people to say which
 //! column is which.
 
-use std::borrow::Cow;
-
 use crate::parse::error::{ParseError, ParseErrorKind};
-use crate::parse::markers_csv::decode;
 use crate::parse::table;
+use crate::parse::table_text::TableText;
 
 /// The most rows of such a table: fifty sites of FAST's size.
 const MOST_ROWS: usize = 100_000;
@@ -15,8 +13,10 @@ const EXAMPLE: &str = "name,e_m,n_m,u_m";
 /// A table as it stands in the file.
 #[derive(Clone, Debug, PartialEq)]
 pub struct AnyTable {
-    /// How its text is written: `UTF-8` or `GBK`.
+    /// How its text is written: `UTF-8`, `UTF-16` or `GBK`.
     pub encoding: &'static str,
+    /// Whether its numbers have commas for decimal points.
+    pub decimal_comma: bool,
     /// The names of the columns; some may be empty.
     pub columns: Vec<String>,
     /// Its rows; each has a cell for every column.
@@ -32,17 +32,21 @@ pub struct AnyRow {
     pub cells: Vec<String>,
 }
 
-/// Reads a table in UTF-8 or GBK. A spreadsheet's guard against formulas is taken off its cells again.
+/// Reads a table as spreadsheets and surveyors' programs write it: in UTF-8, UTF-16 or GBK, parted by commas, semicolons
+/// or tabulators, with lines above its header or a row of units below it. A spreadsheet's guard against formulas is taken
+/// off its cells again.
 ///
 /// # Errors
 ///
 /// The first thing that keeps it from being a table.
 pub fn read(bytes: &[u8]) -> Result<AnyTable, ParseError> {
-    let text = decode(bytes)?;
-    let encoding = if matches!(text, Cow::Borrowed(_)) { "UTF-8" } else { "GBK" };
+    let text = TableText::read(bytes)?;
+    let (encoding, decimal_comma) = (text.encoding, text.decimal_comma);
     let mut columns = Vec::new();
-    let rows = table::read(
-        text.as_bytes(),
+    let at = |line: u64| line + text.above;
+    let rows = table::read_parted(
+        text.from_header(),
+        text.delimiter,
         EXAMPLE,
         |header| {
             columns = header.names().to_vec();
@@ -51,9 +55,14 @@ pub fn read(bytes: &[u8]) -> Result<AnyTable, ParseError> {
         |(), record| {
             let cells =
                 record.fields().map(|field| table::unguarded(&String::from_utf8_lossy(field)).to_owned());
-            Ok(AnyRow { line: record.line, cells: cells.collect() })
+            Ok(AnyRow { line: at(record.line), cells: cells.collect() })
         },
-    )?;
+    );
+    let mut rows = rows.map_err(|error| ParseError { line: error.line.map(at), ..error })?;
+    if text.units_below && !rows.is_empty() {
+        rows.remove(0);
+    }
+    rows.retain(|row| row.cells.iter().any(|cell| !cell.is_empty()));
     if rows.len() > MOST_ROWS {
         return Err(ParseError::new(
             ParseErrorKind::TooLong,
@@ -62,7 +71,7 @@ pub fn read(bytes: &[u8]) -> Result<AnyTable, ParseError> {
             "split the table",
         ));
     }
-    Ok(AnyTable { encoding, columns, rows })
+    Ok(AnyTable { encoding, decimal_comma, columns, rows })
 }
 
 #[cfg(test)]
@@ -83,6 +92,31 @@ mod tests {
         let (bytes, _, _) = encoding_rs::GBK.encode("名称,东,北\n甲,1,2\n");
         let table = read(&bytes).unwrap();
         assert_eq!((table.encoding, table.columns[0].as_str()), ("GBK", "名称"));
+    }
+
+    #[test]
+    fn a_table_reads_alike_whatever_wrote_it() {
+        let plain = read(b"name,e_m,n_m,u_m\nA10,12.189,33.609,2.135\nA11,-30.393,41.833,4.484\n").unwrap();
+        let utf16: Vec<u8> =
+            "\u{feff}name\te_m\tn_m\tu_m\r\nA10\t12.189\t33.609\t2.135\r\nA11\t-30.393\t41.833\t4.484\r\n"
+                .encode_utf16()
+                .flat_map(u16::to_le_bytes)
+                .collect();
+        for bytes in [
+            &b"sep=,\nname,e_m,n_m,u_m\nA10,12.189,33.609,2.135\nA11,-30.393,41.833,4.484\n"[..],
+            b"Anchors of 2026\n\nname,e_m,n_m,u_m\nA10,12.189,33.609,2.135\nA11,-30.393,41.833,4.484\n,,,\n",
+            b"name,e_m,n_m,u_m\n,m,m,m\nA10,12.189,33.609,2.135\nA11,-30.393,41.833,4.484\n\0\0\0\x1a",
+            b"name|e_m|n_m|u_m\rA10|12.189|33.609|2.135\rA11|-30.393|41.833|4.484\r",
+            &utf16,
+        ] {
+            let table = read(bytes).unwrap();
+            let cells = |table: &AnyTable| table.rows.iter().map(|row| row.cells.clone()).collect::<Vec<_>>();
+            assert_eq!((&table.columns, cells(&table)), (&plain.columns, cells(&plain)));
+        }
+        let commas = read("\u{feff}name;e_m;n_m;u_m\nA10;12,189;33,609;2,135\n".as_bytes()).unwrap();
+        assert!(
+            commas.decimal_comma && commas.columns == plain.columns && commas.rows[0].cells[1] == "12,189"
+        );
     }
 
     #[test]

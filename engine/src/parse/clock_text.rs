@@ -1,6 +1,7 @@
 //! A date and time of day as devices and their programs write it, made into nanoseconds.
 //!
-//! Zones are ignored: such a clock is only ever compared with itself and with that of the other foot.
+//! Zones are ignored: such a clock is only ever compared with itself and with that of the other foot, whose steps show
+//! where the two differ.
 
 use crate::parse::number::seconds_to_ns;
 
@@ -9,20 +10,41 @@ pub(super) const DAY_NS: i64 = 86_400_000_000_000;
 
 /// Nanoseconds since 1970-01-01T00:00:00 of the device's own zone, or since midnight where no date is
 /// given. Known are `2024-3-19 16:44:16.689`, `2026-07-02 14:28:02:521` (milliseconds behind a colon),
-/// `2024-03-19T16:44:16`, `03/19/2024 04:44:16.689 PM` (month first, as SensorConnect writes it) and
-/// `16:44:16.689`.
+/// `2024-03-19T16:44:16+08:00`, `20240319 164416.689`, `03/19/2024 04:44:16.689 PM` (month first, as SensorConnect writes
+/// it), `19/03/2024 16:44:16` and `19.03.2024 16:44:16,689` (day first, where the first number is no month or dots part
+/// them), `2024年3月19日 下午4:44:16`, `16:44:16.689`, and `44:16.7` (minutes and seconds, as a spreadsheet shows a time).
 pub(super) fn read(field: &[u8]) -> Option<i64> {
-    let text = std::str::from_utf8(field).ok()?.trim();
-    let text = text.strip_suffix('Z').unwrap_or(text);
-    let (date, clock) = match text.find([' ', 'T']) {
-        Some(at) if text[..at].contains(['-', '/']) => (Some(&text[..at]), text[at + 1..].trim_start()),
+    let text = std::str::from_utf8(field).ok()?.trim().trim_matches(['"', '\'', '[', ']']).trim();
+    let text = without_zone(text);
+    let (date, clock) = match text.find([' ', 'T', '_', '日', ',']) {
+        Some(at) if is_date(&text[..at]) => {
+            (Some(&text[..at]), text[at..].trim_start_matches([' ', 'T', '_', '日', ',']).trim())
+        }
         _ => (None, text),
     };
     let days = match date {
         Some(date) => days_since_1970(date)?,
         None => 0,
     };
-    days.checked_mul(DAY_NS)?.checked_add(time_of_day_ns(clock)?)
+    days.checked_mul(DAY_NS)?.checked_add(time_of_day_ns(clock, date.is_some())?)
+}
+
+/// The text without a zone at its end: `Z`, `UTC`, `+08:00`, `-0330`.
+fn without_zone(text: &str) -> &str {
+    let text = ["Z", "UTC", "GMT"].iter().find_map(|zone| text.strip_suffix(zone)).unwrap_or(text).trim_end();
+    let Some(at) = text.rfind(['+', '-']) else { return text };
+    let (before, zone) = text.split_at(at);
+    let digits = zone[1..].bytes().filter(u8::is_ascii_digit).count();
+    let is_zone = matches!(zone.len(), 3 | 5 | 6)
+        && matches!(digits, 2 | 4)
+        && zone[1..].bytes().all(|byte| byte.is_ascii_digit() || byte == b':')
+        && before.contains(':');
+    if is_zone { before.trim_end() } else { text }
+}
+
+fn is_date(text: &str) -> bool {
+    let parts = text.contains(['-', '/', '年']) || text.matches('.').count() == 2;
+    parts || text.len() == 8 && text.bytes().all(|byte| byte.is_ascii_digit())
 }
 
 /// Whether a field reads as such a time.
@@ -31,14 +53,19 @@ pub(super) fn is_time(field: &[u8]) -> bool {
 }
 
 fn days_since_1970(date: &str) -> Option<i64> {
-    let (parts, month_first) = match date.contains('/') {
-        true => (date.splitn(3, '/'), true),
-        false => (date.splitn(3, '-'), false),
-    };
-    let parts: Vec<i32> = parts.map_while(|part| part.parse().ok()).collect();
+    if date.len() == 8 && date.bytes().all(|byte| byte.is_ascii_digit()) {
+        return days_since_1970(&format!("{}-{}-{}", &date[..4], &date[4..6], &date[6..]));
+    }
+    let parts: Vec<i32> =
+        date.split(['-', '/', '.', '年', '月']).map_while(|part| part.trim().parse().ok()).collect();
     let [a, b, c] = parts[..] else { return None };
-    // 2024/3/19 is written, too.
-    let (year, month, day) = if month_first && a < 100 { (c, a, b) } else { (a, b, c) };
+    // 2024/3/19 is written, too. Dots part a day from a month; a number above twelve is no month.
+    let (year, month, day) = match a {
+        100.. => (a, b, c),
+        _ if date.contains('.') || a > 12 => (c, b, a),
+        _ => (c, a, b),
+    };
+    let year = if (0..70).contains(&year) { year + 2000 } else { year };
     if !(1970..=9999).contains(&year) {
         return None;
     }
@@ -47,32 +74,60 @@ fn days_since_1970(date: &str) -> Option<i64> {
     Some(i64::from(date.to_julian_day()) - 2_440_588)
 }
 
-fn time_of_day_ns(clock: &str) -> Option<i64> {
-    let (clock, afternoon) = match clock.to_ascii_uppercase().as_str() {
-        upper if upper.ends_with("AM") => (clock[..clock.len() - 2].trim_end(), Some(false)),
-        upper if upper.ends_with("PM") => (clock[..clock.len() - 2].trim_end(), Some(true)),
-        _ => (clock, None),
+fn time_of_day_ns(clock: &str, dated: bool) -> Option<i64> {
+    let upper = clock.to_ascii_uppercase();
+    let (clock, afternoon) = if let Some(rest) = upper.strip_suffix("AM") {
+        (rest.trim_end(), Some(false))
+    } else if let Some(rest) = upper.strip_suffix("PM") {
+        (rest.trim_end(), Some(true))
+    } else if let Some(rest) = clock.strip_prefix("上午") {
+        (rest.trim_start(), Some(false))
+    } else if let Some(rest) = clock.strip_prefix("下午") {
+        (rest.trim_start(), Some(true))
+    } else {
+        (clock, None)
     };
-    let mut parts = clock.split(':');
-    let hour: i64 = parts.next()?.parse().ok()?;
-    let minute: i64 = parts.next()?.parse().ok()?;
-    let seconds = parts.next()?;
+    let comma;
+    let clock = match clock.contains(',') && !clock.contains('.') {
+        true => {
+            comma = clock.replace(',', ".");
+            comma.as_str()
+        }
+        false => clock,
+    };
+    let packed;
+    let clock = match (dated, clock.find(':'), clock.split('.').next()) {
+        // 164416.689 behind a date.
+        (true, None, Some(whole)) if whole.len() == 6 && whole.bytes().all(|byte| byte.is_ascii_digit()) => {
+            packed = format!("{}:{}:{}", &clock[..2], &clock[2..4], &clock[4..]);
+            packed.as_str()
+        }
+        _ => clock,
+    };
+    let mut parts: Vec<&str> = clock.split(':').collect();
+    // Minutes and seconds with a decimal are what a spreadsheet leaves of a time; hours and minutes have none.
+    if parts.len() == 2 && afternoon.is_none() && (dated || parts[1].contains('.')) {
+        if dated { parts.push("0") } else { parts.insert(0, "0") }
+    }
+    let (hour, minute, seconds, milliseconds) = match parts[..] {
+        [hour, minute, seconds] => (hour, minute, seconds, None),
+        [hour, minute, seconds, milliseconds] => (hour, minute, seconds, Some(milliseconds)),
+        _ => return None,
+    };
     let mut ns = seconds_to_ns(seconds.as_bytes())?;
-    if let Some(milliseconds) = parts.next() {
+    if let Some(milliseconds) = milliseconds {
         if seconds.contains('.') || milliseconds.len() > 3 {
             return None;
         }
         ns = ns.checked_add(milliseconds.parse::<u16>().ok().map(i64::from)? * 1_000_000)?;
     }
+    let (hour, minute): (i64, i64) = (hour.parse().ok()?, minute.parse().ok()?);
     let hour = match afternoon {
         Some(afternoon) if (1..=12).contains(&hour) => hour % 12 + if afternoon { 12 } else { 0 },
         Some(_) => return None,
         None => hour,
     };
-    let fine = parts.next().is_none()
-        && (0..24).contains(&hour)
-        && (0..60).contains(&minute)
-        && (0..61_000_000_000).contains(&ns);
+    let fine = (0..24).contains(&hour) && (0..60).contains(&minute) && (0..61_000_000_000).contains(&ns);
     fine.then(|| (hour * 60 + minute) * 60_000_000_000 + ns)
 }
 
@@ -91,11 +146,22 @@ mod tests {
             "03/19/2024 04:44:16.689 PM",
             "3/19/2024 16:44:16.689",
             "2024/3/19 16:44:16.689",
+            "2024-03-19T16:44:16.689+08:00",
+            "2024-03-19 16:44:16.689 -0330",
+            "19/03/2024 16:44:16.689",
+            "19.3.2024 16:44:16,689",
+            "19.03.24 16:44:16.689",
+            "20240319 164416.689",
+            "20240319T16:44:16.689Z",
+            "2024年3月19日 下午4:44:16.689",
+            "\"2024-03-19 16:44:16.689\"",
         ] {
             assert_eq!(ns(text), at, "{text}");
         }
         assert_eq!(ns("16:44:16.689"), Some(60_256_689_000_000));
         assert_eq!(ns("12:00:00 AM"), Some(0));
+        assert_eq!(ns("44:16.7"), Some(2_656_700_000_000));
+        assert_eq!(ns("2024-03-19 16:44"), Some(1_710_866_640_000_000_000));
         assert_eq!(ns("1970-01-01 00:00:00.000000001"), Some(1));
         for wrong in [
             "",

@@ -87,6 +87,13 @@ impl Header {
         .at_line(record.line))
     }
 
+    /// The same for a row of a small table, whose last cells may be left out where they are empty.
+    pub(super) fn check_row(&self, record: &Record<'_>) -> Result<(), ParseError> {
+        self.check_width(record).map_err(|error| {
+            error.advise("complete the line: a cell for every column, empty or in quotes where it holds what parts cells")
+        })
+    }
+
     fn wrong(&self, kind: ParseErrorKind, expected: String) -> ParseError {
         let found = format!("the header {}", shortened(&self.names.join(",")));
         ParseError::new(kind, expected, found, "").at_line(self.line)

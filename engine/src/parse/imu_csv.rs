@@ -1,9 +1,12 @@
 //! The canonical log of one foot: CSV with a header, any column order, one row a sample.
 
+use crate::anomaly::Anomaly;
 use crate::parse::error::{ParseError, ParseErrorKind};
 use crate::parse::header::Header;
+use crate::parse::left_out::{self, Decimals, LeftOut};
+use crate::parse::lines::{Line, Lines};
 use crate::parse::number::{need_number, need_time_ns, optional_number};
-use crate::parse::records::{Record, Records};
+use crate::parse::records::{Record, not_text};
 use crate::parse::units_check::{Said, UnitsCheck};
 use crate::sample::ImuSample;
 
@@ -24,7 +27,7 @@ pub const COLUMNS: [&str; 11] = [
 
 /// A push parser: takes bytes in pieces of any size and gives the samples that they complete.
 pub struct ImuCsv {
-    records: Records,
+    lines: Lines,
     rows: Rows,
 }
 
@@ -32,11 +35,13 @@ impl ImuCsv {
     /// A parser at the start of a file.
     pub fn new() -> ImuCsv {
         ImuCsv {
-            records: Records::new(),
+            lines: Lines::parted_by(b','),
             rows: Rows {
                 header: None,
                 units: UnitsCheck::new(Said { canonical: true, ..Said::default() }),
                 samples: 0,
+                left_out: LeftOut::default(),
+                decimals: Decimals::default(),
             },
         }
     }
@@ -47,9 +52,9 @@ impl ImuCsv {
     ///
     /// At the first thing that is wrong; the parser is then of no further use.
     pub fn push(&mut self, bytes: &[u8], samples: &mut Vec<ImuSample>) -> Result<(), ParseError> {
-        let ImuCsv { records, rows } = self;
-        let head = head_with(records.head(), bytes);
-        records.push(bytes, |record| rows.take(record, &head, samples))
+        let ImuCsv { lines, rows } = self;
+        let head = head_with(lines.head(), bytes);
+        lines.push(bytes, |line| rows.take(line, &head, samples))
     }
 
     /// The file is over: appends the last sample, when no line feed ends it, and says what is wrong
@@ -59,9 +64,10 @@ impl ImuCsv {
     ///
     /// When the file holds no sample, or values that can only be in other units.
     pub fn finish(&mut self, samples: &mut Vec<ImuSample>) -> Result<(), ParseError> {
-        let ImuCsv { records, rows } = self;
-        let head = records.head().to_vec();
-        records.finish(|record| rows.take(record, &head, samples))?;
+        let ImuCsv { lines, rows } = self;
+        let head = lines.head().to_vec();
+        lines.finish(|line| rows.take(line, &head, samples))?;
+        rows.left_out.finish()?;
         if rows.samples == 0 {
             let found = if rows.header.is_some() { "a header and no row" } else { "nothing" };
             return Err(ParseError::new(
@@ -77,6 +83,11 @@ impl ImuCsv {
     /// How many samples it has given so far.
     pub fn samples(&self) -> u64 {
         self.rows.samples
+    }
+
+    /// Lines and bytes that were left out, within these times of the log's clock.
+    pub(super) fn anomalies(&self, t_ns: [i64; 2]) -> Vec<Anomaly> {
+        self.rows.left_out.anomalies(self.lines.filling_bytes(), t_ns)
     }
 
     /// The columns of the file that say nothing to the engine and were left alone.
@@ -107,6 +118,8 @@ struct Rows {
     header: Option<(Header, Places)>,
     units: UnitsCheck,
     samples: u64,
+    left_out: LeftOut,
+    decimals: Decimals,
 }
 
 /// Where each column stands in the file.
@@ -118,17 +131,30 @@ struct Places {
 }
 
 impl Rows {
-    fn take(&mut self, record: &Record<'_>, head: &[u8], out: &mut Vec<ImuSample>) -> Result<(), ParseError> {
+    fn take(&mut self, line: &Line<'_>, head: &[u8], out: &mut Vec<ImuSample>) -> Result<(), ParseError> {
+        let record = match line {
+            Line::Record(record) => record,
+            Line::TooLong(line) if self.header.is_none() => {
+                return Err(not_text(head, head).unwrap_or_else(|| left_out::too_long(*line)));
+            }
+            Line::TooLong(line) => return self.left_out.line(left_out::too_long(*line)),
+        };
         let Some((header, places)) = &self.header else {
             let header = Header::read(record, head, &COLUMNS[..7].join(","))?;
             let places = Places::find(&header)?;
             self.header = Some((header, places));
             return Ok(());
         };
-        header.check_width(record)?;
-        let sample = places.sample(record)?;
+        let sample = match header.check_width(record).and_then(|()| places.sample(record)) {
+            Ok(sample) => sample,
+            Err(error) => return self.left_out.line(error),
+        };
+        if self.decimals.cut(record.field(record.len() - 1), record.ended) {
+            return self.left_out.line(left_out::cut(record.line));
+        }
         self.units.take(&sample)?;
         self.samples += 1;
+        self.left_out.row();
         out.push(sample);
         Ok(())
     }

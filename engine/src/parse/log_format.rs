@@ -4,6 +4,7 @@ use crate::parse::error::{ParseError, ParseErrorKind, quoted};
 use crate::parse::imu_csv;
 use crate::parse::mapping::{FieldUnit, Mapping};
 use crate::parse::records::not_text;
+use crate::parse::suggestion::suggestion;
 use crate::parse::table_head::{TableHead, TextHead};
 use crate::parse::{microstrain, wit_serial, wit_table, x_io, xsens};
 
@@ -116,7 +117,15 @@ pub(super) fn recognise(head: &[u8], whole: bool, rate_hz: Option<f64>) -> Resul
             ParseErrorKind::UnknownFormat,
             KNOWN,
             format!("a table with the columns {}", quoted(table.columns.join(", ").as_bytes())),
-            "say which column is which channel, and in which unit, or export the log in one of these",
+            match suggestion(&table).and_then(|mapping| serde_json::to_string(&mapping).ok()) {
+                Some(mapping) => format!(
+                    "say which column is which channel, and in which unit; the names suggest this mapping, to be checked: {mapping}"
+                ),
+                None => {
+                    "say which column is which channel, and in which unit, or export the log in one of these"
+                        .to_owned()
+                }
+            },
         )),
         // Nothing that looks like a table: the canonical reader says what it misses.
         None => Ok(canonical(None)),

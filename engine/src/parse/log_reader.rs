@@ -2,12 +2,15 @@
 
 use serde::{Deserialize, Serialize};
 
+use crate::anomaly::Anomaly;
+use crate::parse::encoding::Decoder;
 use crate::parse::error::{ParseError, ParseErrorKind};
 use crate::parse::imu_csv::ImuCsv;
 use crate::parse::log_format::{self, LogFormat, Note, Recognised};
 use crate::parse::mapped_csv::MappedCsv;
 use crate::parse::mapping::{FieldUnit, Mapping};
 use crate::parse::table_head::{TableHead, TextHead};
+use crate::parse::times::Times;
 use crate::parse::wit_serial::WitSerial;
 use crate::sample::ImuSample;
 
@@ -48,7 +51,11 @@ pub struct LogReader {
     reading: Reading,
     head: Vec<u8>,
     recognised: Option<Recognised>,
+    decoder: Decoder,
     parser: Option<Parser>,
+    times: Times,
+    /// The log is one that counts from the session's start.
+    counts_from_start: bool,
     zero_ns: Option<i64>,
     first_ns: Option<i64>,
     last_ns: i64,
@@ -75,10 +82,13 @@ impl LogReader {
     /// A reader at the start of a log.
     pub fn new(reading: Reading) -> LogReader {
         LogReader {
+            decoder: Decoder::default(),
+            times: Times::new(reading.rate_hz),
             reading,
             head: Vec::new(),
             recognised: None,
             parser: None,
+            counts_from_start: false,
             zero_ns: None,
             first_ns: None,
             last_ns: 0,
@@ -92,6 +102,15 @@ impl LogReader {
     ///
     /// At the first thing that is wrong; the reader is then of no further use.
     pub fn push(&mut self, bytes: &[u8], samples: &mut Vec<ImuSample>) -> Result<(), ParseError> {
+        let mut decoder = std::mem::take(&mut self.decoder);
+        let bytes = decoder.push(bytes);
+        let pushed = self.push_text(&bytes, samples);
+        drop(bytes);
+        self.decoder = decoder;
+        pushed
+    }
+
+    fn push_text(&mut self, bytes: &[u8], samples: &mut Vec<ImuSample>) -> Result<(), ParseError> {
         if self.parser.is_some() {
             return self.parse(bytes, samples);
         }
@@ -110,6 +129,8 @@ impl LogReader {
     ///
     /// When the log holds no sample, or values that can only be in other units.
     pub fn finish(&mut self, samples: &mut Vec<ImuSample>) -> Result<(), ParseError> {
+        let rest = std::mem::take(&mut self.decoder).finish();
+        self.push_text(&rest, samples)?;
         if self.parser.is_none() {
             self.begin(true, samples)?;
         }
@@ -121,8 +142,26 @@ impl LogReader {
             None => Ok(()),
         };
         // What came before the end is placed and counted, whatever the end is.
+        let timed = self.times.take(samples, before).and_then(|()| self.times.finish(samples));
         self.place(before, samples);
-        end
+        end.and(timed)
+    }
+
+    /// What was done to read the log, by times of the session's clock; all of it is known at the end.
+    pub fn anomalies(&self) -> Vec<Anomaly> {
+        let zero_ns = self.zero_ns.unwrap_or_default();
+        let ends_ns = [self.first_ns.unwrap_or_default(), self.last_ns];
+        let mut anomalies = match &self.parser {
+            Some(Parser::Canonical(parser)) => parser.anomalies(ends_ns),
+            Some(Parser::Mapped(parser)) => parser.anomalies(ends_ns),
+            Some(Parser::WitSerial(_)) | None => Vec::new(),
+        };
+        anomalies.extend(self.times.anomalies());
+        for anomaly in &mut anomalies {
+            anomaly.t_start_ns = anomaly.t_start_ns.saturating_sub(zero_ns);
+            anomaly.t_end_ns = anomaly.t_end_ns.saturating_sub(zero_ns);
+        }
+        anomalies
     }
 
     /// How the log is read, once that is known: after the first 32 KiB, or at its end.
@@ -165,9 +204,7 @@ impl LogReader {
             (_, Some(mapping)) => Parser::Mapped(Box::new(MappedCsv::new(mapping, field_ut_per_count)?)),
             (_, None) => Parser::Canonical(Box::default()),
         });
-        if recognised.format == LogFormat::Canonical {
-            self.zero_ns = Some(0);
-        }
+        self.counts_from_start = recognised.format == LogFormat::Canonical;
         if let Some(zero_ns) = self.reading.clock_zero_ns {
             self.zero_ns = Some(zero_ns);
         }
@@ -184,8 +221,9 @@ impl LogReader {
             Some(Parser::WitSerial(parser)) => parser.push(bytes, samples),
             None => Ok(()),
         };
+        let timed = self.times.take(samples, before);
         self.place(before, samples);
-        parsed
+        parsed.and(timed)
     }
 
     /// Turns the log's own clock into the session's, for the samples from this one on.
@@ -195,13 +233,21 @@ impl LogReader {
         self.first_ns.get_or_insert(first.t_ns);
         self.last_ns = last.t_ns;
         self.samples += new.len() as u64;
-        let zero_ns = *self.zero_ns.get_or_insert(first.t_ns);
+        // Seconds since 1970 are no seconds since the session's start, whatever the column is called.
+        let from_start = self.counts_from_start && !is_of_a_calendar(first.t_ns);
+        let zero_ns = *self.zero_ns.get_or_insert(if from_start { 0 } else { first.t_ns });
         if zero_ns != 0 {
             for sample in new {
                 sample.t_ns = sample.t_ns.saturating_sub(zero_ns);
             }
         }
     }
+}
+
+/// Whether a time can only be counted from some year, such as 1970: a session has not been going on for three years.
+pub fn is_of_a_calendar(t_ns: i64) -> bool {
+    const THREE_YEARS_NS: u64 = 94_672_800_000_000_000;
+    t_ns.unsigned_abs() > THREE_YEARS_NS
 }
 
 fn by_mapping(mapping: Mapping, head: &[u8], whole: bool) -> Recognised {

@@ -3,12 +3,15 @@
 
 use std::borrow::Cow;
 
+use crate::anomaly::Anomaly;
 use crate::parse::clock_text::{self, DAY_NS};
 use crate::parse::error::{ParseError, ParseErrorKind, quoted};
+use crate::parse::left_out::{self, Decimals, LeftOut};
+use crate::parse::lines::{Line, Lines};
 use crate::parse::mapping::{Axes, Factor, Mapping, RateUnit, TimeUnit};
 use crate::parse::mapping::{Delimiter, FieldUnit, ForceUnit};
 use crate::parse::number::{bad_number, number, seconds_to_ns};
-use crate::parse::records::{Record, Records, not_text};
+use crate::parse::records::{Record, not_text};
 use crate::parse::units_check::{Said, UnitsCheck};
 use crate::sample::ImuSample;
 
@@ -19,7 +22,7 @@ const BOM: &[u8] = b"\xEF\xBB\xBF";
 /// A push parser: takes bytes in pieces of any size and gives the samples that they complete. Times
 /// are those of the file's own clock.
 pub(super) struct MappedCsv {
-    records: Records,
+    lines: Lines,
     rows: Rows,
 }
 
@@ -34,6 +37,8 @@ struct Rows {
     units: UnitsCheck,
     rows: u64,
     samples: u64,
+    left_out: LeftOut,
+    decimals: Decimals,
 }
 
 /// Where the channels stand in a row.
@@ -72,7 +77,7 @@ impl MappedCsv {
             g: mapping.acc.unit == ForceUnit::G,
         };
         Ok(MappedCsv {
-            records: Records::parted_by(mapping.delimiter.byte()),
+            lines: Lines::parted_by(mapping.delimiter.byte()),
             rows: Rows {
                 mapping,
                 field_factor,
@@ -83,21 +88,24 @@ impl MappedCsv {
                 units: UnitsCheck::new(said),
                 rows: 0,
                 samples: 0,
+                left_out: LeftOut::default(),
+                decimals: Decimals::default(),
             },
         })
     }
 
     pub(super) fn push(&mut self, bytes: &[u8], samples: &mut Vec<ImuSample>) -> Result<(), ParseError> {
-        let MappedCsv { records, rows } = self;
-        records.push(bytes, |record| rows.take(record, samples))
+        let MappedCsv { lines, rows } = self;
+        lines.push(bytes, |line| rows.take(line, samples))
     }
 
     pub(super) fn finish(&mut self, samples: &mut Vec<ImuSample>) -> Result<(), ParseError> {
-        let MappedCsv { records, rows } = self;
-        records.finish(|record| rows.take(record, samples))?;
-        if let Some(error) = not_text(records.head(), &[]) {
+        let MappedCsv { lines, rows } = self;
+        lines.finish(|line| rows.take(line, samples))?;
+        if let Some(error) = not_text(lines.head(), &[]) {
             return Err(error);
         }
+        rows.left_out.finish()?;
         if rows.places.is_none() {
             return Err(rows.no_header());
         }
@@ -111,13 +119,59 @@ impl MappedCsv {
         }
         rows.units.finish()
     }
+
+    /// Lines and bytes that were left out, within these times of the log's clock.
+    pub(super) fn anomalies(&self, t_ns: [i64; 2]) -> Vec<Anomaly> {
+        self.rows.left_out.anomalies(self.lines.filling_bytes(), t_ns)
+    }
 }
 
 impl Rows {
-    fn take(&mut self, record: &Record<'_>, out: &mut Vec<ImuSample>) -> Result<(), ParseError> {
-        let Some(places) = &self.places else {
-            return self.look_for_header(record);
+    fn take(&mut self, line: &Line<'_>, out: &mut Vec<ImuSample>) -> Result<(), ParseError> {
+        let record = match line {
+            Line::Record(record) => record,
+            Line::TooLong(_) if self.places.is_none() => return Ok(()),
+            Line::TooLong(line) => return self.left_out.line(left_out::too_long(*line)),
         };
+        if self.places.is_none() {
+            return self.look_for_header(record, out);
+        }
+        // A row of units stands between the names and the numbers, and a table may begin again with its header.
+        if self.left_out.has_rows() || self.rows > 0 || !self.is_of_words(record) {
+            self.take_row(record, out)?;
+        }
+        Ok(())
+    }
+
+    /// Whether no channel of a row is a number.
+    fn is_of_words(&self, record: &Record<'_>) -> bool {
+        let Some(places) = &self.places else { return false };
+        let row = Row { record, decimal_comma: true };
+        let mut channels = places.gyr.iter().chain(&places.acc);
+        record.len() >= self.fields
+            && channels
+                .all(|&at| number(&row.text(at)).is_none() && !record.field(at).trim_ascii().is_empty())
+    }
+
+    fn take_row(&mut self, record: &Record<'_>, out: &mut Vec<ImuSample>) -> Result<(), ParseError> {
+        let sample = match self.sample(record) {
+            Ok(Some(sample)) => sample,
+            Ok(None) => return Ok(()),
+            Err(error) => return self.left_out.line(error),
+        };
+        if self.decimals.cut(record.field(record.len() - 1), record.ended) {
+            return self.left_out.line(left_out::cut(record.line));
+        }
+        self.units.take(&sample)?;
+        self.samples += 1;
+        self.left_out.row();
+        out.push(sample);
+        Ok(())
+    }
+
+    /// A row as a sample; `None` where it has no rate or no force.
+    fn sample(&mut self, record: &Record<'_>) -> Result<Option<ImuSample>, ParseError> {
+        let Some(places) = &self.places else { return Ok(None) };
         self.rows += 1;
         let needed = self.fields;
         if record.len() < needed {
@@ -132,10 +186,16 @@ impl Rows {
         }
         let decimal_comma = self.mapping.delimiter != Delimiter::Comma;
         let row = Row { record, decimal_comma };
-        if self.mapping.skip_rows_without_inertial
-            && places.gyr.iter().chain(&places.acc).any(|&i| row.missing(i))
-        {
-            return Ok(());
+        let mut inertial = places.gyr.iter().chain(&places.acc);
+        if inertial.clone().all(|&at| row.missing(at)) {
+            // A row for a packet that was lost; where several streams were merged, one of another stream.
+            if !self.mapping.skip_rows_without_inertial {
+                self.left_out.empty_row();
+            }
+            return Ok(None);
+        }
+        if self.mapping.skip_rows_without_inertial && inertial.any(|&at| row.missing(at)) {
+            return Ok(None);
         }
         let w_ib_b_rad_s = row.axes(places.gyr, &self.mapping.gyr)?;
         let f_b_m_s2 = row.axes(places.acc, &self.mapping.acc)?;
@@ -152,22 +212,23 @@ impl Rows {
             _ => None,
         };
         let t_ns = self.clock.tell(&row, places.time, &self.mapping, self.rows - 1)?;
-        let sample = ImuSample {
+        Ok(Some(ImuSample {
             t_ns,
             w_ib_b_rad_s,
             f_b_m_s2,
             mag_b_ut: mag_b_ut.filter(|mag| mag.iter().all(|value| !value.is_nan())),
             pressure_hpa: pressure_hpa.filter(|value| !value.is_nan()),
-        };
-        self.units.take(&sample)?;
-        self.samples += 1;
-        out.push(sample);
-        Ok(())
+        }))
     }
 
     /// Takes a line for the header when all the columns are in it.
-    fn look_for_header(&mut self, record: &Record<'_>) -> Result<(), ParseError> {
+    fn look_for_header(&mut self, record: &Record<'_>, out: &mut Vec<ImuSample>) -> Result<(), ParseError> {
         let names: Vec<String> = record.fields().map(|field| name_of(field).into_owned()).collect();
+        if let Some(places) = Places::by_number(record, &self.mapping) {
+            self.fields = 1 + places.all().max().unwrap_or(0);
+            self.places = Some(places);
+            return self.take_row(record, out);
+        }
         if self.first.is_none() {
             let line: String = names.join(", ").chars().take(160).collect();
             self.first = Some(line);
@@ -208,6 +269,14 @@ impl Rows {
 }
 
 impl Places {
+    /// Of a table without a header: the mapping names the columns by their numbers, from 1.
+    fn by_number(record: &Record<'_>, mapping: &Mapping) -> Option<Places> {
+        let names: Vec<String> = (1..=record.len()).map(|number| number.to_string()).collect();
+        let places = Places::find(&names, mapping)?;
+        let is_number = |at: usize| number(record.field(at)).is_some();
+        places.gyr.iter().chain(&places.acc).all(|at| is_number(*at)).then_some(places)
+    }
+
     fn find(names: &[String], mapping: &Mapping) -> Option<Places> {
         let place = |wanted: &str| names.iter().position(|name| name == wanted.trim());
         let three =
@@ -324,8 +393,12 @@ impl Clock {
     /// A counter that began again at 0 goes on.
     fn unwrapped(&mut self, ticks: i64, wraps_at: u64) -> Option<i64> {
         let wraps_at = i64::try_from(wraps_at).ok()?;
-        if ticks < self.last_ticks - wraps_at / 2 {
+        let step = ticks.checked_sub(self.last_ticks)?;
+        if step < -wraps_at / 2 {
             self.wrapped_ticks = self.wrapped_ticks.checked_add(wraps_at)?;
+        } else if step > wraps_at / 2 && self.wrapped_ticks > 0 {
+            // A row from before the counter began again came late.
+            self.wrapped_ticks -= wraps_at;
         }
         self.last_ticks = ticks;
         self.wrapped_ticks.checked_add(ticks)
@@ -335,6 +408,8 @@ impl Clock {
     fn days(&mut self, ns: i64) -> Option<i64> {
         if (0..DAY_NS).contains(&ns) && ns < self.last_day_ns - DAY_NS / 2 {
             self.days_ns = self.days_ns.checked_add(DAY_NS)?;
+        } else if (0..DAY_NS).contains(&ns) && ns > self.last_day_ns + DAY_NS / 2 && self.days_ns > 0 {
+            self.days_ns -= DAY_NS;
         }
         self.last_day_ns = ns;
         self.days_ns.checked_add(ns)

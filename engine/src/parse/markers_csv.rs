@@ -8,8 +8,8 @@ use std::fmt::Write as _;
 use crate::parse::error::{ParseError, ParseErrorKind, quoted};
 use crate::parse::header::Header;
 use crate::parse::number::need_finite;
-use crate::parse::records::{Record, not_text};
-use crate::parse::table;
+use crate::parse::records::Record;
+use crate::parse::{table, table_text};
 
 const LOCAL: [&str; 4] = ["name", "e_m", "n_m", "u_m"];
 const GEODETIC: [&str; 4] = ["name", "lat_deg", "lon_deg", "height_m"];
@@ -93,9 +93,10 @@ pub fn read(bytes: &[u8]) -> Result<Vec<MarkerRow>, ParseError> {
     })
 }
 
-/// Markers in the site's frame as CSV, which [`read`] takes back unchanged.
+/// Markers in the site's frame as CSV, which [`read`] takes back unchanged. It begins with the mark by which spreadsheets
+/// know UTF-8; without it one on a Chinese Windows takes it for GBK, and no name survives.
 pub fn write<'a>(markers: impl IntoIterator<Item = (&'a str, f64, f64, Option<f64>)>) -> String {
-    let mut out = LOCAL.join(",") + "\n";
+    let mut out = format!("\u{feff}{}\n", LOCAL.join(","));
     for (name, e_m, n_m, u_m) in markers {
         table::push_name(name, &mut out);
         write!(out, ",{e_m},{n_m},").expect("writing to a string cannot fail");
@@ -107,26 +108,9 @@ pub fn write<'a>(markers: impl IntoIterator<Item = (&'a str, f64, f64, Option<f6
     out
 }
 
-/// UTF-8 with or without a byte order mark, or else GBK.
+/// Text in UTF-8 or UTF-16, or else GBK.
 pub(super) fn decode(bytes: &[u8]) -> Result<Cow<'_, str>, ParseError> {
-    let bytes = bytes.strip_prefix(b"\xEF\xBB\xBF").unwrap_or(bytes);
-    if let Some(error) = not_text(bytes, bytes) {
-        return Err(error);
-    }
-    if let Ok(text) = std::str::from_utf8(bytes) {
-        return Ok(Cow::Borrowed(text));
-    }
-    encoding_rs::GBK.decode_without_bom_handling_and_without_replacement(bytes).ok_or_else(|| {
-        let end = std::str::from_utf8(bytes).map_or_else(|error| error.valid_up_to(), |_| bytes.len());
-        let line = 1 + bytes[..end].iter().filter(|byte| **byte == b'\n').count() as u64;
-        ParseError::new(
-            ParseErrorKind::UnknownEncoding,
-            "text in UTF-8 or GBK",
-            "bytes that are neither",
-            "save the table as CSV in UTF-8",
-        )
-        .at_line(line)
-    })
+    table_text::decode(bytes).map(|(_, text)| text)
 }
 
 struct Places {

@@ -5,22 +5,24 @@ use csv_core::{ReadRecordResult, Reader, ReaderBuilder};
 use crate::parse::error::{ParseError, ParseErrorKind, quoted};
 
 /// The longest record, bytes: a hundred times an honest one.
-const MOST_RECORD_BYTES: usize = 16 * 1024;
+pub(super) const MOST_RECORD_BYTES: usize = 16 * 1024;
 /// The most fields in a record.
-const MOST_FIELDS: usize = 256;
+pub(super) const MOST_FIELDS: usize = 256;
 /// What some programs put before a text in UTF-8.
-const BYTE_ORDER_MARK: &[u8] = b"\xEF\xBB\xBF";
+pub(super) const BYTE_ORDER_MARK: &[u8] = b"\xEF\xBB\xBF";
 /// How many of the first bytes tell what a file is.
-const HEAD_BYTES: usize = 8;
+pub(super) const HEAD_BYTES: usize = 8;
 
 /// One line of a file, taken apart.
 pub(super) struct Record<'a> {
     /// The line, counted from 1.
     pub(super) line: u64,
-    bytes: &'a [u8],
-    ends: &'a [usize],
+    pub(super) bytes: &'a [u8],
+    pub(super) ends: &'a [usize],
     /// Bytes between the end of a field and the next field.
-    gap: usize,
+    pub(super) gap: usize,
+    /// Whether a line feed ends it; the last line of a file may have none.
+    pub(super) ended: bool,
 }
 
 impl<'a> Record<'a> {
@@ -39,7 +41,7 @@ impl<'a> Record<'a> {
     }
 
     /// A line of blanks, as editors leave them at the end of a file.
-    fn is_blank(&self) -> bool {
+    pub(super) fn is_blank(&self) -> bool {
         self.len() == 1 && self.field(0).trim_ascii().is_empty()
     }
 }
@@ -166,7 +168,7 @@ impl Records {
         }
         let line = self.reader.line();
         self.reader.set_line(line + 1);
-        let record = Record { line, bytes: &input[..end], ends: &self.ends[..fields], gap: 1 };
+        let record = Record { line, bytes: &input[..end], ends: &self.ends[..fields], gap: 1, ended: true };
         if end > 0 && !record.is_blank() {
             each(&record)?;
         }
@@ -217,6 +219,7 @@ impl Records {
                     bytes: &self.bytes[..self.byte_count],
                     ends: &self.ends[..self.end_count],
                     gap: 0,
+                    ended: after_line_feed,
                 };
                 self.byte_count = 0;
                 self.end_count = 0;

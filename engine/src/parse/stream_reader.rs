@@ -1,5 +1,6 @@
 //! The log of any stream, read by the kind of its readings.
 
+use crate::anomaly::Anomaly;
 use crate::parse::error::{ParseError, ParseErrorKind};
 use crate::parse::log_format::{LogFormat, Recognised};
 use crate::parse::log_reader::{LogReader, Reading};
@@ -74,6 +75,14 @@ impl StreamReader {
             (StreamReader::Imu(reader), Readings::Imu(samples)) => reader.finish(samples),
             (StreamReader::Values(reader), Readings::Values(rows)) => reader.finish(rows),
             _ => Err(other_kind()),
+        }
+    }
+
+    /// What was done to read the log, by times of the session's clock; all of it is known at the end.
+    pub fn anomalies(&self) -> Vec<Anomaly> {
+        match self {
+            StreamReader::Imu(reader) => reader.anomalies(),
+            StreamReader::Values(_) => Vec::new(),
         }
     }
 

@@ -2,12 +2,24 @@
 
 use crate::parse::error::{ParseError, ParseErrorKind};
 use crate::parse::header::Header;
+use crate::parse::names;
 use crate::parse::records::{Record, Records};
 
 /// Reads a table row by row. `places` finds the columns in the header, `row` reads a record with
 /// them; a table without rows is an empty list.
 pub(super) fn read<P, T>(
     bytes: &[u8],
+    example: &str,
+    places: impl FnMut(&Header) -> Result<P, ParseError>,
+    row: impl FnMut(&P, &Record<'_>) -> Result<T, ParseError>,
+) -> Result<Vec<T>, ParseError> {
+    read_parted(bytes, b',', example, places, row)
+}
+
+/// The same for a table whose fields are parted by another byte.
+pub(super) fn read_parted<P, T>(
+    bytes: &[u8],
+    delimiter: u8,
     example: &str,
     mut places: impl FnMut(&Header) -> Result<P, ParseError>,
     mut row: impl FnMut(&P, &Record<'_>) -> Result<T, ParseError>,
@@ -22,13 +34,13 @@ pub(super) fn read<P, T>(
                 header = Some((found, places));
             }
             Some((header, places)) => {
-                header.check_width(record)?;
+                header.check_row(record)?;
                 rows.push(row(places, record)?);
             }
         }
         Ok(())
     };
-    let mut records = Records::new();
+    let mut records = Records::parted_by(delimiter);
     records.push(bytes, &mut each)?;
     records.finish(&mut each)?;
     if header.is_none() {
@@ -47,7 +59,7 @@ pub(super) fn read<P, T>(
 pub(super) fn name(record: &Record<'_>, index: usize, column: &str) -> Result<String, ParseError> {
     const MOST_CHARS: usize = 100;
     let text = String::from_utf8_lossy(record.field(index));
-    let text = unguarded(&text);
+    let text = names::cleaned(unguarded(&text));
     let error = |kind, found: String| {
         ParseError::new(
             kind,
@@ -68,7 +80,10 @@ pub(super) fn name(record: &Record<'_>, index: usize, column: &str) -> Result<St
     if text.chars().any(char::is_control) {
         return Err(error(ParseErrorKind::NotText, "a control character".to_owned()));
     }
-    Ok(text.to_owned())
+    if names::is_dots(&text) {
+        return Err(error(ParseErrorKind::NotText, format!("{text:?}, which no address can hold")));
+    }
+    Ok(text)
 }
 
 /// A cell without the blanks around it and without a spreadsheet guard.
@@ -96,5 +111,6 @@ pub(super) fn push_name(name: &str, out: &mut String) {
 }
 
 fn starts_formula(text: &str) -> bool {
-    text.starts_with(['=', '+', '-', '@'])
+    // In their wide forms, too: a spreadsheet in Chinese takes them for the narrow ones.
+    text.starts_with(['=', '+', '-', '@', '\t', '\r', '＝', '＋', '－', '＠'])
 }

@@ -50,6 +50,9 @@ impl TextHead {
     /// Takes the first bytes of a file apart; `None` when they are no text. Unless they are the `whole`
     /// file, the last line may be half a line and is left out.
     pub(super) fn read(bytes: &[u8], whole: bool) -> Option<TextHead> {
+        // Filling behind the text is no part of it.
+        let end = bytes.iter().rposition(|byte| !matches!(byte, 0 | 0x1A)).map_or(0, |last| last + 1);
+        let bytes = if end == 0 { bytes } else { &bytes[..end] };
         if bytes.contains(&0) {
             return None;
         }
@@ -102,8 +105,12 @@ impl TextHead {
                 header.names.all.iter().filter(|name| numeric(name)).count() * 2 < header.names.all.len()
             })
             .filter(|header| {
-                let below = self.row_below(header);
-                below.len() >= fewest && below.iter().filter(|f| numeric(f)).count() >= fewest
+                // A row of units may stand between the names and the numbers.
+                let below =
+                    self.lines[header.line + 1..].iter().filter(|line| !line.trim().is_empty()).take(2);
+                below
+                    .map(|line| fields(line, header.delimiter).collect::<Vec<_>>())
+                    .any(|row| row.len() >= fewest && row.iter().filter(|f| numeric(f)).count() >= fewest)
             })
             .max_by_key(|header| (header.names.all.len(), std::cmp::Reverse(header.line)))
             .map(|header| self.shown(&header))

@@ -69,7 +69,8 @@ fn manager_time(head: &TextHead, header: &Candidate<'_>, rate_hz: Option<f64>) -
         });
     }
     let index = header.names.find("sampletimefine")?;
-    let filled = head.row_below(header).get(index).is_some_and(|field| !field.is_empty());
+    let filled =
+        head.row_below(header).get(index).is_some_and(|field| field.parse::<f64>().is_ok_and(f64::is_finite));
     if filled { fine(header, TimeUnit::Ticks10Khz) } else { None }
 }
 

@@ -8,8 +8,9 @@ use serde_json::json;
 use crate::event::{TrackPoint, VisitOutcome};
 use crate::track::TrackPlace;
 use crate::track::csv::push_seconds;
+use crate::track::pieces::pieces;
 
-/// Writes points and visits. The line's `t_s` and `sigma_m` (east, north, up) stand beside its
+/// Writes points and visits. The line breaks where nothing was measured; its `t_s` and `sigma_m` (east, north, up) stand beside its
 /// coordinates, one for one.
 ///
 /// # Errors
@@ -37,15 +38,23 @@ pub fn write<'a>(
         text.push_str(&format!("[{e:.3},{n:.3},{u:.3}]"));
     };
     list(points.clone(), out, push_sigma, &mut text)?;
-    // A line needs two positions; a walk of one point is a line to itself.
-    write!(out, "]}},\n\"geometry\":{{\"type\":\"LineString\",\"coordinates\":[")?;
     let push_position = |point: &TrackPoint, text: &mut String| {
         let [latitude, longitude, height] = place.geodetic(point.position_n_m);
         text.push_str(&format!("[{longitude},{latitude},{height}]"));
     };
-    let mut one_more = points.clone().into_iter();
-    let doubled = if points.clone().into_iter().nth(1).is_none() { one_more.next() } else { None };
-    list(points.into_iter().chain(doubled), out, push_position, &mut text)?;
+    // A line needs two positions; a piece of one point is a line to itself.
+    let doubled = |piece: &[&'a TrackPoint]| if piece.len() == 1 { Some(piece[0]) } else { None };
+    let pieces = pieces(points);
+    let (kind, open, close) = match pieces.len() {
+        0 | 1 => ("LineString", "", ""),
+        _ => ("MultiLineString", "[", "]"),
+    };
+    write!(out, "]}},\n\"geometry\":{{\"type\":\"{kind}\",\"coordinates\":[")?;
+    for (k, piece) in pieces.iter().enumerate() {
+        write!(out, "{}{open}", if k > 0 { ",\n" } else { "" })?;
+        list(piece.iter().copied().chain(doubled(piece)), out, push_position, &mut text)?;
+        write!(out, "{close}")?;
+    }
     write!(out, "]}}}}")?;
     for visit in visits {
         let [e, n, u] = visit.before_minus_marker_n_m;

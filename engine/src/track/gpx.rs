@@ -7,6 +7,7 @@ use quick_xml::events::{BytesDecl, BytesText, Event};
 
 use crate::event::TrackPoint;
 use crate::track::TrackPlace;
+use crate::track::pieces::pieces;
 
 /// Writes points; they carry times when the place knows when the session began.
 ///
@@ -14,7 +15,7 @@ use crate::track::TrackPlace;
 ///
 /// When `out` does not take it.
 pub fn write<'a>(
-    points: impl IntoIterator<Item = &'a TrackPoint>,
+    points: impl IntoIterator<Item = &'a TrackPoint> + Clone,
     place: &TrackPlace,
     out: &mut impl Write,
 ) -> io::Result<()> {
@@ -30,9 +31,11 @@ pub fn write<'a>(
         xml.create_element("trk").write_inner_content(|xml| {
             let name = TrackPlace::xml_text(&place.name);
             xml.create_element("name").write_text_content(BytesText::new(&name))?;
-            xml.create_element("trkseg").write_inner_content(|xml| {
-                points.into_iter().try_for_each(|point| write_point(point, place, xml))
-            })?;
+            for piece in pieces(points) {
+                xml.create_element("trkseg").write_inner_content(|xml| {
+                    piece.into_iter().try_for_each(|point| write_point(point, place, xml))
+                })?;
+            }
             Ok(())
         })?;
         Ok(())

@@ -8,6 +8,7 @@ use quick_xml::events::{BytesDecl, BytesText, Event};
 
 use crate::event::TrackPoint;
 use crate::track::TrackPlace;
+use crate::track::pieces::pieces;
 
 /// Writes points.
 ///
@@ -29,11 +30,23 @@ pub fn write<'a>(
             text(xml, "name", &name)?;
             xml.create_element("Placemark").write_inner_content(|xml| {
                 text(xml, "name", &name)?;
-                if place.start_unix_ns.is_some() {
-                    write_timed(points, place, xml)
-                } else {
-                    write_line(points, place, xml)
+                let pieces = pieces(points);
+                let several = if place.start_unix_ns.is_some() { "gx:MultiTrack" } else { "MultiGeometry" };
+                let write = |xml: &mut Writer<_>| {
+                    pieces.iter().try_for_each(|piece| {
+                        let points = piece.iter().copied();
+                        if place.start_unix_ns.is_some() {
+                            write_timed(points, place, xml)
+                        } else {
+                            write_line(points, place, xml)
+                        }
+                    })
+                };
+                if pieces.len() > 1 {
+                    xml.create_element(several).write_inner_content(write)?;
+                    return Ok(());
                 }
+                write(xml)
             })?;
             Ok(())
         })?;

@@ -7,6 +7,7 @@ mod fold;
 pub mod geojson;
 pub mod gpx;
 pub mod kml;
+mod pieces;
 mod place;
 
 pub use decimate::decimate;

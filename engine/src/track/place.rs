@@ -29,9 +29,9 @@ impl TrackPlace {
         OffsetDateTime::from_unix_timestamp_nanos(unix_ns).ok()?.format(&Rfc3339).ok()
     }
 
-    /// The name without the control characters that XML cannot hold.
+    /// The name without the characters that XML cannot hold.
     pub(super) fn xml_text(text: &str) -> String {
-        text.chars().filter(|c| !c.is_control()).collect()
+        text.chars().filter(|c| !c.is_control() && !matches!(c, '\u{fffe}' | '\u{ffff}')).collect()
     }
 }
 

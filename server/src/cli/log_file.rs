@@ -6,12 +6,16 @@ use std::path::{Path, PathBuf};
 
 use anyhow::Result;
 use indicatif::ProgressBar;
+use lodestep_engine::anomaly::{Anomaly, Cause as _};
 use lodestep_engine::parse::log_format::LogFormat;
-use lodestep_engine::parse::log_reader::common_zero_ns;
+use lodestep_engine::parse::log_reader::{common_zero_ns, is_of_a_calendar};
+use lodestep_engine::parse::remark::LogCause;
+use lodestep_engine::parse::times::{FeetClocks, Swings};
 use lodestep_engine::parse::{Reading, StreamReader};
 use lodestep_engine::stream::Readings;
 use lodestep_engine::system::StreamRule;
 use lodestep_engine::systems::catalogue;
+use lodestep_engine::systems::pedestrian::Side;
 
 use crate::cli::failure::Failure;
 use crate::sessions::in_time_order::StreamReadings;
@@ -94,6 +98,80 @@ impl StreamReadings for LogFile {
         }
         Ok(readings)
     }
+
+    fn anomalies(&self) -> Vec<Anomaly> {
+        let mut anomalies = self.reader.anomalies();
+        if let Some(packing) = self.unpack.odd_end() {
+            let ends_ns = self.reader.clock_ns().map_or([0; 2], |(first, last)| [first, last]);
+            anomalies.push(LogCause::Packing { packing }.anomaly(None, ends_ns, 0));
+        }
+        anomalies
+    }
+}
+
+/// The clocks of both feet's logs at the session's start.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Clocks {
+    zero_ns: [Option<i64>; 2],
+    /// What is to be told of them.
+    pub(super) anomaly: Option<Anomaly>,
+}
+
+impl Clocks {
+    /// What the clock of this foot's log shows at the session's start, where that has to be said.
+    pub(super) fn zero_ns(&self, side: Side) -> Option<i64> {
+        self.zero_ns[usize::from(side == Side::Right)]
+    }
+}
+
+/// Brings the clocks of both feet's logs together, where they are not those of the session: by what they show, or where
+/// that cannot be, by the steps of both feet.
+pub(super) fn clocks_of_feet(paths: [&Path; 2], reading: &Reading) -> Result<Clocks> {
+    /// Swings by which clocks are compared, and the rows in which they are looked for.
+    const MOST_ROWS: u64 = 1_000_000;
+    let mut first_ns = [0; 2];
+    let mut swings = [Swings::default(), Swings::default()];
+    for foot in 0..2 {
+        // The clock as it is: counted from no zero.
+        let as_is = Reading { clock_zero_ns: Some(0), ..reading.clone() };
+        let mut log = LogFile::open_as(paths[foot], as_is, &ProgressBar::hidden())?;
+        let mut rows = 0;
+        while !log.ended && !swings[foot].are_enough() && rows < MOST_ROWS {
+            let piece = log.next_piece()?;
+            let canonical = log.reader.recognised().is_none_or(|r| r.format == LogFormat::Canonical);
+            if canonical && log.reader.clock_ns().is_some_and(|(first, _)| !is_of_a_calendar(first)) {
+                return Ok(Clocks::default());
+            }
+            rows += piece.len() as u64;
+            if let Readings::Imu(samples) = piece {
+                samples.iter().for_each(|sample| swings[foot].take(sample));
+            }
+        }
+        first_ns[foot] = log.reader.clock_ns().map_or(0, |(first, _)| first);
+    }
+    match FeetClocks::between(&swings[0], &swings[1]) {
+        FeetClocks::Together => {
+            let zero_ns = common_zero_ns(first_ns);
+            Ok(Clocks { zero_ns: [zero_ns; 2], anomaly: None })
+        }
+        FeetClocks::Apart { ahead_by_s, sigma_s } => {
+            let ahead_ns = (ahead_by_s * 1e9).round() as i64;
+            let zero_ns = first_ns[0].min(first_ns[1].saturating_sub(ahead_ns));
+            let cause = LogCause::ClocksApart { ahead_by_s, sigma_s };
+            Ok(Clocks {
+                zero_ns: [Some(zero_ns), Some(zero_ns.saturating_add(ahead_ns))],
+                anomaly: Some(cause.anomaly(Some(Side::Right.stream()), [0; 2], 0)),
+            })
+        }
+        FeetClocks::Unknown => Err(Failure::bad_input(
+            paths[1],
+            format!(
+                "expected the clock of {}, found one that shows {:.1} s more at the first row, and steps that do not take turns with that foot's at any offset; check that both files are of one walk, set the times of one to the other's clock, or process one foot alone",
+                paths[0].display(),
+                (first_ns[1].saturating_sub(first_ns[0])) as f64 / 1e9
+            ),
+        )),
+    }
 }
 
 /// What the clocks of the logs of inertial sensors show at the session's start, where that has to be said: logs of another
@@ -106,7 +184,8 @@ pub(super) fn shared_zero_ns(paths: &[&Path], reading: &Reading) -> Result<Optio
             log.next_piece()?;
         }
         let canonical = log.reader.recognised().is_none_or(|r| r.format == LogFormat::Canonical);
-        let Some((first_ns, _)) = log.reader.clock_ns().filter(|_| !canonical) else { return Ok(None) };
+        let own = |&(first_ns, _): &(i64, i64)| !canonical || is_of_a_calendar(first_ns);
+        let Some((first_ns, _)) = log.reader.clock_ns().filter(own) else { return Ok(None) };
         let [least, most] = ends.unwrap_or([first_ns; 2]);
         ends = Some([least.min(first_ns), most.max(first_ns)]);
     }

@@ -17,7 +17,7 @@ use time::format_description::well_known::Rfc3339;
 
 use crate::cli::failure::Failure;
 use crate::cli::inputs::Inputs;
-use crate::cli::log_file::{self, LogFile};
+use crate::cli::log_file::{self, Clocks, LogFile};
 use crate::cli::of_system::{self, OfSystem, SessionArgs};
 use crate::cli::report::Report;
 use crate::cli::run::{Walked, run};
@@ -160,20 +160,23 @@ fn process_walk(args: &ProcessArgs) -> Result<()> {
     let mut config = args.session_config(site.as_ref());
     parameters.apply(&mut config);
 
-    let mut reading = args.reading()?;
+    let reading = args.reading()?;
+    let mut clocks = Clocks::default();
     if let (Some(left), Some(right)) = (&args.left, &args.right) {
-        reading.clock_zero_ns = log_file::shared_zero_ns(&[left, right], &reading)?;
+        clocks = log_file::clocks_of_feet([left, right], &reading)?;
     }
     let bar = progress::of_bytes();
     let mut feet = Vec::new();
     for (foot, path) in [(Side::Left, &args.left), (Side::Right, &args.right)] {
         if let Some(path) = path {
-            feet.push((foot, LogFile::open_as(path, reading.clone(), &bar)?));
+            let reading = Reading { clock_zero_ns: clocks.zero_ns(foot), ..reading.clone() };
+            feet.push((foot, LogFile::open_as(path, reading, &bar)?));
         }
     }
     let walked = run(config.clone(), &visits, feet);
     bar.finish_and_clear();
-    let walked = walked?;
+    let mut walked = walked?;
+    walked.read_with.extend(clocks.anomaly);
     if walked.track.points.is_empty() {
         return Err(Failure::BadInput(args.no_track(&walked)).into());
     }
@@ -186,7 +189,12 @@ fn process_walk(args: &ProcessArgs) -> Result<()> {
         write_text(path, &(report + "\n"))?;
     }
     // For people only: nothing depends on whether it can be shown.
-    let _ = writeln!(std::io::stderr(), "{}", in_a_line(&walked));
+    let mut people = std::io::stderr();
+    let _ = writeln!(people, "{}", in_a_line(&walked));
+    for anomaly in &walked.read_with {
+        let log = anomaly.stream.map_or_else(String::new, |stream| format!("{}: ", stream.name()));
+        let _ = writeln!(people, "{log}{}", anomaly.detail);
+    }
     Ok(())
 }
 
@@ -284,7 +292,7 @@ impl ProcessArgs {
             logs.join(", "),
             walked.summary.samples
         );
-        for anomaly in walked.track.anomalies.iter().take(5) {
+        for anomaly in walked.read_with.iter().chain(&walked.track.anomalies).take(5) {
             sentence += &format!("; {}", anomaly.detail);
         }
         sentence
@@ -303,7 +311,7 @@ fn in_a_line(walked: &Walked) -> String {
         summary.duration_s,
         summary.distance_m,
         walked.track.visits.len(),
-        walked.track.anomalies.len(),
+        walked.read_with.len() + walked.track.anomalies.len(),
         walked.process_seconds
     )
 }

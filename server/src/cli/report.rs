@@ -33,7 +33,8 @@ pub(super) struct Report<'a> {
     track_sha256: String,
     end: Option<End>,
     alignments: &'a [Alignment],
-    anomalies: &'a [Anomaly],
+    /// What was done to read the logs, then what the system found.
+    anomalies: Vec<&'a Anomaly>,
     visits: Vec<ReportedVisit<'a>>,
     /// How the walk went by what the filter itself saw.
     #[serde(flatten)]
@@ -70,7 +71,7 @@ impl<'a> Report<'a> {
         inputs: Inputs,
         walked: &'a Walked,
     ) -> Report<'a> {
-        let Walked { track, summary, process_seconds } = walked;
+        let Walked { track, read_with, summary, process_seconds } = walked;
         let visits = track.visits.iter().map(|visit| {
             let [east_m, north_m, up_m] = visit.before_minus_marker_n_m;
             ReportedVisit {
@@ -108,7 +109,7 @@ impl<'a> Report<'a> {
             track_sha256: track.sha256(),
             end: track.points.last().map(end),
             alignments: &track.alignments,
-            anomalies: &track.anomalies,
+            anomalies: read_with.iter().chain(&track.anomalies).collect(),
             visits: visits.collect(),
             quality: SessionReport::of(track, summary.distance_m),
         }

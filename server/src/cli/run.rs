@@ -3,6 +3,7 @@
 use std::time::Instant;
 
 use anyhow::Result;
+use lodestep_engine::anomaly::Anomaly;
 use lodestep_engine::session::{SessionConfig, Summary, Visit};
 use lodestep_engine::stream::StreamId;
 use lodestep_engine::track::Track;
@@ -13,6 +14,8 @@ use crate::sessions::run::{Run, feed};
 /// What a walk came to.
 pub(super) struct Walked {
     pub(super) track: Track,
+    /// What was done to read the logs.
+    pub(super) read_with: Vec<Anomaly>,
     pub(super) summary: Summary,
     /// Wall-clock time of reading and filtering together.
     pub(super) process_seconds: f64,
@@ -30,5 +33,5 @@ pub(super) fn run<S: StreamReadings>(
     feed(&mut run, InTimeOrder::new(streams), |_| true)?;
     run.smooth(|_| true);
     let (summary, process_seconds) = (run.summary(), begin.elapsed().as_secs_f64());
-    Ok(Walked { track: run.track, summary, process_seconds })
+    Ok(Walked { track: run.track, read_with: run.read_with, summary, process_seconds })
 }

@@ -1,34 +1,26 @@
 //! The visits of a walk, each with the place of its marker.
 
-use std::collections::HashMap;
 use std::path::Path;
 
 use anyhow::Result;
 use lodestep_engine::geo::LocalFrame;
-use lodestep_engine::parse::markers_csv::MarkerPlace;
 use lodestep_engine::parse::{markers_csv, visits_csv};
 use lodestep_engine::session::Visit;
 
 use crate::cli::failure::Failure;
 use crate::cli::log_file::read_small;
+use crate::markers::places_of_file;
 
 /// Reads markers and visits; the visits come in the order of their starts.
 pub(super) fn read(markers_path: &Path, visits_path: &Path, frame: Option<LocalFrame>) -> Result<Vec<Visit>> {
-    let rows = markers_csv::read(&read_small(markers_path)?)
-        .map_err(|error| Failure::bad_input(markers_path, error))?;
-    let mut places = HashMap::with_capacity(rows.len());
-    for marker in rows {
-        let position_n_m = match (marker.place, &frame) {
-            (MarkerPlace::Local { e_m, n_m, u_m }, _) => (e_m, n_m, u_m),
-            (place, Some(frame)) => place.to_local_m(frame),
-            (MarkerPlace::Geodetic { .. }, None) => {
-                return Err(Failure::usage(format!(
-                    "{} gives latitudes and longitudes: add --site SITE.toml, whose origin they are measured from",
-                    markers_path.display()
-                )));
-            }
-        };
-        places.insert(marker.name, position_n_m);
+    let file = read_small(markers_path)?;
+    let places =
+        places_of_file(&file, frame.as_ref()).map_err(|error| Failure::bad_input(markers_path, error))?;
+    if places.is_empty() && frame.is_none() && markers_csv::read(&file).is_ok_and(|rows| !rows.is_empty()) {
+        return Err(Failure::usage(format!(
+            "{} gives latitudes and longitudes: add --site SITE.toml, whose origin they are measured from",
+            markers_path.display()
+        )));
     }
     let rows = visits_csv::read(&read_small(visits_path)?)
         .map_err(|error| Failure::bad_input(visits_path, error))?;

@@ -2,6 +2,8 @@
 
 use std::collections::HashMap;
 
+use lodestep_engine::parse::names;
+
 use super::finding::{Findings, Level};
 use super::frame_fit::{Fit, explain, median};
 use super::mapping::Mapping;
@@ -42,7 +44,7 @@ pub(super) fn check(
     then.extend(rows.iter().map(|row| (row.name.as_str(), row.place)));
     let neighbours = Neighbours::of(&then);
     let plain_names: HashMap<String, &str> =
-        standing.keys().map(|name| (plain(name), name.as_str())).collect();
+        standing.keys().map(|name| (names::look(name), name.as_str())).collect();
     let plan_names: HashMap<&str, ()> = plan.nodes.iter().map(|node| (node.name.as_str(), ())).collect();
     let in_plan = rows.iter().filter(|row| plan_names.contains_key(row.name.as_str())).count();
     for row in rows {
@@ -66,7 +68,7 @@ pub(super) fn check(
                 warn(Odd::FarMove { largest_move_m: FAR_MOVE_M, moved_m });
             }
         } else {
-            if let Some(like) = plain_names.get(&plain(name)) {
+            if let Some(like) = plain_names.get(&names::look(name)) {
                 warn(Odd::SimilarName { like: (*like).to_owned() });
             }
             if in_plan * 2 > rows.len() && !plan_names.contains_key(name.as_str()) {
@@ -175,26 +177,6 @@ fn told(fit: &Fit, against: Against) -> Odd {
     }
     let [east_m, north_m] = fit.shift_m;
     Odd::Shifted { against, east_m, north_m }
-}
-
-/// The name without what is easily written another way: case, blanks, hyphens, wide letters, leading zeros.
-fn plain(name: &str) -> String {
-    let mut plain = String::new();
-    let mut after_digit = false;
-    for letter in name.chars() {
-        let code = u32::from(letter);
-        // The wide forms that Chinese input methods write.
-        let narrow = match code {
-            0xFF01..=0xFF5E => char::from_u32(code - 0xFEE0).unwrap_or(letter),
-            _ => letter,
-        };
-        if narrow.is_whitespace() || "-_.".contains(narrow) || (narrow == '0' && !after_digit) {
-            continue;
-        }
-        after_digit = narrow.is_ascii_digit();
-        plain.extend(narrow.to_uppercase());
-    }
-    plain
 }
 
 /// Which markers are near a place, by cells.
@@ -330,7 +312,7 @@ mod tests {
 
     #[test]
     fn names_that_read_alike() {
-        assert_eq!(plain("Ａ０17"), plain("a-17"));
-        assert_ne!(plain("A107"), plain("A17"));
+        assert_eq!(names::look("Ａ０17"), names::look("a-17"));
+        assert_ne!(names::look("A107"), names::look("A17"));
     }
 }

@@ -3,6 +3,7 @@
 use axum::http::StatusCode;
 use lodestep_engine::geo::LocalFrame;
 use lodestep_engine::parse::markers_csv::MarkerPlace;
+use lodestep_engine::parse::names;
 use schemars::JsonSchema;
 use serde::Deserialize;
 
@@ -87,18 +88,23 @@ impl NewMarker {
 
 /// A name that can stand in a table, a path and a spreadsheet.
 pub(super) fn checked_name(name: &str) -> Result<String> {
-    let name = name.trim();
+    let name = names::cleaned(name);
     let length = name.chars().count();
     // A leading apostrophe is how spreadsheets guard a formula: it would not survive its export.
-    if length == 0 || length > NAME_LENGTH || name.starts_with('\'') || name.chars().any(char::is_control) {
+    if length == 0
+        || length > NAME_LENGTH
+        || name.starts_with('\'')
+        || name.chars().any(char::is_control)
+        || names::is_dots(&name)
+    {
         return Err(Error::invalid(
             "wrong_name",
             format!(
-                "expected a name of 1 to {NAME_LENGTH} letters without line breaks and without an apostrophe in front, found {name:?}"
+                "expected a name of 1 to {NAME_LENGTH} letters that can be seen, without line breaks and without an apostrophe in front, found {name:?}"
             ),
         ));
     }
-    Ok(name.to_owned())
+    Ok(name)
 }
 
 /// Why, as whoever changes a marker says it.

@@ -2,15 +2,18 @@
 
 use std::collections::HashMap;
 
-use lodestep_engine::parse::{any_table, markers_csv};
+use lodestep_engine::geo::LocalFrame;
+use lodestep_engine::parse::any_table::AnyTable;
+use lodestep_engine::parse::{ParseError, any_table, markers_csv};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::difference::difference;
-use super::finding::Findings;
+use super::finding::{Findings, Level};
 use super::imports::{apply_at_once, new_row};
+use super::mapping::Mapping;
 use super::plan::Plan;
-use super::rows::Row;
+use super::rows::{Row, rows};
 use crate::auth::Caller;
 use crate::error::{Error, Result};
 use crate::state::App;
@@ -30,20 +33,56 @@ pub(crate) struct Imported {
     pub(crate) unchanged: u64,
 }
 
-/// Reads a file (UTF-8 or GBK) and puts its markers into the table, at once for whoever looks. Markers that the
+/// The markers of a file of our own columns, or of any that says as clearly what it means.
+fn rows_of(file: &[u8], table: &AnyTable, frame: &LocalFrame) -> std::result::Result<Vec<Row>, ParseError> {
+    let strict = match markers_csv::read(file) {
+        Ok(read) => {
+            let lines = table.rows.iter().map(|row| row.line);
+            let rows = read.into_iter().zip(lines).map(|(row, line)| {
+                let (e_m, n_m, u_m) = row.place.to_local_m(frame);
+                Row { line, name: row.name, place: markers::Place { e_m, n_m, u_m } }
+            });
+            return Ok(rows.collect());
+        }
+        Err(error) => error,
+    };
+    places(table, frame).ok_or(strict)
+}
+
+/// The markers of a table whose columns are known by their names; `None` where anything about it is odd, for nobody is
+/// asked here.
+fn places(table: &AnyTable, frame: &LocalFrame) -> Option<Vec<Row>> {
+    let mapping = Mapping::guess(&table.columns)?;
+    let mut findings = Findings::default();
+    let read = rows(table, mapping, frame, &mut findings);
+    (!findings.has(Level::Error) && !findings.has(Level::Warning)).then_some(read)
+}
+
+/// The places of a file's markers by their names, as the command line takes them: east, north and up of the site, m.
+/// Without a site only files in its own frame can be read.
+pub(crate) fn places_of_file(
+    file: &[u8],
+    frame: Option<&LocalFrame>,
+) -> std::result::Result<HashMap<String, (f64, f64, Option<f64>)>, ParseError> {
+    let table = any_table::read(file)?;
+    let Some(frame) = frame else {
+        let local = markers_csv::read(file)?;
+        let place = |row: markers_csv::MarkerRow| match row.place {
+            markers_csv::MarkerPlace::Local { e_m, n_m, u_m } => Some((row.name, (e_m, n_m, u_m))),
+            markers_csv::MarkerPlace::Geodetic { .. } => None,
+        };
+        return Ok(local.into_iter().filter_map(place).collect());
+    };
+    let rows = rows_of(file, &table, frame)?;
+    Ok(rows.into_iter().map(|row| (row.name, (row.place.e_m, row.place.n_m, row.place.u_m))).collect())
+}
+
+/// Reads a file and puts its markers into the table, at once for whoever looks. Markers that the
 /// file does not name stay. One that changes nothing leaves no trace.
 pub(crate) async fn import(app: &App, caller: Caller, file: Vec<u8>) -> Result<Imported> {
     let frame = app.site.local_frame();
-    let read = markers_csv::read(&file)?;
     let table = any_table::read(&file)?;
-    let rows: Vec<Row> = read
-        .into_iter()
-        .zip(&table.rows)
-        .map(|(row, as_is)| {
-            let (e_m, n_m, u_m) = row.place.to_local_m(&frame);
-            Row { line: as_is.line, name: row.name, place: markers::Place { e_m, n_m, u_m } }
-        })
-        .collect();
+    let rows = rows_of(&file, &table, &frame)?;
     let _turn = app.import_turns.lock().await;
     let mut tries = 0;
     loop {

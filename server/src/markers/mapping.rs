@@ -65,12 +65,23 @@ const UNITS: &[&str] = &["deg", "degrees", "metres", "meters", "米", "度", "m"
 
 impl Mapping {
     /// The mapping that the names of the columns suggest; `None` where name or plan coordinates are missing.
-    pub(super) fn guess(columns: &[String]) -> Option<Mapping> {
+    pub(crate) fn guess(columns: &[String]) -> Option<Mapping> {
         let words: Vec<String> = columns.iter().map(|column| word(column)).collect();
+        let axis = |of: &[&str]| columns.iter().position(|column| in_brackets(column, of));
         // Exactly the words, in the order in which they are listed: `name` is meant before `no`.
         let find = |known: &[&str]| known.iter().find_map(|word| words.iter().position(|w| w == word));
         let name = find(NAMES)?;
         let other = |index: Option<usize>| index.filter(|index| *index != name);
+        // What stands in brackets beside a letter says which axis it is.
+        if let (Some(e_m), Some(n_m)) = (axis(EAST_AXES), axis(NORTH_AXES)) {
+            return Some(Mapping::Local { name, e_m, n_m, u_m: other(find(UPS)) });
+        }
+        let (x, y) = (other(find(&["x"])), other(find(&["y"])));
+        if let (Some(x), Some(y)) = (x, y)
+            && is_of_surveyors(columns)
+        {
+            return Some(Mapping::Local { name, e_m: y, n_m: x, u_m: other(find(UPS)) });
+        }
         match (other(find(EASTS)), other(find(NORTHS))) {
             (Some(e_m), Some(n_m)) => Some(Mapping::Local { name, e_m, n_m, u_m: other(find(UPS)) }),
             _ => Some(Mapping::Geographic {
@@ -80,6 +91,20 @@ impl Mapping {
                 height_m: other(find(HEIGHTS)),
             }),
         }
+    }
+
+    /// Whether its axes are called X and Y in a table of Chinese surveyors, with whom X goes north, and nothing says which is
+    /// meant.
+    pub(super) fn is_by_custom(self, columns: &[String]) -> bool {
+        let (_, [e, n], _) = self.columns();
+        let letter = |at: usize| {
+            columns.get(at).is_some_and(|column| {
+                matches!(word(column).as_str(), "x" | "y")
+                    && !in_brackets(column, EAST_AXES)
+                    && !in_brackets(column, NORTH_AXES)
+            })
+        };
+        matches!(self, Mapping::Local { .. }) && letter(e) && letter(n) && is_of_surveyors(columns)
     }
 
     /// The same with the two axes of the plan changed over.
@@ -127,6 +152,23 @@ impl Mapping {
     }
 }
 
+/// What brackets say of an axis.
+const NORTH_AXES: &[&str] = &["北", "n", "north", "northing", "北向", "纵"];
+const EAST_AXES: &[&str] = &["东", "e", "east", "easting", "东向", "横"];
+
+/// Whether what stands in a column's brackets is one of these words.
+fn in_brackets(column: &str, words: &[&str]) -> bool {
+    let lower = column.to_lowercase();
+    let Some((_, rest)) = lower.split_once(['(', '（', '[']) else { return false };
+    let inside = rest.split([')', '）', ']']).next().unwrap_or_default();
+    inside.split([' ', ',', '，', '/', ';']).any(|word| words.contains(&word.trim()))
+}
+
+/// Whether a table's columns are named as Chinese surveyors name them: in Chinese, or with H for the height.
+fn is_of_surveyors(columns: &[String]) -> bool {
+    columns.iter().any(|column| column.chars().any(|c| ('\u{4e00}'..='\u{9fff}').contains(&c)))
+}
+
 /// A column's name without its unit, its brackets and what parts its words.
 fn word(column: &str) -> String {
     let lower = column.to_lowercase();
@@ -157,6 +199,22 @@ mod tests {
             Mapping::Geographic { name: 2, latitude_deg: 1, longitude_deg: 0, height_m: Some(3) };
         assert_eq!(guess("lon_deg,lat_deg,name,height_m"), Some(geographic));
         assert_eq!(guess("经度,纬度,点名,大地高（米）"), Some(geographic));
+    }
+
+    #[test]
+    fn brackets_say_which_axis_a_letter_is_and_custom_where_they_do_not() {
+        let columns = |header: &str| header.split(',').map(str::to_owned).collect::<Vec<_>>();
+        let north_first = Some(Mapping::Local { name: 0, e_m: 2, n_m: 1, u_m: Some(3) });
+        for (header, by_custom) in
+            [("点号,X(北),Y(东),H", false), ("No,X (north),Y (east),H", false), ("点号,X,Y,H", true)]
+        {
+            let guessed = guess(header);
+            assert_eq!(guessed, north_first, "{header}");
+            assert_eq!(guessed.unwrap().is_by_custom(&columns(header)), by_custom, "{header}");
+        }
+        let east_first = guess("name,x,y,z").unwrap();
+        assert_eq!(east_first, Mapping::Local { name: 0, e_m: 1, n_m: 2, u_m: Some(3) });
+        assert!(!east_first.is_by_custom(&columns("name,x,y,z")));
     }
 
     #[test]

@@ -6,6 +6,7 @@ mod difference;
 mod edit;
 mod finding;
 mod frame_fit;
+mod grid;
 mod import;
 mod imports;
 mod mapping;
@@ -18,7 +19,7 @@ mod staged;
 mod write;
 
 pub(crate) use edit::{NewMarker, Seen, add, put, remove};
-pub(crate) use import::{Imported, import};
+pub(crate) use import::{Imported, import, places_of_file};
 pub(crate) use imports::{
     Apply, ImportView, Reading, Revert, apply, create, give_up, read_again, revert, view,
 };

@@ -54,6 +54,12 @@ pub(super) enum Odd {
     OtherSite { latitude_deg: f64, longitude_deg: f64 },
     /// Metres of another grid.
     OtherGrid { farthest_m: f64 },
+    /// Coordinates of a national grid, which are read by it where it puts them at the site.
+    NationalGrid { grid: String, central_meridian_deg: f64, distance_m: f64 },
+    /// X and Y in a table of Chinese surveyors: X is taken to go north.
+    AxesByCustom,
+    /// A name with letters that cannot be seen, or in another form of its letters.
+    CleanedName { letters: usize, kept_letters: usize },
     /// Columns whose names say nothing.
     ColumnsUnknown,
     /// A row whose east and north are changed over.
@@ -99,6 +105,9 @@ impl Odd {
             Odd::LooksLocal => "looks_local",
             Odd::LooksGeographic => "looks_geographic",
             Odd::OtherSite { .. } | Odd::OtherGrid { .. } => "wrong_frame",
+            Odd::NationalGrid { .. } => "national_grid",
+            Odd::AxesByCustom => "axes_by_custom",
+            Odd::CleanedName { .. } => "cleaned_name",
             Odd::ColumnsUnknown => "columns_unknown",
             Odd::SwappedRow { .. } => "swapped_row",
             Odd::FarMove { .. } => "far_move",
@@ -120,9 +129,21 @@ impl Odd {
     /// Its figures and the names in its sentence.
     pub(super) fn figures(&self) -> Figures {
         match self {
-            Odd::NoRows | Odd::LooksLocal | Odd::LooksGeographic | Odd::ColumnsUnknown | Odd::NotInPlan => {
-                Figures::new()
-            }
+            Odd::NoRows
+            | Odd::LooksLocal
+            | Odd::LooksGeographic
+            | Odd::AxesByCustom
+            | Odd::ColumnsUnknown
+            | Odd::NotInPlan => Figures::new(),
+            Odd::NationalGrid { grid, central_meridian_deg, distance_m } => figures([
+                ("grid", grid.as_str().into()),
+                ("central_meridian_deg", (*central_meridian_deg).into()),
+                ("distance_m", (*distance_m).into()),
+            ]),
+            Odd::CleanedName { letters, kept_letters } => figures([
+                ("letters", (*letters as f64).into()),
+                ("kept_letters", (*kept_letters as f64).into()),
+            ]),
             Odd::WrongName { found, longest_letters, .. } => figures([
                 ("found", found.as_str().into()),
                 ("longest_letters", (*longest_letters as f64).into()),
@@ -214,6 +235,15 @@ impl Odd {
             Odd::OtherGrid { farthest_m } => format!(
                 "expected metres from the site's origin, found coordinates farther than {farthest_m} m, such as those of a projected national grid: give them in the site's frame or as latitude and longitude"
             ),
+            Odd::NationalGrid { grid, central_meridian_deg, distance_m } => format!(
+                "expected metres from the site's origin, found coordinates of a national grid, {grid} with central meridian {central_meridian_deg}°, which puts them {distance_m:.0} m from the site: check that this is the grid; they are read by it where that is near enough"
+            ),
+            Odd::AxesByCustom => {
+                "expected to be told which axis goes north, found X and Y alone: read with X to the north, as surveyors in China have it; change the two columns over where it is not so".to_owned()
+            }
+            Odd::CleanedName { letters, kept_letters } => format!(
+                "expected a name of letters that can be seen, found one of {letters} of which {kept_letters} are kept: check that it still says what it should"
+            ),
             Odd::ColumnsUnknown => {
                 "expected columns for name, east and north or for name, latitude and longitude, found none by these names: say which is which".to_owned()
             }
@@ -290,7 +320,12 @@ mod tests {
                 Odd::LooksLocal => Odd::LooksGeographic,
                 Odd::LooksGeographic => Odd::OtherSite { latitude_deg: 25.0, longitude_deg: 106.0 },
                 Odd::OtherSite { .. } => Odd::OtherGrid { farthest_m: 1e5 },
-                Odd::OtherGrid { .. } => Odd::ColumnsUnknown,
+                Odd::OtherGrid { .. } => {
+                    Odd::NationalGrid { grid: text(), central_meridian_deg: 108.0, distance_m: 12.0 }
+                }
+                Odd::NationalGrid { .. } => Odd::AxesByCustom,
+                Odd::AxesByCustom => Odd::CleanedName { letters: 4, kept_letters: 3 },
+                Odd::CleanedName { .. } => Odd::ColumnsUnknown,
                 Odd::ColumnsUnknown => Odd::SwappedRow { largest_move_m: 1.0, moved_m: 90.0, swapped_m: 0.1 },
                 Odd::SwappedRow { .. } => Odd::FarMove { largest_move_m: 1.0, moved_m: 1.5 },
                 Odd::FarMove { .. } => Odd::SimilarName { like: text() },

@@ -5,9 +5,11 @@ use std::collections::HashMap;
 use lodestep_engine::geo::LocalFrame;
 use lodestep_engine::parse::any_table::{AnyRow, AnyTable};
 use lodestep_engine::parse::markers_csv::MarkerPlace;
+use lodestep_engine::parse::{names, surveyed};
 
 use super::edit::{FARTHEST_M, NAME_LENGTH, checked_name};
 use super::finding::{Findings, Level};
+use super::grid;
 use super::mapping::Mapping;
 use super::odd::Odd;
 use crate::store::markers::Place;
@@ -38,16 +40,35 @@ pub(super) fn rows(
     if table.rows.is_empty() {
         findings.of_file(Level::Error, &Odd::NoRows, None);
     }
-    if wrong_frame(table, mapping, frame, findings) {
-        return Vec::new();
+    let grid = grid::of(table, mapping, frame);
+    match &grid {
+        Some(grid) => {
+            // A mapping that has the axes the other way round is put right by the grid itself.
+            let (central_meridian_deg, distance_m) = (grid.zone.central_meridian_deg, grid.distance_m);
+            let odd = Odd::NationalGrid { grid: grid.name.clone(), central_meridian_deg, distance_m };
+            let level = if distance_m > grid::FARTHEST_M { Level::Error } else { Level::Warning };
+            findings.of_file(level, &odd, None);
+            if level == Level::Error {
+                return Vec::new();
+            }
+        }
+        None if wrong_frame(table, mapping, frame, findings) => return Vec::new(),
+        None if mapping.is_by_custom(&table.columns) => {
+            findings.of_file(Level::Warning, &Odd::AxesByCustom, Some(mapping.swapped()));
+        }
+        None => {}
     }
+    let mut looks: HashMap<String, String> = HashMap::new();
     let mut rows = Vec::with_capacity(table.rows.len());
     let mut lines: HashMap<String, u64> = HashMap::new();
     for row in &table.rows {
-        let Some(read) = one(row, table, mapping, frame, findings) else { continue };
+        let Some(read) = one(row, table, mapping, (frame, grid.as_ref()), findings) else { continue };
         if let Some(line) = lines.insert(read.name.clone(), read.line) {
             findings.of_line(Level::Error, read.line, &read.name, &Odd::RepeatedName { first_line: line });
             continue;
+        }
+        if let Some(like) = looks.insert(names::look(&read.name), read.name.clone()) {
+            findings.of_line(Level::Warning, read.line, &read.name, &Odd::SimilarName { like });
         }
         rows.push(read);
     }
@@ -58,11 +79,12 @@ fn one(
     row: &AnyRow,
     table: &AnyTable,
     mapping: Mapping,
-    frame: &LocalFrame,
+    (frame, grid): (&LocalFrame, Option<&grid::Grid>),
     findings: &mut Findings,
 ) -> Option<Row> {
     let (name, plan, height) = mapping.columns();
     let cell = |index: usize| row.cells.get(index).map(String::as_str).unwrap_or_default();
+    let written = cell(name).trim();
     let name = match checked_name(cell(name)) {
         Ok(name) => name,
         Err(error) => {
@@ -72,10 +94,19 @@ fn one(
             return None;
         }
     };
+    if name != written {
+        let odd = Odd::CleanedName { letters: written.chars().count(), kept_letters: name.chars().count() };
+        findings.of_line(Level::Warning, row.line, &name, &odd);
+    }
+    let comma = table.decimal_comma;
+    let read = |index: usize, text: &str| match mapping {
+        Mapping::Geographic { .. } if plan.contains(&index) => surveyed::angle_deg(text, comma),
+        _ => surveyed::number(text, comma),
+    };
     let mut value = |index: usize, most: f64| {
         let text = cell(index);
         let (column, found) = (table.columns[index].clone(), shown(text));
-        let odd = match number(text) {
+        let odd = match read(index, text) {
             None => Odd::NotANumber { column, found },
             Some(value) if value.abs() > most => Odd::ValueOutOfRange { column, found, most },
             value => return value,
@@ -84,6 +115,7 @@ fn one(
         None
     };
     let most = match mapping {
+        Mapping::Local { .. } if grid.is_some() => [grid::LARGEST_M; 2],
         Mapping::Local { .. } => [FARTHEST_M; 2],
         Mapping::Geographic { .. } => [90.0, 180.0],
     };
@@ -95,9 +127,10 @@ fn one(
         Some(index) => value(index, FARTHEST_M).map(Some),
     };
     let (first, second, height) = (first?, second?, height?);
-    let (e_m, n_m, u_m) = match mapping {
-        Mapping::Local { .. } => (first, second, height),
-        Mapping::Geographic { .. } => {
+    let (e_m, n_m, u_m) = match (mapping, grid) {
+        (Mapping::Local { .. }, Some(grid)) => grid.to_local_m(first, second, height, frame),
+        (Mapping::Local { .. }, None) => (first, second, height),
+        (Mapping::Geographic { .. }, _) => {
             MarkerPlace::Geodetic { latitude_deg: first, longitude_deg: second, height_m: height }
                 .to_local_m(frame)
         }
@@ -118,7 +151,7 @@ fn wrong_frame(table: &AnyTable, mapping: Mapping, frame: &LocalFrame, findings:
         let of = table
             .rows
             .iter()
-            .filter_map(|row| Some((number(row.cells.get(first)?)?, number(row.cells.get(second)?)?)));
+            .filter_map(|row| Some((value_of(table, row, first)?, value_of(table, row, second)?)));
         let pairs: Vec<_> = of.collect();
         !pairs.is_empty()
             && pairs.iter().filter(|(a, b)| says(*a, *b)).count() as f64 >= MOST * table.rows.len() as f64
@@ -158,10 +191,9 @@ fn shown(text: &str) -> String {
     text.chars().take(40).collect()
 }
 
-/// A number as surveyors' tables have it: a real minus sign and blanks are taken as they are meant.
-fn number(text: &str) -> Option<f64> {
-    let plain = text.trim().replace('−', "-");
-    plain.parse::<f64>().ok().filter(|value| value.is_finite())
+/// A coordinate, whichever it is: metres or degrees.
+pub(super) fn value_of(table: &AnyTable, row: &AnyRow, column: usize) -> Option<f64> {
+    surveyed::angle_deg(row.cells.get(column)?, table.decimal_comma)
 }
 
 #[cfg(test)]

@@ -17,7 +17,7 @@ use super::uploads::{self, disk_error, parse_sha256};
 use crate::error::{Error, Place, Result};
 use crate::state::App;
 use crate::store::logs::{self, Codec, Log, LogState};
-use crate::store::{raw_chunks, session_search, sessions};
+use crate::store::{anomalies, raw_chunks, session_search, sessions};
 use crate::utc;
 use crate::yielding::yielding;
 
@@ -218,6 +218,7 @@ async fn accept(app: &App, log: Log, read: ReadLog) -> Result<Log> {
     clear_chunks(app, log.id).await?;
     let stored = store_chunks(app, &log, read.chunks.into_chunks().map_err(disk_error)?).await;
     let row = accepted.clone();
+    let found = read.anomalies;
     let stored = match stored {
         Err(error) => Err(error),
         Ok(()) => {
@@ -226,6 +227,7 @@ async fn accept(app: &App, log: Log, read: ReadLog) -> Result<Log> {
                 .run(move |db| {
                     async move {
                         logs::update(&mut *db, &row).await?;
+                        anomalies::put_of_log(&mut *db, row.session_id, row.stream.0, &found).await?;
                         Ok::<_, Error>(session_search::count_stored(&mut *db, row.session_id).await?)
                     }
                     .boxed()

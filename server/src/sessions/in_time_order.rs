@@ -1,11 +1,17 @@
 //! A session's streams as one sequence: the stream whose next reading is older goes first.
 
+use lodestep_engine::anomaly::Anomaly;
 use lodestep_engine::stream::{Reading, Readings, StreamId};
 
 /// Where one stream's readings come from, piece by piece, in the order of its log.
 pub(crate) trait StreamReadings {
     /// The next piece; an empty one at the end.
     fn next_piece(&mut self) -> anyhow::Result<Readings>;
+
+    /// What was done to read it, known at its end.
+    fn anomalies(&self) -> Vec<Anomaly> {
+        Vec::new()
+    }
 }
 
 /// What happens next in a session.
@@ -39,6 +45,7 @@ impl<S: StreamReadings> Source<S> {
 /// back keeps its own order; that is for the session to judge.
 pub(crate) struct InTimeOrder<S> {
     sources: Vec<Source<S>>,
+    anomalies: Vec<Anomaly>,
 }
 
 impl<S: StreamReadings> InTimeOrder<S> {
@@ -53,7 +60,12 @@ impl<S: StreamReadings> InTimeOrder<S> {
             })
             .collect();
         sources.sort_by_key(|source| source.stream);
-        InTimeOrder { sources }
+        InTimeOrder { sources, anomalies: Vec::new() }
+    }
+
+    /// What was done to read the streams that have ended.
+    pub(crate) fn anomalies(&mut self) -> Vec<Anomaly> {
+        std::mem::take(&mut self.anomalies)
     }
 
     /// The next step; `None` when every stream has ended.
@@ -61,7 +73,13 @@ impl<S: StreamReadings> InTimeOrder<S> {
         let mut oldest: Option<(usize, i64)> = None;
         for number in 0..self.sources.len() {
             match self.sources[number].next_ns()? {
-                None => return Ok(Some(Step::End(self.sources.remove(number).stream))),
+                None => {
+                    let Source { stream, readings, .. } = self.sources.remove(number);
+                    let of_stream = readings.anomalies().into_iter();
+                    self.anomalies
+                        .extend(of_stream.map(|anomaly| Anomaly { stream: Some(stream), ..anomaly }));
+                    return Ok(Some(Step::End(stream)));
+                }
                 Some(t_ns) if oldest.is_none_or(|(_, oldest_ns)| t_ns < oldest_ns) => {
                     oldest = Some((number, t_ns));
                 }

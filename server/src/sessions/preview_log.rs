@@ -38,6 +38,8 @@ pub(crate) struct Preview {
     part: bool,
     /// Whether the field is told in counts, as nobody said how much one is.
     field_in_counts: bool,
+    /// What was done to read it, as far as it was looked at, in sentences.
+    remarks: Vec<String>,
     /// What its samples are worth.
     survey: Survey,
     /// What is wrong with it.
@@ -85,6 +87,7 @@ pub(crate) fn preview(
         rows: table.map_or_else(Vec::new, |table| table.rows),
         clock_ns: reader.clock_ns().map(|(first, last)| [first, last]),
         part,
+        remarks: reader.anomalies().into_iter().map(|anomaly| anomaly.detail).collect(),
         survey: survey.finish(),
         problem,
     })
@@ -103,6 +106,7 @@ impl Preview {
             clock_ns: None,
             part,
             field_in_counts: false,
+            remarks: Vec::new(),
             survey: LogSurvey::default().finish(),
             problem: Some(problem(error)),
         }
@@ -190,12 +194,16 @@ mod tests {
     }
 
     #[test]
-    fn what_is_wrong_comes_with_what_was_found_before_it() {
+    fn one_wrong_line_is_left_out_and_told_and_mostly_wrong_ones_are_a_problem() {
         let text = log(5_000) + "50.0,0,0,zero,0,0,9.8\n";
         let seen = preview(text.as_bytes(), foot(), LIMITS, Reading::default(), false).unwrap();
         assert_eq!((seen.survey.samples, seen.columns.len()), (5_000, 7));
+        assert!(seen.problem.is_none() && seen.remarks[0].contains("line 5002"), "{:?}", seen.remarks);
+        let text = log(1_000) + &"50.0,0,0,zero,0,0,9.8\n".repeat(1_001);
+        let seen = preview(text.as_bytes(), foot(), LIMITS, Reading::default(), false).unwrap();
         let problem = seen.problem.unwrap();
-        assert_eq!((&*problem.code, problem.place.unwrap().line), ("not_a_number", Some(5_002)));
+        assert_eq!((&*problem.code, problem.place.unwrap().line), ("not_a_number", Some(1_002)));
+        assert!(problem.detail.contains("1001 of 2001 lines"), "{}", problem.detail);
     }
 
     #[test]

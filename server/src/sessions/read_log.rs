@@ -4,7 +4,9 @@ use std::fs::File;
 use std::io::{self, Read};
 use std::path::Path;
 
+use lodestep_engine::anomaly::{Anomaly, Cause as _};
 use lodestep_engine::parse::log_format::LogFormat;
+use lodestep_engine::parse::remark::LogCause;
 use lodestep_engine::parse::{ParseError, Reading, StreamReader};
 use lodestep_engine::stream::{Readings, StreamId};
 use lodestep_engine::system::StreamRule;
@@ -29,6 +31,8 @@ pub(crate) struct ReadLog {
     /// Times of the first and the last sample, ns.
     pub(crate) t_first_ns: i64,
     pub(crate) t_last_ns: i64,
+    /// What was done to read it.
+    pub(crate) anomalies: Vec<Anomaly>,
     /// Its samples, ready for the store.
     pub(crate) chunks: Spill,
 }
@@ -83,7 +87,13 @@ pub(crate) fn read_log(
         }
         other => other?,
     }
-    chunks.finish(unpack.packing(), reader.format())
+    let mut anomalies = reader.anomalies();
+    if let Some(packing) = unpack.odd_end() {
+        let ends_ns = [chunks.first_t_ns.unwrap_or_default(), chunks.last_t_ns];
+        anomalies.push(LogCause::Packing { packing }.anomaly(None, ends_ns, 0));
+    }
+    let anomalies = anomalies.into_iter().map(|found| Anomaly { stream: Some(stream), ..found }).collect();
+    Ok(ReadLog { anomalies, ..chunks.finish(unpack.packing(), reader.format())? })
 }
 
 fn parse(
@@ -149,6 +159,7 @@ impl Chunks {
             samples: self.samples,
             t_first_ns: self.first_t_ns.unwrap_or_default(),
             t_last_ns: self.last_t_ns,
+            anomalies: Vec::new(),
             chunks: self.spill,
         })
     }

@@ -42,6 +42,8 @@ pub(crate) struct Run {
     pub(crate) track: Track,
     /// Of its points, only the first in each cell of this grid are kept.
     grid: Option<Grid>,
+    /// What was done to read the streams; no part of the track, which is the same for the same samples.
+    pub(crate) read_with: Vec<Anomaly>,
     /// Looks on for the charts, where they are wanted.
     recorder: Option<Box<Recorder>>,
 }
@@ -55,6 +57,7 @@ impl Run {
             events: Vec::new(),
             track: Track { points: Vec::with_capacity(most_epochs as usize), ..Track::default() },
             grid: None,
+            read_with: Vec::new(),
             recorder: None,
         };
         for visit in visits {
@@ -178,6 +181,7 @@ pub(crate) fn feed<S: StreamReadings>(
         }
     }
     run.finish_filter();
+    run.read_with = samples.anomalies();
     Ok(true)
 }
 

@@ -4,6 +4,7 @@ use std::collections::HashMap;
 
 use lodestep_engine::anomaly::Anomaly;
 use lodestep_engine::event::{AidKind, TrackPoint, VisitOutcome};
+use lodestep_engine::parse::remark;
 use lodestep_engine::session::{ConfigError, SessionConfig, Solution, Visit};
 use tokio::runtime::Handle;
 use uuid::Uuid;
@@ -58,6 +59,9 @@ impl Walk {
         if needed_bytes > most_bytes {
             return Err(ProcessError::TooLarge { epochs, needed_bytes, most_bytes });
         }
+        // What was done to read the logs is found once, when they come in, and holds for every run.
+        let known = store::anomalies::of_session(db, session_id).await?.into_iter();
+        anomalies.extend(known.map(|known| known.found).filter(|found| remark::KINDS.contains(&found.kind)));
         let markers: HashMap<_, _> =
             store::markers::list(db).await?.into_iter().map(|marker| (marker.name.clone(), marker)).collect();
         let (mut visits, mut automatic) = (Vec::new(), Vec::new());

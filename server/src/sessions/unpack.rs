@@ -3,9 +3,9 @@
 //! Reads piece by piece in bounded memory, and stops as soon as the stream unpacks to more than the
 //! limits allow, so that ten megabytes cannot become ten gigabytes.
 
-use std::io::{self, BufReader, Read};
+use std::io::{self, BufRead as _, BufReader, Read};
 
-use flate2::bufread::MultiGzDecoder;
+use flate2::bufread::GzDecoder;
 
 use super::signature;
 
@@ -133,7 +133,11 @@ type Source<R> = BufReader<Counted<io::Chain<io::Cursor<Vec<u8>>, R>>>;
 
 enum Stream<R: Read> {
     Plain(Source<R>),
-    Gzip(Box<MultiGzDecoder<Source<R>>>),
+    Gzip(Box<GzDecoder<Source<R>>>),
+    /// Behind the last member.
+    GzipEnded(Box<Source<R>>),
+    /// While one becomes another.
+    Nothing,
     Zstd(zstd::stream::read::Decoder<'static, Source<R>>),
 }
 
@@ -142,6 +146,7 @@ pub struct Unpack<R: Read> {
     stream: Stream<R>,
     limits: UnpackLimits,
     unpacked_bytes: u64,
+    odd_end: Option<&'static str>,
 }
 
 impl<R: Read> Unpack<R> {
@@ -160,7 +165,7 @@ impl<R: Read> Unpack<R> {
         let source = BufReader::with_capacity(READ_BYTES, counted);
         let stream = match packing {
             Packing::Plain => Stream::Plain(source),
-            Packing::Gzip => Stream::Gzip(Box::new(MultiGzDecoder::new(source))),
+            Packing::Gzip => Stream::Gzip(Box::new(GzDecoder::new(source))),
             Packing::Zstd => {
                 let mut decoder =
                     zstd::stream::read::Decoder::with_buffer(source).map_err(UnpackError::Io)?;
@@ -168,14 +173,14 @@ impl<R: Read> Unpack<R> {
                 Stream::Zstd(decoder)
             }
         };
-        Ok(Unpack { stream, limits, unpacked_bytes: 0 })
+        Ok(Unpack { stream, limits, unpacked_bytes: 0, odd_end: None })
     }
 
     /// How it was packed.
     pub fn packing(&self) -> Packing {
         match self.stream {
-            Stream::Plain(_) => Packing::Plain,
-            Stream::Gzip(_) => Packing::Gzip,
+            Stream::Plain(_) | Stream::Nothing => Packing::Plain,
+            Stream::Gzip(_) | Stream::GzipEnded(_) => Packing::Gzip,
             Stream::Zstd(_) => Packing::Zstd,
         }
     }
@@ -184,7 +189,8 @@ impl<R: Read> Unpack<R> {
     pub fn read(&mut self, buffer: &mut [u8]) -> Result<usize, UnpackError> {
         let read = match &mut self.stream {
             Stream::Plain(source) => source.read(buffer),
-            Stream::Gzip(decoder) => decoder.read(buffer),
+            Stream::Gzip(_) => self.read_gzip(buffer),
+            Stream::GzipEnded(_) | Stream::Nothing => Ok(0),
             Stream::Zstd(decoder) => decoder.read(buffer),
         };
         let n = read.map_err(|error| self.explain(error))?;
@@ -194,6 +200,31 @@ impl<R: Read> Unpack<R> {
         self.unpacked_bytes += n as u64;
         self.check_limits()?;
         Ok(n)
+    }
+
+    /// What is odd about the end of a packed file of which all was read, if anything.
+    pub fn odd_end(&self) -> Option<&'static str> {
+        self.odd_end
+    }
+
+    /// One member after the other. What stands behind the last and begins no other is filling.
+    fn read_gzip(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
+        while let Stream::Gzip(decoder) = &mut self.stream {
+            let read = decoder.read(buffer)?;
+            if read > 0 || buffer.is_empty() {
+                return Ok(read);
+            }
+            let Stream::Gzip(decoder) = std::mem::replace(&mut self.stream, Stream::Nothing) else { break };
+            let mut source = decoder.into_inner();
+            self.stream = match source.fill_buf()?.first() {
+                Some(0x1F) => Stream::Gzip(Box::new(GzDecoder::new(source))),
+                rest => {
+                    self.odd_end = rest.map(|_| "goes on behind its end with bytes that are not packed");
+                    Stream::GzipEnded(Box::new(source))
+                }
+            };
+        }
+        Ok(0)
     }
 
     /// Goes on unpacking, for nothing, as far as the ratio's grace: a parser that gave up on the
@@ -212,6 +243,8 @@ impl<R: Read> Unpack<R> {
         match &self.stream {
             Stream::Plain(source) => source.get_ref().bytes,
             Stream::Gzip(decoder) => decoder.get_ref().get_ref().bytes,
+            Stream::GzipEnded(source) => source.get_ref().bytes,
+            Stream::Nothing => 0,
             Stream::Zstd(decoder) => decoder.get_ref().get_ref().bytes,
         }
     }
@@ -296,6 +329,19 @@ mod tests {
                 let error = unpack(&packed[..cut], LIMITS).unwrap_err();
                 assert!(matches!(error, UnpackError::Truncated { .. }), "cut at {cut}: {error}");
             }
+        }
+    }
+
+    #[test]
+    fn filling_behind_a_whole_stream_is_read_over_and_told() {
+        for filling in [&[0; 5000][..], b"\x1a"] {
+            let packed = [&gzip(&text()), filling].concat();
+            let mut unpack = Unpack::new(&packed[..], LIMITS).unwrap();
+            let (mut all, mut buffer) = (Vec::new(), [0; 1000]);
+            while let n @ 1.. = unpack.read(&mut buffer).unwrap() {
+                all.extend_from_slice(&buffer[..n]);
+            }
+            assert!(all == text() && unpack.odd_end().is_some());
         }
     }
 

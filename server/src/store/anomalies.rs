@@ -6,6 +6,7 @@ use sqlx::{FromRow, Row, SqliteConnection, SqliteExecutor};
 use uuid::Uuid;
 
 use lodestep_engine::anomaly::{self, AnomalyKind};
+use lodestep_engine::parse::remark::KINDS;
 use lodestep_engine::stream::StreamId;
 
 use super::many_rows::{placeholders, shaped, shapes};
@@ -194,6 +195,27 @@ pub async fn clear_some(
     Ok(query.execute(db).await?.rows_affected() > 0)
 }
 
+/// Puts what was done to read a stream's log in place of what was done to read one before it.
+pub async fn put_of_log(
+    db: &mut SqliteConnection,
+    session_id: Uuid,
+    stream: StreamId,
+    found: &[anomaly::Anomaly],
+) -> Result<(), StoreError> {
+    for kind in KINDS {
+        sqlx::query("delete from anomalies where session_id = ?1 and stream = ?2 and kind = ?3")
+            .bind(session_id.to_string())
+            .bind(stream.name().to_owned())
+            .bind(kind.as_str().to_owned())
+            .execute(&mut *db)
+            .await?;
+    }
+    for anomaly in found {
+        insert(&mut *db, session_id, anomaly).await?;
+    }
+    Ok(())
+}
+
 /// Removes those of a session: a new run finds its own.
 pub async fn clear(db: impl SqliteExecutor<'_>, session_id: Uuid) -> Result<(), StoreError> {
     sqlx::query("delete from anomalies where session_id = ?1")
@@ -205,14 +227,17 @@ pub async fn clear(db: impl SqliteExecutor<'_>, session_id: Uuid) -> Result<(), 
 
 #[cfg(test)]
 mod tests {
+    use lodestep_engine::anomaly::Cause as _;
     use lodestep_engine::figures::Figures;
+    use lodestep_engine::parse::remark::LogCause;
     use lodestep_engine::systems::catalogue::SYSTEMS;
 
     use crate::page_words::assert_words;
 
     #[test]
     fn the_page_has_words_for_every_anomaly_in_both_languages() {
-        for anomaly in SYSTEMS.iter().flat_map(|system| (system.anomalies)()) {
+        let of_logs = LogCause::examples().into_iter().map(|cause| cause.anomaly(None, [0; 2], 1));
+        for anomaly in SYSTEMS.iter().flat_map(|system| (system.anomalies)()).chain(of_logs) {
             let kind = anomaly.kind.as_str();
             assert_words("anomaly.told", kind, &anomaly.figures.unwrap_or_default());
             for general in ["anomaly", "anomaly.about"] {

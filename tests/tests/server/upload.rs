@@ -205,6 +205,34 @@ fn with_line(line: usize, change: impl Fn(&str) -> String) -> Vec<u8> {
     (lines.join("\n") + "\n").into_bytes()
 }
 
+/// The log with the first `lines` rows garbled.
+fn garbled(lines: usize) -> Vec<u8> {
+    let text = String::from_utf8(left()).unwrap();
+    let garble = |(k, line): (usize, &str)| match (1..=lines).contains(&k) {
+        true => line.replacen(',', ",abc", 1),
+        false => line.to_owned(),
+    };
+    text.lines().enumerate().map(garble).collect::<Vec<_>>().join("\n").into_bytes()
+}
+
+#[tokio::test]
+async fn a_garbled_line_costs_itself_alone_and_is_told_with_the_walk() {
+    let server = TestServer::start().await;
+    let session_id = server.session(json!({})).await;
+    let accepted = server.hand_in(&session_id, "left", garbled(2)).await;
+    assert_eq!((accepted.status, &accepted.body["state"]), (200, &json!("accepted")), "{accepted:?}");
+    assert_eq!(accepted.body["samples"], walk().left.len() - 2);
+    for _ in 0..2 {
+        let told = server.look(&format!("/sessions/{session_id}/anomalies")).await.body;
+        let left_out: Vec<_> =
+            told.as_array().unwrap().iter().filter(|told| told["anomaly"] == "lines_left_out").collect();
+        assert_eq!(left_out.len(), 1, "{told}");
+        assert_eq!(left_out[0]["figures"]["lines"], 2.0);
+        // A run finds its own anomalies, and leaves what reading found.
+        server.process(&session_id).await;
+    }
+}
+
 #[tokio::test]
 async fn bad_logs_are_refused_with_what_where_and_what_to_do() {
     let server = TestServer::start().await;
@@ -244,13 +272,12 @@ async fn bad_logs_are_refused_with_what_where_and_what_to_do() {
         ),
         (with_line(1, |_| String::new())[1..].to_vec(), 422, "missing_header", (Some(1), None), "header"),
         (
-            with_line(700, |l| l.replacen(',', ",abc", 1)),
+            garbled(usize::MAX),
             422,
             "not_a_number",
-            (Some(700), Some("gyr_x_rad_s")),
-            "abc",
+            (Some(2), Some("gyr_x_rad_s")),
+            "lines that cannot be read",
         ),
-        (with_line(800, |l| format!("{l},1")), 422, "wrong_field_count", (Some(800), None), "12"),
         (log(&degrees), 422, "degrees_not_radians", (None, None), "rad"),
         (half[..half.len() / 2].to_vec(), 422, "truncated", (None, None), "gzip"),
         (flipped, 422, "damaged", (None, None), "checksum"),
