@@ -27,5 +27,7 @@ pub(super) const PROCESS: &[OwnCommand] = &[
 ];
 
 /// `lodestep simulate NAME`.
-pub(super) const SIMULATE: &[OwnCommand] =
-    &[OwnCommand { name: "rover", command: rover::simulate_command, run: rover::simulate }];
+pub(super) const SIMULATE: &[OwnCommand] = &[
+    pole::SIMULATE,
+    OwnCommand { name: "rover", command: rover::simulate_command, run: rover::simulate },
+];
