@@ -17,6 +17,7 @@ mod magnetism;
 mod magnetometer;
 mod motion;
 pub mod pedestrian;
+pub mod pole;
 mod random;
 pub mod rover;
 mod triad;

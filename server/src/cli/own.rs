@@ -29,5 +29,6 @@ pub(super) const PROCESS: &[OwnCommand] = &[
 /// `lodestep simulate NAME`.
 pub(super) const SIMULATE: &[OwnCommand] = &[
     OwnCommand { name: "cabin", command: cabin::simulate_command, run: cabin::run_simulate },
+    pole::SIMULATE,
     OwnCommand { name: "rover", command: rover::simulate_command, run: rover::simulate },
 ];

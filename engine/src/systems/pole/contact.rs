@@ -86,9 +86,8 @@ pub(super) fn by_feel(
         let whole = imu[last - 1].t_ns - imu[first].t_ns > HALF_WINDOW_NS * 3 / 2;
         let mean = (sums[last].0 - sums[first].0) / count;
         let spread = ((sums[last].1 - sums[first].1) / count - mean.norm_squared()).max(0.0).sqrt();
-        let stands = whole
-            && spread < MOST_SPREAD_M_S2
-            && (mean.norm() - gravity_m_s2).abs() < MOST_FROM_GRAVITY_M_S2;
+        let stands =
+            whole && spread < MOST_SPREAD_M_S2 && (mean.norm() - gravity_m_s2).abs() < MOST_FROM_GRAVITY_M_S2;
         if stands {
             let (from_ns, to_ns) = (imu[first].t_ns, imu[last - 1].t_ns);
             match contacts.last_mut() {
@@ -101,11 +100,7 @@ pub(super) fn by_feel(
 }
 
 /// The specific force at the tip, turned into the frame of the first sample.
-fn felt_at_tip(
-    imu: &[ImuSample],
-    tip_b_m: &Vector3<f64>,
-    gyro_bias_b: &Vector3<f64>,
-) -> Vec<Vector3<f64>> {
+fn felt_at_tip(imu: &[ImuSample], tip_b_m: &Vector3<f64>, gyro_bias_b: &Vector3<f64>) -> Vec<Vector3<f64>> {
     let rate = |k: usize| Vector3::from(imu[k].w_ib_b_rad_s) - gyro_bias_b;
     let mut c = Matrix3::identity();
     let mut felt = Vec::with_capacity(imu.len());
@@ -127,9 +122,7 @@ fn felt_at_tip(
         }
         let span_s = (imu[after].t_ns - imu[before].t_ns) as f64 * 1e-9;
         let turning = if span_s > 0.0 { (rate(after) - rate(before)) / span_s } else { Vector3::zeros() };
-        let force = Vector3::from(imu[k].f_b_m_s2)
-            + turning.cross(tip_b_m)
-            + w.cross(&w.cross(tip_b_m));
+        let force = Vector3::from(imu[k].f_b_m_s2) + turning.cross(tip_b_m) + w.cross(&w.cross(tip_b_m));
         felt.push(c * force);
     }
     felt
@@ -179,5 +172,71 @@ impl Walking {
             _ if self.at == 0 => 0.0,
             _ => 1.0,
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const MS: i64 = 1_000_000;
+
+    #[test]
+    fn a_switch_that_chatters_says_one_contact_and_a_touch_none() {
+        let rows = [
+            (0, true),
+            (1000 * MS, false),
+            (3000 * MS, true),
+            (3012 * MS, false),
+            (3034 * MS, true),
+            (3900 * MS, false),
+            (5000 * MS, true),
+            (5050 * MS, false),
+            (6000 * MS, true),
+        ];
+        let contacts = by_switch(&rows, 8000 * MS);
+        let expected = [(0, 1000), (3000, 3900), (6000, 8000)];
+        let expected = expected.map(|(from, to)| Interval { from_ns: from * MS, to_ns: to * MS });
+        assert_eq!(contacts, expected);
+    }
+
+    /// A pole that turns about its tip for two seconds, and is then carried about for two.
+    #[test]
+    fn contact_is_felt_while_the_pole_turns_about_its_tip_and_not_while_the_tip_is_carried() {
+        let tip_b_m = Vector3::new(0.0, 0.0, -1.0);
+        let instrument = Instrument { antenna_b_m: Vector3::z(), tip_b_m: Some(tip_b_m) };
+        let g = 9.8;
+        let imu: Vec<ImuSample> = (0..800)
+            .map(|k| {
+                let t_s = k as f64 * 0.005;
+                // Leaning by θ = 0.3 sin 2t about y; the sensor is 1 m above the tip.
+                let (sin, cos) = libm::sincos(2.0 * t_s);
+                let (lean, rate, turning) = (0.3 * sin, 0.6 * cos, -1.2 * sin);
+                let (sin, cos) = libm::sincos(lean);
+                let carried = if t_s < 2.0 { 0.0 } else { 3.0 * libm::sin(6.0 * t_s) };
+                let f_b = Vector3::new(turning - g * sin + carried, 0.0, g * cos - rate * rate);
+                ImuSample {
+                    t_ns: k * 5 * MS,
+                    w_ib_b_rad_s: [0.0, rate, 0.0],
+                    f_b_m_s2: f_b.into(),
+                    mag_b_ut: None,
+                    pressure_hpa: None,
+                }
+            })
+            .collect();
+        let contacts = by_feel(&imu, &instrument, g, &Vector3::zeros());
+        let [contact] = contacts[..] else { panic!("{contacts:?}") };
+        assert!(contact.from_ns < 100 * MS, "{contact:?}");
+        assert!((1800 * MS..2100 * MS).contains(&contact.to_ns), "{contact:?}");
+    }
+
+    #[test]
+    fn what_walking_adds_to_the_bias_goes_when_the_pole_is_held() {
+        let contacts = [(0, 1000), (3000, 3900), (6000, 16000)];
+        let contacts = contacts.map(|(from, to)| Interval { from_ns: from * MS, to_ns: to * MS });
+        let mut walking = Walking::new(&contacts, 1.0, 2.0);
+        let at: Vec<f64> =
+            [500, 2000, 3500, 5000, 6900, 7500, 9000].into_iter().map(|t| walking.at(t * MS)).collect();
+        assert_eq!(at, [0.0, 1.0, 1.0, 1.0, 1.0, 0.5, 0.0]);
     }
 }

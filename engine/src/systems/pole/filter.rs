@@ -160,11 +160,6 @@ impl Filter {
         self.strapdown.nav.c_nb * self.up_b
     }
 
-    /// Where the solution would be, by all that is estimated.
-    pub(super) fn antenna_n_m(&self) -> Vector3<f64> {
-        self.strapdown.nav.p_n + self.strapdown.nav.c_nb * self.antenna.arm_b_m
-    }
-
     /// The measurement that the solution is at `p_n_m`, with so much noise of its own.
     pub(super) fn fix(&self, p_n_m: &Vector3<f64>, white_n_m: &Vector3<f64>) -> Observation<3> {
         let noise = Matrix3::from_diagonal(&white_n_m.component_mul(white_n_m));
@@ -193,13 +188,14 @@ impl Filter {
     }
 
     /// The measurement that the tip touches the ground where it has stood.
-    pub(super) fn stands(&self, sigma_m: f64) -> Option<Observation<3>> {
+    pub(super) fn stands(&self, [plan_m, height_m]: [f64; 2]) -> Option<Observation<3>> {
         let tip = self.tip.as_ref()?;
         let up_n = self.up_n();
         let lean_n = Vector3::new(up_n.x, up_n.y, 0.0);
         // The tip is where the ground is and as far on as it has rolled.
         let stands_n = self.place_n + lean_n * self.roundness_m;
-        let noise = Matrix3::from_diagonal_element(sigma_m * sigma_m);
+        let (plan, height) = (plan_m * plan_m, height_m * height_m);
+        let noise = Matrix3::from_diagonal(&Vector3::new(plan, plan, height));
         let mut by_roundness = Matrix3::zeros();
         by_roundness.set_column(0, &lean_n);
         let mut rolled = skew(&up_n) * -self.roundness_m;
@@ -236,8 +232,9 @@ impl Filter {
     }
 
     /// The ground has crept.
-    pub(super) fn creep(&mut self, variance_m2: f64) {
-        self.eskf.add_noise(&[STATES.place.block()], &Vector3::repeat(variance_m2));
+    pub(super) fn creep(&mut self, creep_m_sqrt_s: [f64; 2], dt_s: f64) {
+        let [plan, height] = creep_m_sqrt_s.map(|creep| creep * creep * dt_s);
+        self.eskf.add_noise(&[STATES.place.block()], &Vector3::new(plan, plan, height));
     }
 
     /// Weighs a measurement; gives its normalised innovation squared and whether it was used.
@@ -305,3 +302,7 @@ impl Filter {
 fn upper(m: &Matrix3<f64>) -> SMatrix<f64, 4, 3> {
     SMatrix::from_fn(|r, c| if r < 3 { m[(r, c)] } else { 0.0 })
 }
+
+#[cfg(test)]
+#[path = "filter_tests.rs"]
+mod tests;

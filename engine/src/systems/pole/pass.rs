@@ -418,7 +418,9 @@ impl<'a> Runner<'a> {
         if let Some(sigma_m_s) = self.setting.tuning.zero_velocity_m_s {
             self.standing = Some(Standing { contact, looked_ns: self.t_ns, refused_ns: Vec::new() });
             self.pass.landings[contact].looks += 1;
-            if let Some(observation) = self.filter.has_no_velocity(self.setting.earth, &self.w_ib_b, sigma_m_s) {
+            if let Some(observation) =
+                self.filter.has_no_velocity(self.setting.earth, &self.w_ib_b, sigma_m_s)
+            {
                 self.filter.weigh(&observation, f64::INFINITY);
             }
             return;
@@ -434,7 +436,7 @@ impl<'a> Runner<'a> {
         if !new {
             let dt_s = (t_ns - standing.looked_ns) as f64 * 1e-9;
             standing.looked_ns = t_ns;
-            self.filter.creep(landing.creep_m_sqrt_s * landing.creep_m_sqrt_s * dt_s);
+            self.filter.creep(landing.creep_m_sqrt_s, dt_s);
         }
         let Some(observation) = self.filter.stands(landing.sigma_m) else { return };
         let (_, used) = self.filter.weigh(&observation, landing.gate);

@@ -79,10 +79,10 @@ pub struct LandingTuning {
     pub after_strike_s: f64,
     /// Left out before it lifts off, s: the switch opens late.
     pub before_lift_s: f64,
-    /// Sigma of where the tip stands, new at each look, m.
-    pub sigma_m: f64,
+    /// Sigma of where the tip stands, new at each look, in plan and height, m.
+    pub sigma_m: [f64; 2],
     /// How it creeps, m/√s.
-    pub creep_m_sqrt_s: f64,
+    pub creep_m_sqrt_s: [f64; 2],
     /// Largest normalised innovation squared of a tip that stands (3 degrees of freedom).
     pub gate: f64,
     /// The extra bias of walking is whole so long after a landing, s.
@@ -121,8 +121,8 @@ impl Tuning {
         let mut tuning = Tuning::default();
         tuning.imu.angle_random_walk_rad_sqrt_s = 4e-4;
         tuning.imu.velocity_random_walk_m_s_sqrt_s = 2e-2;
-        tuning.start.scale = 5e-3;
-        tuning.start.cross_rad = 5e-3;
+        tuning.start.accelerometer_bias_m_s2 = 0.05;
+        tuning.start.gyro_bias_rad_s = 0.005;
         tuning.start.lever_arm_m = 1e-2;
         tuning.gnss.gate = 60.0;
         tuning
@@ -133,8 +133,8 @@ impl Default for Tuning {
     fn default() -> Self {
         Tuning {
             imu: ImuNoise {
-                angle_random_walk_rad_sqrt_s: 9e-5,
-                velocity_random_walk_m_s_sqrt_s: 2e-3,
+                angle_random_walk_rad_sqrt_s: 8e-5,
+                velocity_random_walk_m_s_sqrt_s: 1.2e-3,
                 // What was there when the sensor was switched on stays; what it wanders by is a random walk.
                 gyro_bias_rad_s: GaussMarkov { sigma: 0.012, correlation_time_s: 1e6 },
                 accelerometer_bias_m_s2: GaussMarkov { sigma: 0.2, correlation_time_s: 1e6 },
@@ -166,8 +166,8 @@ impl Default for Tuning {
             landing: LandingTuning {
                 after_strike_s: 0.12,
                 before_lift_s: 0.06,
-                sigma_m: 2e-3,
-                creep_m_sqrt_s: 1e-3,
+                sigma_m: [1.8e-3, 0.8e-3],
+                creep_m_sqrt_s: [1e-3, 5e-4],
                 gate: 16.0,
                 walking_whole_s: 1.0,
                 walking_gone_s: 2.0,

@@ -33,7 +33,10 @@ pub(super) fn samples(path: &Path) -> Result<Vec<ImuSample>> {
     let mut samples: Vec<ImuSample> = Vec::new();
     loop {
         let Readings::Imu(piece) = log.next_piece()? else {
-            return Err(Failure::bad_input(path, "expected samples of an inertial sensor, found rows of numbers"));
+            return Err(Failure::bad_input(
+                path,
+                "expected samples of an inertial sensor, found rows of numbers",
+            ));
         };
         if piece.is_empty() {
             break;
@@ -112,6 +115,7 @@ pub(super) fn switch(path: &Path) -> Result<Vec<(i64, bool)>> {
 }
 
 /// A stop with what passes through.
+#[derive(Debug)]
 pub(super) struct StopWithCode {
     pub(super) stop: Stop,
     pub(super) code: String,

@@ -28,7 +28,7 @@ pub(super) fn write(path: &Path, points: &[Point], stops: &[StopWithCode], frame
 }
 
 fn row(point: &Point, stops: &[StopWithCode], frame: &LocalFrame) -> String {
-    let [e, n, u] = point.p_n_m.into();
+    let [e, n, u]: [f64; 3] = point.p_n_m.into();
     let place = frame.to_geodetic([e, n, u]);
     let sigma = |axis: usize| point.covariance_n_m2[(axis, axis)].max(0.0).sqrt();
     let first = stops.iter().find(|stop| stop.stop.name == point.name);

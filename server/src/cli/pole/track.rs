@@ -9,7 +9,8 @@ use lodestep_engine::systems::pole::survey::Row;
 
 use crate::cli::output_file;
 
-const HEADER: &str = "t_s,e_m,n_m,u_m,antenna_e_m,antenna_n_m,antenna_u_m,sigma_e_m,sigma_n_m,sigma_u_m,contact\n";
+const HEADER: &str =
+    "t_s,e_m,n_m,u_m,antenna_e_m,antenna_n_m,antenna_u_m,sigma_e_m,sigma_n_m,sigma_u_m,contact\n";
 
 /// Writes the track.
 pub(super) fn write(path: &Path, rows: &[Row]) -> Result<()> {
@@ -21,14 +22,21 @@ pub(super) fn write(path: &Path, rows: &[Row]) -> Result<()> {
             // A string takes whatever is written to it.
             let _ = write!(line, "{:.4}", row.t_ns as f64 * 1e-9);
             match row.tip_n_m {
-                Some(tip) => tip.iter().for_each(|x| drop(write!(line, ",{x:.4}"))),
+                Some(tip) => push_metres(&tip, &mut line),
                 None => line.push_str(",,,"),
             }
-            row.antenna_n_m.iter().for_each(|x| drop(write!(line, ",{x:.4}")));
-            row.sigma_n_m.iter().for_each(|x| drop(write!(line, ",{x:.4}")));
+            push_metres(&row.antenna_n_m, &mut line);
+            push_metres(&row.sigma_n_m, &mut line);
             line.push_str(if row.contact { ",1\n" } else { ",0\n" });
             out.write_all(line.as_bytes())?;
         }
         Ok(())
     })
+}
+
+fn push_metres(metres: &[f64; 3], line: &mut String) {
+    for x in metres {
+        // A string takes whatever is written to it.
+        let _ = write!(line, ",{x:.4}");
+    }
 }

@@ -1,0 +1,184 @@
+//! How the pole moves: its tip from stand to stand, its lean, and how it is turned.
+
+use nalgebra::Vector3;
+
+use super::super::jet::Jet;
+use super::super::jet_rotation::JetRotation;
+use super::super::motion::{Kinematics, Motion};
+use super::super::random::{Purpose, Random};
+use super::course::{Course, HELD_S, MANOEUVRE_S, Stand};
+
+/// A sine: amplitude, rad; rate, rad/s; phase, rad.
+type Wave = [f64; 3];
+
+/// The motion of the sensor on the pole.
+#[derive(Clone, Debug)]
+pub(super) struct PoleMotion {
+    course: Course,
+    /// From the sensor to the tip, in b, m.
+    tip_b_m: Vector3<f64>,
+    /// How far the tip rolls as the pole leans by one, m.
+    roundness_m: f64,
+    /// Lean to the front at the end of each stand, and to the back at its start, rad.
+    leans: Vec<[f64; 2]>,
+    /// Angle of the x axis at each stand, rad from east to north.
+    turns: Vec<f64>,
+    /// The manoeuvre's about north and east, and what it turns by.
+    manoeuvre: [Vec<Wave>; 3],
+    manoeuvre_is_done: bool,
+    tremble: [Vec<Wave>; 2],
+}
+
+impl PoleMotion {
+    pub(super) fn new(
+        course: Course,
+        tip_b_m: Vector3<f64>,
+        roundness_m: f64,
+        seed: u64,
+        leaned: bool,
+    ) -> PoleMotion {
+        let mut random = Random::new(seed, Random::COMMON, Purpose::Gait);
+        let leans =
+            course.stands.iter().map(|_| [random.uniform(0.08, 0.2), random.uniform(0.1, 0.24)]).collect();
+        let held_rad = random.uniform(0.0, std::f64::consts::TAU);
+        let turns = course
+            .stands
+            .iter()
+            .map(|stand| held_rad + stand.direction_rad + 0.05 * random.normal())
+            .collect();
+        let mut waves = |count: usize, amplitude: f64, hz: [f64; 2]| -> Vec<Wave> {
+            (0..count)
+                .map(|_| {
+                    let rate = std::f64::consts::TAU * random.uniform(hz[0], hz[1]);
+                    [amplitude * random.uniform(0.6, 1.4), rate, random.uniform(0.0, std::f64::consts::TAU)]
+                })
+                .collect()
+        };
+        let manoeuvre =
+            [waves(3, 0.11, [0.08, 0.45]), waves(3, 0.11, [0.08, 0.45]), waves(2, 0.15, [0.02, 0.12])];
+        let tremble = [waves(3, 0.002, [0.8, 4.0]), waves(3, 0.002, [0.8, 4.0])];
+        PoleMotion {
+            course,
+            tip_b_m,
+            roundness_m,
+            leans,
+            turns,
+            manoeuvre,
+            manoeuvre_is_done: leaned,
+            tremble,
+        }
+    }
+
+    /// Whether the tip stands, and since when.
+    pub(super) fn stands(&self, t_s: f64) -> Option<&Stand> {
+        self.course.stands.iter().find(|stand| (stand.from_s..stand.to_s).contains(&t_s))
+    }
+
+    /// East and north of the unit vector up the pole.
+    pub(super) fn lean(&self, t_s: f64) -> [f64; 2] {
+        let up = self.attitude(t_s).matrix().column(2).into_owned();
+        [up.x, up.y]
+    }
+
+    /// The tip's true place, m.
+    pub(super) fn tip_m(&self, t_s: f64) -> Vector3<f64> {
+        Vector3::from(self.tip(t_s, &self.attitude(t_s)).map(|jet| jet.value))
+    }
+
+    fn attitude(&self, t_s: f64) -> JetRotation {
+        let stands = &self.course.stands;
+        let next = stands.partition_point(|stand| stand.from_s <= t_s);
+        let now = next.max(1) - 1;
+        let (stand, leans) = (&stands[now], self.leans[now]);
+        let along = |direction_rad: f64, lean: Jet| {
+            let (sin, cos) = libm::sincos(direction_rad);
+            [lean * cos, lean * sin]
+        };
+        let last = stands.len() - 1;
+        let ([mut east, mut north], mut turn) = if t_s < stand.to_s || now == last {
+            let progress = Jet::progress(t_s, stand.from_s, stand.to_s).ramp();
+            let from = if now == 0 { 0.0 } else { -leans[0] };
+            let to = if now == last { 0.0 } else { leans[1] };
+            let lean = if now == 0 {
+                Jet::progress(t_s, stand.to_s - 1.0, stand.to_s).ramp() * to
+            } else if now == last {
+                Jet::constant(from) + Jet::progress(t_s, stand.from_s, stand.from_s + 1.0).ramp() * -from
+            } else {
+                Jet::constant(from) + progress * (to - from)
+            };
+            (along(stand.direction_rad, lean), Jet::constant(self.turns[now]))
+        } else {
+            let after = &stands[next];
+            let progress = Jet::progress(t_s, stand.to_s, after.from_s).ramp();
+            let [e0, n0] = along(stand.direction_rad, Jet::constant(leans[1]));
+            let [e1, n1] = along(after.direction_rad, Jet::constant(-self.leans[next][0]));
+            let mix = |a: Jet, b: Jet| a + progress * (b.value - a.value);
+            let turn = Jet::constant(self.turns[now]) + progress * (self.turns[next] - self.turns[now]);
+            ([mix(e0, e1), mix(n0, n1)], turn)
+        };
+        let mut manoeuvres = vec![(stands[last].from_s + 1.0, stands[last].to_s)];
+        if self.manoeuvre_is_done {
+            manoeuvres.push((HELD_S, HELD_S + MANOEUVRE_S - 1.0));
+        }
+        for (from_s, to_s) in manoeuvres {
+            if !(from_s..to_s).contains(&t_s) {
+                continue;
+            }
+            let rising = Jet::progress(t_s, from_s, from_s + 2.0).ramp();
+            let falling = Jet::progress(t_s, to_s, to_s - 2.0).ramp();
+            let share = rising * falling;
+            east = east + share * sum(&self.manoeuvre[0], t_s);
+            north = north + share * sum(&self.manoeuvre[1], t_s);
+            turn = turn + share * sum(&self.manoeuvre[2], t_s);
+        }
+        east = east + sum(&self.tremble[0], t_s);
+        north = north + sum(&self.tremble[1], t_s);
+        // Leaning east turns about north, leaning north against east.
+        JetRotation::about_x(north * -1.0) * JetRotation::about_y(east) * JetRotation::about_z(turn)
+    }
+
+    fn tip(&self, t_s: f64, attitude: &JetRotation) -> [Jet; 3] {
+        let stands = &self.course.stands;
+        let next = stands.partition_point(|stand| stand.from_s <= t_s);
+        let now = next.max(1) - 1;
+        let stand = &stands[now];
+        let slipped = |stand: &Stand, t_s: f64| {
+            let progress = Jet::progress(t_s, stand.slips_s[0], stand.slips_s[0] + stand.slips_s[1]);
+            // What rolls all the time moves evenly, what slips begins and ends.
+            let share = if stand.slips_s[1] > stand.to_s - stand.from_s { progress } else { progress.ramp() };
+            let at = |axis: usize| Jet::constant(stand.place_m[axis]) + share * stand.slip_m[axis];
+            [at(0), at(1), at(2)]
+        };
+        let touch = if t_s < stand.to_s || next >= stands.len() {
+            slipped(stand, t_s)
+        } else {
+            let after = &stands[next];
+            let progress = Jet::progress(t_s, stand.to_s, after.from_s);
+            let from = slipped(stand, stand.to_s).map(|jet| jet.value);
+            let to = slipped(after, after.from_s).map(|jet| jet.value);
+            let ramp = progress.ramp();
+            let at = |axis: usize| Jet::constant(from[axis]) + ramp * (to[axis] - from[axis]);
+            [at(0), at(1), at(2) + progress.bump() * 0.15]
+        };
+        let up = attitude.turn([Jet::constant(0.0), Jet::constant(0.0), Jet::constant(1.0)]);
+        [touch[0] + up[0] * self.roundness_m, touch[1] + up[1] * self.roundness_m, touch[2]]
+    }
+}
+
+impl Motion for PoleMotion {
+    fn at(&self, t_s: f64) -> Kinematics {
+        let attitude = self.attitude(t_s);
+        Kinematics::from_jets(self.tip(t_s, &attitude), &attitude).at_lever_arm(&-self.tip_b_m)
+    }
+
+    fn end_s(&self) -> f64 {
+        self.course.end_s()
+    }
+}
+
+fn sum(waves: &[Wave], t_s: f64) -> Jet {
+    waves.iter().fold(Jet::constant(0.0), |sum, [amplitude, rate, phase]| {
+        let angle = Jet { value: rate * t_s + phase, rate: *rate, acceleration: 0.0 };
+        sum + angle.sin_cos().0 * *amplitude
+    })
+}
