@@ -11,7 +11,7 @@ use lodestep_engine::systems::cabin::{
 };
 
 /// What is read, and how.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Read {
     pub stations: bool,
     pub encoders: bool,

@@ -34,8 +34,12 @@ const FORCES_M_S2: std::ops::Range<f64> = 4.0..20.0;
 const FASTEST_RAD_S: f64 = 3.0;
 /// Budgets of position, m: the cabin's and the platform's.
 const BUDGETS_M: [f64; 2] = [0.015, 0.003];
-/// An inertial sensor's axes are wrong where gravity says the level or the yaw otherwise by more, rad.
-const MISMOUNTED_RAD: [f64; 2] = [0.02, 0.2];
+/// An inertial sensor's axes are wrong where gravity says the level or the yaw otherwise by more, rad: told, and refused. On a
+/// cabin that swings half a minute of gravity leaves ten degrees of yaw.
+const MISMOUNTED_RAD: [f64; 2] = [0.02, 0.6];
+const REFUSED_RAD: [f64; 2] = [0.06, 0.9];
+/// Yaw is compared on a body that has stayed within so much, m.
+const STAYED_M: f64 = 0.3;
 const CHECKED_AFTER_S: f64 = 30.0;
 
 #[derive(Debug)]
@@ -46,6 +50,8 @@ pub(super) struct Body {
     is_cabin: bool,
     filter: Option<Filter>,
     started_ns: i64,
+    /// Where it was when the filter began, m.
+    begun_n: Vector3<f64>,
     first_ns: Option<i64>,
     sightings: BTreeMap<usize, Sighting>,
     velocities: Vec<Vector3<f64>>,
@@ -80,6 +86,7 @@ impl Body {
             is_cabin,
             filter: None,
             started_ns: 0,
+            begun_n: Vector3::zeros(),
             first_ns: None,
             sightings: BTreeMap::new(),
             velocities: Vec::new(),
@@ -417,7 +424,9 @@ impl Body {
         });
         self.gravity = None;
         let Some(off) = off else { return Ok(()) };
-        if off.xy().norm() < MISMOUNTED_RAD[0] && off.z.abs() < MISMOUNTED_RAD[1] {
+        let stayed = self.is_cabin && (nav.p_n - self.begun_n).norm() < STAYED_M;
+        let (level, yaw) = (off.xy().norm(), if stayed { off.z.abs() } else { 0.0 });
+        if level < MISMOUNTED_RAD[0] && yaw < MISMOUNTED_RAD[1] {
             return Ok(());
         }
         let sentence = format!(
@@ -425,7 +434,7 @@ impl Body {
             off.xy().norm().to_degrees(),
             off.z.to_degrees()
         );
-        if off.xy().norm() < 3.0 * MISMOUNTED_RAD[0] && off.z.abs() < 3.0 * MISMOUNTED_RAD[1] {
+        if level < REFUSED_RAD[0] && yaw < REFUSED_RAD[1] {
             // It may have been moved meanwhile.
             watch.wrong(
                 if self.is_cabin { "imu" } else { "platform_imu" },
@@ -518,6 +527,7 @@ impl Body {
         self.filter =
             Some(Filter::new(self.rig.clone(), self.tuning, self.stated_sigma_m(), &begin, recording));
         self.started_ns = t_ns.max(1);
+        self.begun_n = fit.p_n;
         self.taken_ns = t_ns;
     }
 

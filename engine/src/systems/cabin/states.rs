@@ -113,10 +113,10 @@ impl States {
             let surveyed = station.position_m / rig.usual_range_m(k);
             let refraction = tuning.refraction.map(|Lasting { share, time_s }| {
                 let bent = share * station.angle_rad;
-                Process::lasting(if share > 0.0 { bent.hypot(surveyed) } else { 0.0 }, time_s)
+                Process::lasting(if share > 0.0 { libm::hypot(bent, surveyed) } else { 0.0 }, time_s)
             });
             let stays =
-                if tuning.calibration { station.position_m.hypot(0.5 * station.slant_m) } else { 0.0 };
+                if tuning.calibration { libm::hypot(station.position_m, 0.5 * station.slant_m) } else { 0.0 };
             set(
                 stations + OF_STATION * k,
                 &[pointing, pointing, slant, refraction[0], refraction[1], Process::constant(stays)],

@@ -8,7 +8,7 @@ use anyhow::Result;
 use clap::{ArgMatches, Args, Command, FromArgMatches as _, ValueEnum};
 use lodestep_engine::systems::cabin::rows::{AidRow, ImuRow};
 use lodestep_engine::systems::cabin::{
-    Aids, CabinAnomaly, CabinConfig, CabinSession, Estimator, Instrument, Poses,
+    Aids, CabinAnomaly, CabinConfig, CabinError, CabinSession, Estimator, Instrument, Poses,
 };
 use serde::Serialize;
 
@@ -135,7 +135,7 @@ pub(in crate::cli) fn run(matches: &ArgMatches) -> Result<()> {
     let mut files = Files::open(&args, &instrument)?;
     let mut outputs = Outputs::create(&args, session.aids().clone())?;
     let mut poses = Poses::default();
-    let refused = |error| Failure::BadInput(format!("{}: {error}", args.gnss.display()));
+    let refused = |error: CabinError| Failure::BadInput(error.to_string());
     let (mut samples, mut ends) = (0, None);
     while let Some(next) = files.next()? {
         let t_ns = match next {
