@@ -94,9 +94,11 @@ impl Noise {
         (self.code.factor() * self.alike()).max(least.min(1.0))
     }
 
-    /// What stays in a difference of phases from epoch to epoch, m: multipath as large as the noise itself.
+    /// What stays in a difference of phases from epoch to epoch, m: multipath of a geodetic antenna is as large as the noise itself;
+    /// the noise that is assumed of a cheap receiver holds some of it already.
     pub fn lasting_m(&self, difference: &Difference) -> f64 {
-        self.phase_variance(difference, 0.0).sqrt()
+        let share = if self.phase_sigma_m > 1.5 * GEODETIC[1] { 0.5 } else { 1.0 };
+        share * self.phase_variance(difference, 0.0).sqrt()
     }
 
     /// What stays of the ionosphere between both stations on this band, m.
