@@ -44,7 +44,7 @@ impl Noise {
             phase_sigma_m: given.phase_sigma_m.unwrap_or(phase),
             code_given: given.code_sigma_m.is_some(),
             phase_given: given.phase_sigma_m.is_some(),
-            code: VarianceComponent::new(10.0, 4000.0, 0.1, 400.0),
+            code: VarianceComponent::new(10.0, 4000.0, 0.01, 400.0),
             phase: VarianceComponent::new(60.0, 1500.0, 0.5, 50.0),
             products: 10.0,
             squares: 20.0,
@@ -73,7 +73,7 @@ impl Noise {
 
     /// Variance of a difference of code, m².
     pub fn code_variance(&self, difference: &Difference) -> f64 {
-        let learnt = if self.code_given { 1.0 } else { (self.code.factor() * self.alike()).max(0.4) };
+        let learnt = self.learnt_of_code();
         self.code_sigma_m * self.code_sigma_m * Noise::shape(difference) * learnt
     }
 
@@ -85,9 +85,20 @@ impl Noise {
             * Noise::shape(difference)
     }
 
-    /// What stays in a difference of phases from epoch to epoch, m: multipath as large as the noise itself.
+    /// What the variance of code is multiplied by. No code is believed to be better than half a metre over time.
+    fn learnt_of_code(&self) -> f64 {
+        if self.code_given {
+            return 1.0;
+        }
+        let least = (0.5 / self.code_sigma_m) * (0.5 / self.code_sigma_m);
+        (self.code.factor() * self.alike()).max(least.min(1.0))
+    }
+
+    /// What stays in a difference of phases from epoch to epoch, m: multipath of a geodetic antenna is as large as the noise itself;
+    /// the noise that is assumed of a cheap receiver holds some of it already.
     pub fn lasting_m(&self, difference: &Difference) -> f64 {
-        self.phase_variance(difference, 0.0).sqrt()
+        let share = if self.phase_sigma_m > 1.5 * GEODETIC[1] { 0.5 } else { 1.0 };
+        share * self.phase_variance(difference, 0.0).sqrt()
     }
 
     /// What stays of the ionosphere between both stations on this band, m.
