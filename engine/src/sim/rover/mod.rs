@@ -56,8 +56,7 @@ pub fn simulate(scene: Scene, seed: u64) -> Vec<MadeFile> {
     let world = World::draw(scene, seed);
     let mut random = Random::new(seed, 0, Purpose::RoverSky);
     let begin = Instant { week: 2_340, tow_s: random.uniform(20_000.0, 560_000.0).floor() };
-    let sky: Vec<Satellite> =
-        orbit::draw(&mut random, begin).into_iter().map(Satellite::as_written).collect();
+    let sky: Vec<Satellite> = orbit::draw(&mut random, begin).into_iter().map(Satellite::rounded).collect();
     let mut files = Vec::new();
     let mut file = |name: &'static str, text: String| files.push(MadeFile { name, text });
     let mut counts = Vec::new();

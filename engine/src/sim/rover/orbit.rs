@@ -260,7 +260,7 @@ fn rinex_number(number: f64) -> String {
 
 impl Satellite {
     /// This very satellite, as somebody reads it out of the navigation file: its elements rounded as they are written.
-    pub(super) fn as_written(mut self) -> Satellite {
+    pub(super) fn rounded(mut self) -> Satellite {
         let round = |x: &mut f64| *x = format!("{x:.12e}").parse().unwrap_or(*x);
         for x in [
             &mut self.root_a,

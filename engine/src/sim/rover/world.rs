@@ -160,7 +160,7 @@ impl World {
         rest(&mut way, corners[corners.len() - 1], 10.0);
         let smooth = rounded(&way);
         let still = self.scene == Scene::Canopy;
-        let phases: [f64; 4] = std::array::from_fn(|_| random.uniform(0.0, 6.28));
+        let phases: [f64; 4] = std::array::from_fn(|_| random.uniform(0.0, std::f64::consts::TAU));
         self.way = smooth
             .iter()
             .enumerate()

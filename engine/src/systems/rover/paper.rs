@@ -9,7 +9,7 @@ use nalgebra::Vector3;
 
 use super::coupling::{CoupledAnchor, CoupledRange};
 use super::differences::{Base, Pair, differences, seen};
-use super::filter::{FIXED_PLAN_SIGMA_M, Position};
+use super::filter::Position;
 use super::fixing::search;
 use super::instrument::Instrument;
 use super::noise::Noise;
@@ -19,6 +19,8 @@ use super::state::{POSITION, State};
 use crate::gnss::ephemeris::Navigation;
 use crate::gnss::satellite::Constellation;
 
+/// Plan sigma under which whole cycles are called fixed, m.
+const PLAN_SIGMA_M: f64 = 0.05;
 /// Rounds of Helmert's estimate.
 const ROUNDS: usize = 4;
 /// Sigma of a range at first, m.
@@ -124,7 +126,7 @@ pub fn epoch(
             whole.apply(&mut state);
         }
         let sigma_n: [f64; 3] = std::array::from_fn(|axis| state.sigma(axis));
-        let fixed = found.answer.is_some() && libm::hypot(sigma_n[0], sigma_n[1]) < FIXED_PLAN_SIGMA_M;
+        let fixed = found.answer.is_some() && libm::hypot(sigma_n[0], sigma_n[1]) < PLAN_SIGMA_M;
         let quality = match (fixed, result.satellites) {
             (true, _) => Quality::Fixed,
             (false, 0) => Quality::Uwb,

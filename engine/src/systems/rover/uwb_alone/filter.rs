@@ -168,8 +168,8 @@ impl Filter {
             for k in 0..3 {
                 row[k] = row[k] * step.decay[k] + step.along[k] * row[3 + k];
             }
-            for k in 3..n {
-                row[k] *= step.decay[k];
+            for (value, decay) in row.iter_mut().zip(&step.decay).skip(3) {
+                *value *= decay;
             }
         }
         for k in 0..3 {
@@ -298,8 +298,8 @@ impl Filter {
             for i in 0..n {
                 let gain = ph[i] / s;
                 self.x[i] += gain * innovation_m;
-                for j in 0..n {
-                    self.p[i * n + j] -= gain * ph[j];
+                for (value, ph) in self.p[i * n..(i + 1) * n].iter_mut().zip(&ph) {
+                    *value -= gain * ph;
                 }
             }
             if let Some(tape) = tape {

@@ -298,7 +298,7 @@ impl UwbAlone {
     /// Lets go of starts that the ranges have refuted.
     fn drop_places(&mut self, t_s: f64) {
         const MANY: usize = 40;
-        if self.first_places.len() < 2 || self.ranges.len() % MANY != 0 || t_s < 2.0 {
+        if self.first_places.len() < 2 || !self.ranges.len().is_multiple_of(MANY) || t_s < 2.0 {
             return;
         }
         let best_of = |place: usize| {
