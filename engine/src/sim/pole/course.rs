@@ -132,7 +132,8 @@ impl Course {
             Trouble::MovingGround => {
                 let stand = &mut stands[troubled];
                 let lasts_s = stand.to_s - stand.from_s;
-                stand.slip_m = [0.35 * lasts_s * cos, 0.35 * lasts_s * sin, 0.0];
+                let rolled_m = 0.35 * (lasts_s + 1.0);
+                stand.slip_m = [rolled_m * cos, rolled_m * sin, 0.0];
                 stand.slips_s = [stand.from_s - 0.5, lasts_s + 1.0];
             }
             _ => {}
