@@ -210,10 +210,8 @@ pub async fn put_of_log(
             .execute(&mut *db)
             .await?;
     }
-    for anomaly in found {
-        insert(&mut *db, session_id, anomaly).await?;
-    }
-    Ok(())
+    let rows: Vec<Gathered> = found.iter().map(|one| Gathered { found: one.clone(), times: 1 }).collect();
+    insert(db, session_id, &rows).await
 }
 
 /// Removes those of a session: a new run finds its own.
