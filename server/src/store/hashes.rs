@@ -35,7 +35,9 @@ pub async fn of(database: &Path) -> Result<Hashes, StoreError> {
         let order = if key.is_empty() { columns.join(", ") } else { key.join(", ") };
         let quoted: Vec<String> = columns.iter().map(|column| format!("quote({column})")).collect();
         // Names of the schema, which this program has made.
-        let sql = format!("select {} from {table} order by {order}", quoted.join(" || ',' || "));
+        // As bytes: what has changed on the disk may be no text any more.
+        let sql =
+            format!("select cast({} as blob) from {table} order by {order}", quoted.join(" || ',' || "));
         hashes.tables.insert(table, hash(&mut db, sql).await?);
     }
     let finished: Vec<(String, String)> = sqlx::query_as(
@@ -45,7 +47,7 @@ pub async fn of(database: &Path) -> Result<Hashes, StoreError> {
     .await?;
     for (id, track_sha256) in finished {
         let sql = format!(
-            "select quote(t_ns) || quote(e_m) || quote(n_m) || quote(u_m) || quote(heading_rad) from track_points
+            "select cast(quote(t_ns) || quote(e_m) || quote(n_m) || quote(u_m) || quote(heading_rad) as blob) from track_points
              where session_id = '{id}' and run = 'main' || (select shown_result from sessions where id = '{id}')
              order by t_ns"
         );
@@ -61,13 +63,13 @@ async fn hash(db: &mut SqliteConnection, sql: String) -> Result<(u64, String), S
     let (mut rows, mut hash) = (0, Sha256::new());
     let mut stream = sqlx::query(AssertSqlSafe(sql)).fetch(db);
     while let Some(row) = stream.try_next().await? {
-        hash.update(text(&row)?);
+        hash.update(bytes(&row)?);
         hash.update([0]);
         rows += 1;
     }
     Ok((rows, hash.finalize().iter().map(|byte| format!("{byte:02x}")).collect()))
 }
 
-fn text(row: &SqliteRow) -> sqlx::Result<&str> {
+fn bytes(row: &SqliteRow) -> sqlx::Result<&[u8]> {
     row.try_get(0)
 }

@@ -209,9 +209,6 @@ async fn who_walks_repairs_and_who_dispatches_sends_and_verifies() {
     let (inspector, dispatcher) = (&staff[1], &staff[2]);
     let made = dispatcher.ask(&server, Method::POST, "/inspectors", &json!({ "name": "Li Na" })).await;
     let body = json!({ "inspector_id": made.body["id"], "kind": "other", "severity": "low" });
-    let tied = json!({ "inspector_id": made.body["id"] });
-    let path = format!("/accounts/{}", inspector.id);
-    assert_eq!(staff[5].ask(&server, Method::PATCH, &path, &tied).await.status, 200);
     let fault = dispatcher.ask(&server, Method::POST, "/faults", &body).await;
     let path = format!("/faults/{}", fault.body["id"].as_str().unwrap());
     let step = async |person: &lodestep_tests::staff::Person, body: Value| {
@@ -219,6 +216,10 @@ async fn who_walks_repairs_and_who_dispatches_sends_and_verifies() {
     };
     assert_eq!(step(inspector, json!({ "assignee_id": made.body["id"] })).await, 403);
     assert_eq!(step(dispatcher, json!({ "assignee_id": made.body["id"] })).await, 200);
+    // Whose account is that of the one who sees to it.
+    let tied = json!({ "inspector_id": made.body["id"] });
+    let account = format!("/accounts/{}", inspector.id);
+    assert_eq!(staff[5].ask(&server, Method::PATCH, &account, &tied).await.status, 200);
     assert_eq!(step(inspector, json!({ "state": "fixed", "comment": "done" })).await, 200);
     assert_eq!(step(inspector, json!({ "state": "verified" })).await, 403);
     assert_eq!(step(dispatcher, json!({ "state": "verified" })).await, 200);
