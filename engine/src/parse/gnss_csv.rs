@@ -27,7 +27,8 @@ pub fn read(bytes: &[u8]) -> Result<GnssFile, ParseError> {
         },
         |places, record| {
             let number = |k: usize| need_finite(record, places[k], COLUMNS[k]);
-            let place = Geodetic { latitude_deg: number(1)?, longitude_deg: number(2)?, height_m: number(3)? };
+            let place =
+                Geodetic { latitude_deg: number(1)?, longitude_deg: number(2)?, height_m: number(3)? };
             let mut sigma_n_m = [0.0; 3];
             for (k, sigma) in sigma_n_m.iter_mut().enumerate() {
                 *sigma = number(4 + k)?;

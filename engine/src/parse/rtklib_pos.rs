@@ -42,7 +42,8 @@ pub fn read(bytes: &[u8]) -> Result<GnssFile, ParseError> {
         let [day, second, rest @ ..] = &fields[..] else {
             return Err(wrong("a day and a time", text, line));
         };
-        let t_ns = time_ns(day, second).ok_or_else(|| wrong("yyyy/mm/dd hh:mm:ss or week and seconds", text, line))?;
+        let t_ns = time_ns(day, second)
+            .ok_or_else(|| wrong("yyyy/mm/dd hh:mm:ss or week and seconds", text, line))?;
         let numbers: Vec<f64> = rest.iter().map_while(|field| number(field)).collect();
         let [latitude_deg, longitude_deg, height_m, q, _, sdn, sde, sdu, ..] = numbers[..] else {
             return Err(wrong("latitude, longitude, height, Q, ns, sdn, sde, sdu as numbers", text, line));

@@ -74,7 +74,8 @@ pub(super) fn align(
 ) -> Result<Aligned, NotAligned> {
     let mut best = NotAligned::NoManoeuvre { sigma_rad: std::f64::consts::PI, residual_m_s2: f64::NAN };
     let inside = |fix: &&Fix| {
-        imu.first().is_some_and(|first| fix.t_ns >= first.t_ns) && imu.last().is_some_and(|l| fix.t_ns <= l.t_ns)
+        imu.first().is_some_and(|first| fix.t_ns >= first.t_ns)
+            && imu.last().is_some_and(|l| fix.t_ns <= l.t_ns)
     };
     let fixes: Vec<Fix> = fixes.iter().filter(inside).copied().collect();
     if fixes.len() < 3 {
@@ -177,10 +178,9 @@ fn solve(imu: &[ImuSample], fixes: &[Fix], antenna_b_m: &Vector3<f64>, earth: &E
 fn line(fixes: &[Fix]) -> (Vector3<f64>, Vector3<f64>) {
     let first = &fixes[0];
     let near = fixes.iter().take_while(|fix| fix.t_ns <= first.t_ns + 600_000_000);
-    let velocity = near
-        .last()
-        .filter(|last| last.t_ns > first.t_ns)
-        .map_or_else(Vector3::zeros, |last| (last.p_n_m - first.p_n_m) / ((last.t_ns - first.t_ns) as f64 * 1e-9));
+    let velocity = near.last().filter(|last| last.t_ns > first.t_ns).map_or_else(Vector3::zeros, |last| {
+        (last.p_n_m - first.p_n_m) / ((last.t_ns - first.t_ns) as f64 * 1e-9)
+    });
     (first.p_n_m, velocity)
 }
 
@@ -254,7 +254,8 @@ fn pairs(
         let measured = (after.p_n_m - middle.p_n_m * 2.0 + before.p_n_m) / (h_s * h_s);
         let gravity_n = earth.gravity_n(&middle.p_n_m);
         let [a, b, c] = [before.t_ns, middle.t_ns, after.t_ns].map(|t_ns| &at[index(t_ns)]);
-        let [ta, _, tc] = [before.t_ns, middle.t_ns, after.t_ns].map(|t_ns| seconds(samples[index(t_ns)].t_ns));
+        let [ta, _, tc] =
+            [before.t_ns, middle.t_ns, after.t_ns].map(|t_ns| seconds(samples[index(t_ns)].t_ns));
         // ∫(t − ta) f over the first half and ∫(tc − t) f over the second.
         let rising = (b.force_t - a.force_t) - (b.force - a.force) * ta;
         let falling = (c.force - b.force) * tc - (c.force_t - b.force_t);

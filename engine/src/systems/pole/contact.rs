@@ -86,9 +86,8 @@ pub(super) fn by_feel(
         let whole = imu[last - 1].t_ns - imu[first].t_ns > HALF_WINDOW_NS * 3 / 2;
         let mean = (sums[last].0 - sums[first].0) / count;
         let spread = ((sums[last].1 - sums[first].1) / count - mean.norm_squared()).max(0.0).sqrt();
-        let stands = whole
-            && spread < MOST_SPREAD_M_S2
-            && (mean.norm() - gravity_m_s2).abs() < MOST_FROM_GRAVITY_M_S2;
+        let stands =
+            whole && spread < MOST_SPREAD_M_S2 && (mean.norm() - gravity_m_s2).abs() < MOST_FROM_GRAVITY_M_S2;
         if stands {
             let (from_ns, to_ns) = (imu[first].t_ns, imu[last - 1].t_ns);
             match contacts.last_mut() {
@@ -101,11 +100,7 @@ pub(super) fn by_feel(
 }
 
 /// The specific force at the tip, turned into the frame of the first sample.
-fn felt_at_tip(
-    imu: &[ImuSample],
-    tip_b_m: &Vector3<f64>,
-    gyro_bias_b: &Vector3<f64>,
-) -> Vec<Vector3<f64>> {
+fn felt_at_tip(imu: &[ImuSample], tip_b_m: &Vector3<f64>, gyro_bias_b: &Vector3<f64>) -> Vec<Vector3<f64>> {
     let rate = |k: usize| Vector3::from(imu[k].w_ib_b_rad_s) - gyro_bias_b;
     let mut c = Matrix3::identity();
     let mut felt = Vec::with_capacity(imu.len());
@@ -127,9 +122,7 @@ fn felt_at_tip(
         }
         let span_s = (imu[after].t_ns - imu[before].t_ns) as f64 * 1e-9;
         let turning = if span_s > 0.0 { (rate(after) - rate(before)) / span_s } else { Vector3::zeros() };
-        let force = Vector3::from(imu[k].f_b_m_s2)
-            + turning.cross(tip_b_m)
-            + w.cross(&w.cross(tip_b_m));
+        let force = Vector3::from(imu[k].f_b_m_s2) + turning.cross(tip_b_m) + w.cross(&w.cross(tip_b_m));
         felt.push(c * force);
     }
     felt

@@ -142,7 +142,8 @@ pub(super) fn of_points(points: &[Point], stops: &[Stop], instrument: &Instrumen
     for point in points {
         let t_ns = [point.visits[0][0], point.visits[point.visits.len() - 1][1]];
         if !point.stood {
-            let detail = format!("the tip was not found standing on the point {}: do not trust it", point.name);
+            let detail =
+                format!("the tip was not found standing on the point {}: do not trust it", point.name);
             findings.push(finding("not_standing", t_ns, detail));
         }
         if point.apart_sigmas > MOST_APART_SIGMAS {

@@ -418,7 +418,9 @@ impl<'a> Runner<'a> {
         if let Some(sigma_m_s) = self.setting.tuning.zero_velocity_m_s {
             self.standing = Some(Standing { contact, looked_ns: self.t_ns, refused_ns: Vec::new() });
             self.pass.landings[contact].looks += 1;
-            if let Some(observation) = self.filter.has_no_velocity(self.setting.earth, &self.w_ib_b, sigma_m_s) {
+            if let Some(observation) =
+                self.filter.has_no_velocity(self.setting.earth, &self.w_ib_b, sigma_m_s)
+            {
                 self.filter.weigh(&observation, f64::INFINITY);
             }
             return;

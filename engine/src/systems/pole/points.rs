@@ -117,10 +117,7 @@ fn mean(
     let normal = a.transpose() * &inverse * &a;
     let Some(of_mean) = normal.try_inverse() else { return first };
     let mean = &of_mean * a.transpose() * inverse * z;
-    (
-        Vector3::new(mean[0], mean[1], mean[2]),
-        Matrix3::from_fn(|r, c| of_mean[(r, c)]),
-    )
+    (Vector3::new(mean[0], mean[1], mean[2]), Matrix3::from_fn(|r, c| of_mean[(r, c)]))
 }
 
 #[cfg(test)]
@@ -154,9 +151,7 @@ mod tests {
     #[test]
     fn what_two_visits_err_alike_in_does_not_become_less_by_their_mean() {
         let (stops, visits) = visits();
-        let points = combine(&stops, &visits, |a, b| {
-            Matrix3::identity() * if a == b { 0.05 } else { 0.04 }
-        });
+        let points = combine(&stops, &visits, |a, b| Matrix3::identity() * if a == b { 0.05 } else { 0.04 });
         assert!((points[0].covariance_n_m2[(0, 0)] - 0.045).abs() < 1e-5);
     }
 }

@@ -117,7 +117,8 @@ pub fn compute(
     let earth = Earth::turning(frame);
     let tuning = &options.tuning;
     let imu = &recording.imu;
-    let aligned = alignment::align(imu, &recording.fixes, &instrument.antenna_b_m, &earth).map_err(why_not)?;
+    let aligned =
+        alignment::align(imu, &recording.fixes, &instrument.antenna_b_m, &earth).map_err(why_not)?;
     let contacts = contacts(recording, instrument, &earth, &aligned);
     let start = starting(&aligned, instrument, tuning);
     let mut islands = match tuning.zero_velocity_m_s {
@@ -126,8 +127,15 @@ pub fn compute(
     };
     let every_ns = libm::round(1e9 / options.rate_hz) as i64;
     let go = |restless: &[bool], islands: &[Island], start: &Filter, wanted: Wanted| {
-        let setting =
-            Setting { tuning, earth: &earth, imu, fixes: &recording.fixes, islands, contacts: &contacts, restless };
+        let setting = Setting {
+            tuning,
+            earth: &earth,
+            imu,
+            fixes: &recording.fixes,
+            islands,
+            contacts: &contacts,
+            restless,
+        };
         pass::go(&setting, start, aligned.sample, wanted, every_ns)
     };
     let mut restless = vec![false; contacts.len()];
@@ -159,11 +167,8 @@ pub fn compute(
     let figures = figures(&pass, &aligned);
     let mut findings = findings::of(&pass, recording, instrument, tuning, &contacts, &restless, &islands);
     let looks: Vec<i64> = pass.looks.iter().map(|look| look.t_ns).collect();
-    let asked: Vec<usize> = recording
-        .stops
-        .iter()
-        .map(|stop| nearest(&looks, (stop.t_start_ns + stop.t_end_ns) / 2))
-        .collect();
+    let asked: Vec<usize> =
+        recording.stops.iter().map(|stop| nearest(&looks, (stop.t_start_ns + stop.t_end_ns) / 2)).collect();
     let Smoothed { poses, covariances, between, .. } = if options.smoothed {
         smoothing::smooth(pass, &asked).ok_or_else(not_smoothed)?
     } else {
@@ -192,7 +197,9 @@ fn not_smoothed() -> SurveyError {
 
 fn why_not(why: NotAligned) -> SurveyError {
     SurveyError::Sentence(match why {
-        NotAligned::NoFixes => "expected positions while the sensor ran, found none: check both logs".to_owned(),
+        NotAligned::NoFixes => {
+            "expected positions while the sensor ran, found none: check both logs".to_owned()
+        }
         NotAligned::NoManoeuvre { sigma_rad, residual_m_s2 } if residual_m_s2 > 0.5 => format!(
             "expected positions that move as the sensor feels, found them {residual_m_s2:.1} m/s² apart (heading sigma {:.0}°): the positions are of another day, of another pole, or antenna_b_m is wrong",
             sigma_rad.to_degrees()
@@ -205,7 +212,12 @@ fn why_not(why: NotAligned) -> SurveyError {
 }
 
 /// When the tip is on the ground.
-fn contacts(recording: &Recording, instrument: &Instrument, earth: &Earth, aligned: &Aligned) -> Vec<Interval> {
+fn contacts(
+    recording: &Recording,
+    instrument: &Instrument,
+    earth: &Earth,
+    aligned: &Aligned,
+) -> Vec<Interval> {
     let end_ns = recording.imu.last().map_or(0, |sample| sample.t_ns);
     match (&recording.switch, instrument.tip_b_m) {
         (_, None) => Vec::new(),

@@ -33,7 +33,10 @@ pub(super) fn samples(path: &Path) -> Result<Vec<ImuSample>> {
     let mut samples: Vec<ImuSample> = Vec::new();
     loop {
         let Readings::Imu(piece) = log.next_piece()? else {
-            return Err(Failure::bad_input(path, "expected samples of an inertial sensor, found rows of numbers"));
+            return Err(Failure::bad_input(
+                path,
+                "expected samples of an inertial sensor, found rows of numbers",
+            ));
         };
         if piece.is_empty() {
             break;

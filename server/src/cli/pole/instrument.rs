@@ -31,7 +31,10 @@ const LONGEST_M: f64 = 100.0;
 pub(super) fn read(path: &Path) -> Result<(Instrument, Option<Site>)> {
     let bytes = read_small(path)?;
     let text = String::from_utf8(bytes).map_err(|_| {
-        Failure::bad_input(path, "expected a pole as TOML in UTF-8, found other bytes; choose the pole's file")
+        Failure::bad_input(
+            path,
+            "expected a pole as TOML in UTF-8, found other bytes; choose the pole's file",
+        )
     })?;
     let file: PoleFile = toml::from_str(&text).map_err(|error| {
         Failure::bad_input(
@@ -54,10 +57,8 @@ pub(super) fn read(path: &Path) -> Result<(Instrument, Option<Site>)> {
     }
     let site = file.site.map(|site| Site::from_toml(&site.to_string()));
     let site = site.transpose().map_err(|error| Failure::bad_input(path, error))?;
-    let instrument = Instrument {
-        antenna_b_m: file.pole.antenna_b_m.into(),
-        tip_b_m: file.pole.tip_b_m.map(Into::into),
-    };
+    let instrument =
+        Instrument { antenna_b_m: file.pole.antenna_b_m.into(), tip_b_m: file.pole.tip_b_m.map(Into::into) };
     Ok((instrument, site))
 }
 

@@ -135,8 +135,7 @@ pub(super) fn run(matches: &ArgMatches) -> Result<()> {
         (Estimator::Own, Some(_)) => Tuning::default(),
         (Estimator::Own, None) => Tuning::handheld(),
     };
-    let options =
-        Options { tuning, smoothed: args.solution == Solution::Smoothed, rate_hz: args.rate_hz };
+    let options = Options { tuning, smoothed: args.solution == Solution::Smoothed, rate_hz: args.rate_hz };
     let survey = survey::compute(&recording, &instrument, &frame, &options)
         .map_err(|error| Failure::BadInput(error.to_string()))?;
     track::write(&args.out, &survey.rows)?;
@@ -148,8 +147,7 @@ pub(super) fn run(matches: &ArgMatches) -> Result<()> {
         let estimator = if args.estimator == Estimator::Own { "own" } else { "paper" };
         let solution = if options.smoothed { "smoothed" } else { "filtered" };
         let duration_s = (ends[1] - ends[0]) as f64 * 1e-9;
-        let report =
-            report::Report::new(&survey, estimator, solution, samples, duration_s, process_seconds);
+        let report = report::Report::new(&survey, estimator, solution, samples, duration_s, process_seconds);
         write_text(path, &(serde_json::to_string_pretty(&report)? + "\n"))?;
     }
     say(&survey, samples, process_seconds);

@@ -9,7 +9,8 @@ use lodestep_engine::systems::pole::survey::Row;
 
 use crate::cli::output_file;
 
-const HEADER: &str = "t_s,e_m,n_m,u_m,antenna_e_m,antenna_n_m,antenna_u_m,sigma_e_m,sigma_n_m,sigma_u_m,contact\n";
+const HEADER: &str =
+    "t_s,e_m,n_m,u_m,antenna_e_m,antenna_n_m,antenna_u_m,sigma_e_m,sigma_n_m,sigma_u_m,contact\n";
 
 /// Writes the track.
 pub(super) fn write(path: &Path, rows: &[Row]) -> Result<()> {
