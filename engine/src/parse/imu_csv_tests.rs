@@ -90,13 +90,12 @@ fn files_that_are_no_logs_are_named() {
 
 #[test]
 fn a_wrong_row_is_named_by_line_and_column() {
-    let row = "0,0,0,0,0,0,9.8\n";
-    let short = error(&format!("{HEADER}\n{row}{row}0.02,0,0\n"));
-    assert_eq!((short.code(), short.line), ("wrong_field_count", Some(4)));
-    let word = error(&format!("{HEADER}\r\n{row}0,0,zero,0,0,0,9.8\n"));
+    let short = error(&format!("{HEADER}\n0.02,0,0\n"));
+    assert_eq!((short.code(), short.line), ("wrong_field_count", Some(2)));
+    let word = error(&format!("{HEADER}\r\n0,0,zero,0,0,0,9.8\n"));
     assert_eq!(
         (word.code(), word.line, word.column.as_deref()),
-        ("not_a_number", Some(3), Some("gyr_y_rad_s"))
+        ("not_a_number", Some(2), Some("gyr_y_rad_s"))
     );
     assert!(word.found.contains("zero"));
     let empty = error(&format!("{HEADER}\n0,,0,0,0,0,9.8\n"));
@@ -105,7 +104,10 @@ fn a_wrong_row_is_named_by_line_and_column() {
         let error = error(&format!("{HEADER}\n{time},0,0,0,0,0,9.8\n"));
         assert_eq!((error.code(), error.column.as_deref()), ("bad_time", Some("t_s")), "{time}");
     }
-    assert_eq!(error(&format!("{HEADER}\n0,0,\0,0,0,0,9.8\n")).code(), "not_text");
+    assert_eq!(error(&format!("{HEADER}\n0,0,\0,0,0,0,9.8\n")).code(), "not_a_number");
+    let row = "0,0,0,0,0,0,9.8\n";
+    let rest = read(format!("{HEADER}\n{row}{row}0.02,0,0\n{row}").as_bytes()).unwrap();
+    assert_eq!(rest.len(), 3, "one wrong line costs itself alone");
 }
 
 fn walk(rate: f64, force: f64, rows: usize) -> String {

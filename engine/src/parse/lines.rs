@@ -114,7 +114,8 @@ impl Lines {
                 Class::Plain => {}
                 Class::Delimiter if self.ends.len() < MOST_FIELDS - 1 => self.ends.push(k),
                 Class::LineFeed => {
-                    let end = k - usize::from(k > 0 && input[k - 1] == b'\r');
+                    let ends_line = input[..k].iter().rev().take_while(|byte| **byte == b'\r').count();
+                    let end = k - ends_line;
                     self.ends.push(end);
                     let record = Record {
                         line: self.line,

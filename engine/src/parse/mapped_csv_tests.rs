@@ -75,10 +75,10 @@ fn what_is_wrong_is_named() {
     assert_eq!(other.code(), "missing_column");
     assert!(other.to_string().contains("the file begins \"a, b, c\""), "{other}");
     assert_eq!(error(format!("{HEADER}\n")).code(), "empty_file");
-    let word = error(format!("x\n{HEADER}\n{row}0.1,0,zero,0,0,0,9.8\n"));
-    assert_eq!((word.code(), word.line, word.column.as_deref()), ("not_a_number", Some(4), Some("gy")));
-    let short = error(format!("{HEADER}\n{row}0.1,0,0\n"));
-    assert_eq!((short.code(), short.line), ("wrong_field_count", Some(3)));
+    let word = error(format!("x\n{HEADER}\n0.1,0,zero,0,0,0,9.8\n"));
+    assert_eq!((word.code(), word.line, word.column.as_deref()), ("not_a_number", Some(3), Some("gy")));
+    let short = error(format!("{HEADER}\n0.1,0,0\n"));
+    assert_eq!((short.code(), short.line), ("wrong_field_count", Some(2)));
     assert_eq!(error(format!("{HEADER}\n,0,0,0,0,0,9.8\n")).code(), "bad_time");
     assert_eq!(error(format!("{HEADER},gx\n0,0,0,0,0,0,9.8,1\n")).code(), "repeated_column");
     assert_eq!(error("\n".repeat(2000)).code(), "missing_column");

@@ -40,23 +40,24 @@ pub fn angle_deg(text: &str, decimal_comma: bool) -> Option<f64> {
             other => bare.push(other),
         }
     }
-    if let Some(value) = number(&bare, decimal_comma) {
-        return Some(if negative { -value } else { value });
-    }
+    let decimal = || number(&bare, decimal_comma).map(|value| if negative { -value } else { value });
     let parted: String =
         bare.chars().map(|c| if "°º˚度′'’‘分″\"”“秒:D".contains(c) { ' ' } else { c }).collect();
     let parts: Vec<&str> = parted.split_whitespace().collect();
     let (degrees, minutes, seconds) = match parts[..] {
         [degrees, minutes] => (degrees, minutes, "0"),
         [degrees, minutes, seconds] => (degrees, minutes, seconds),
-        _ => return None,
+        _ => return decimal(),
     };
-    let below_zero = degrees.starts_with('-');
+    let Some(angle) = sexagesimal(degrees, minutes, seconds, decimal_comma) else { return decimal() };
+    Some(if negative != degrees.starts_with('-') { -angle } else { angle })
+}
+
+/// Degrees, minutes and seconds together, without the sign.
+fn sexagesimal(degrees: &str, minutes: &str, seconds: &str, decimal_comma: bool) -> Option<f64> {
     let whole: f64 = degrees.trim_start_matches(['-', '+']).parse::<u16>().ok()?.into();
-    let minutes = number(minutes, decimal_comma).filter(|minutes| (0.0..60.0).contains(minutes))?;
-    let seconds = number(seconds, decimal_comma).filter(|seconds| (0.0..60.0).contains(seconds))?;
-    let angle = whole + minutes / 60.0 + seconds / 3600.0;
-    Some(if negative != below_zero { -angle } else { angle })
+    let below_sixty = |text: &str| number(text, decimal_comma).filter(|value| (0.0..60.0).contains(value));
+    Some(whole + below_sixty(minutes)? / 60.0 + below_sixty(seconds)? / 3600.0)
 }
 
 /// Wide forms, as Chinese input methods write them, in their narrow ones; every minus sign as one.

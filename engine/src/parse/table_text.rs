@@ -35,9 +35,11 @@ pub(super) fn decode(bytes: &[u8]) -> Result<(&'static str, Cow<'_, str>), Parse
         }
     }
     let bytes = bytes.strip_prefix(b"\xEF\xBB\xBF").unwrap_or(bytes);
+    let whole = bytes;
     let end = bytes.iter().rposition(|byte| !matches!(byte, 0 | 0x1A)).map_or(0, |last| last + 1);
     let bytes = &bytes[..end];
-    if let Some(error) = not_text(bytes, bytes) {
+    let odd = if bytes.contains(&0x1A) { not_text(whole, whole) } else { not_text(bytes, bytes) };
+    if let Some(error) = odd {
         return Err(error);
     }
     if let Ok(text) = std::str::from_utf8(bytes) {

@@ -93,9 +93,9 @@ impl Even {
         }
         let Some(mut row) = self.waiting.pop_front() else { return };
         self.last_stamp_ns = Some(row.t_ns);
-        let mut t_ns = self.base_ns + self.next_ns.round() as i64;
+        let mut t_ns = self.base_ns.saturating_add(self.next_ns.round() as i64);
         if let Some(last_ns) = self.last_ns {
-            t_ns = t_ns.max(last_ns + 1);
+            t_ns = t_ns.max(last_ns.saturating_add(1));
         }
         row.t_ns = t_ns;
         self.last_ns = Some(t_ns);
@@ -141,7 +141,7 @@ impl Even {
             .map(|k| self.stamp(k) - self.next_ns - k as f64 * self.interval_ns)
             .collect();
         let all_away = |sign: f64| offs.iter().all(|off| sign * off > bound_ns);
-        let t_ns = self.base_ns + self.next_ns as i64;
+        let t_ns = self.base_ns.saturating_add(self.next_ns as i64);
         if all_away(1.0) {
             // What came least late says how long nothing came.
             let least = offs.iter().copied().fold(f64::INFINITY, f64::min);

@@ -25,8 +25,8 @@ const ZONE_NS: i64 = 900_000_000_000;
 
 /// Whether a silence that the stamps show is a clock that was set rather than a gap, by its length alone.
 pub(super) fn is_clock_set(silence_ns: i64, interval_ns: f64) -> bool {
-    let beyond = silence_ns - interval_ns as i64;
-    let off_zone = (beyond + ZONE_NS / 2).rem_euclid(ZONE_NS) - ZONE_NS / 2;
+    let beyond = silence_ns.saturating_sub(interval_ns as i64);
+    let off_zone = beyond.saturating_add(ZONE_NS / 2).rem_euclid(ZONE_NS) - ZONE_NS / 2;
     silence_ns > DAY_NS
         || beyond > ZONE_NS - 1_000_000_000 && off_zone.abs() as f64 <= (2.0 * interval_ns).min(5e7)
 }
@@ -139,7 +139,7 @@ impl Regular {
             }
             let gap_ns = second.saturating_sub(first);
             if gap_ns <= 0 || gap_ns > LEAST_SET_NS {
-                self.waiting[0].t_ns = self.waiting[1].t_ns - self.interval_ns as i64;
+                self.waiting[0].t_ns = self.waiting[1].t_ns.saturating_sub(self.interval_ns as i64);
                 found.gather(1, second, |rows| LogCause::TimesReplaced { replaced: rows as f64 });
             }
         }
@@ -190,9 +190,10 @@ impl Regular {
         order.sort_by_key(|k| stamps[*k]);
         let least = (0.5 * self.interval_ns) as i64;
         let most = 4 * self.longest_ns;
-        let regular =
-            order.windows(2).all(|pair| (least..=most).contains(&(stamps[pair[1]] - stamps[pair[0]])));
-        if !regular || stamps[order[0]] - last_ns > self.longest_ns {
+        let regular = order
+            .windows(2)
+            .all(|pair| (least..=most).contains(&stamps[pair[1]].saturating_sub(stamps[pair[0]])));
+        if !regular || stamps[order[0]].saturating_sub(last_ns) > self.longest_ns {
             return false;
         }
         let rows: Vec<ImuSample> = order.iter().map(|k| self.waiting[*k]).collect();
@@ -217,9 +218,10 @@ impl Regular {
             if in_order[0] > last_ns && in_order.windows(2).all(|pair| pair[0] < pair[1]) {
                 return false;
             }
-            let step = (after_ns - last_ns) as f64 / (wrong + 1) as f64;
+            let step = after_ns.saturating_sub(last_ns) as f64 / (wrong + 1) as f64;
             for k in 0..wrong {
-                self.waiting[k].t_ns = last_ns + (step * (k + 1) as f64).round() as i64 - self.offset_ns;
+                let t_ns = last_ns.saturating_add((step * (k + 1) as f64).round() as i64);
+                self.waiting[k].t_ns = t_ns.saturating_sub(self.offset_ns);
             }
             found.gather(wrong as u64, last_ns, |rows| LogCause::TimesReplaced { replaced: rows as f64 });
             return true;
