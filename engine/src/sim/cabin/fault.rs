@@ -37,7 +37,10 @@ pub enum FaultKind {
     NoEncoders,
 }
 
-const NAMES: [(&str, fn(usize) -> FaultKind); 9] = [
+/// A kind of fault of a device, by its number.
+type OfDevice = fn(usize) -> FaultKind;
+
+const NAMES: [(&str, OfDevice); 9] = [
     ("fog", |_| FaultKind::Fog),
     ("no_antennas", |_| FaultKind::NoAntennas),
     ("wrong_fix", FaultKind::WrongFix),

@@ -146,7 +146,9 @@ fn places(instrument: &Instrument) -> Result<(), InstrumentError> {
     ];
     for (key, places, most_m) in sets {
         // Written so that a NaN is refused, too.
-        if let Some(place) = places.iter().find(|place| !(Vector3::from(**place).norm() <= most_m)) {
+        if let Some(place) =
+            places.iter().find(|place| !(0.0..=most_m).contains(&Vector3::from(**place).norm()))
+        {
             return wrong(format!(
                 "{key}: expected metres, at most {most_m} from the origin, found {place:?}; check its unit"
             ));

@@ -223,12 +223,12 @@ impl Filter {
             pose.jacobians.iter().map(|jacobian| self.covariance.times_transposed(jacobian)).collect();
         let mut covariance = pose.noise;
         for row in 0..2 {
-            for column in 0..2 {
+            for (column, product) in products.iter().take(2).enumerate() {
                 let mut block = Matrix3::zeros();
                 for (state, h) in &pose.jacobians[row] {
                     for r in 0..3 {
                         for c in 0..3 {
-                            block[(r, c)] += h[r] * products[column][c][*state];
+                            block[(r, c)] += h[r] * product[c][*state];
                         }
                     }
                 }

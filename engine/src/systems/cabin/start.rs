@@ -21,11 +21,17 @@ pub(super) struct Fit {
     pub(super) left_out: Vec<usize>,
 }
 
+/// Neither cabin nor platform leans by more than 60°: antennas read in the wrong order may fit a body upside down.
+const UPRIGHT: f64 = 0.5;
+
+/// Position and attitude of a body.
+type Posed = (Vector3<f64>, Matrix3<f64>);
+
 /// Points of one body are not farther off it than this, m.
 const FITS_M: f64 = 0.06;
 
 /// The rotation and shift that bring places of b onto points of n with the least squares (Wahba's problem, by singular values).
-fn rigid(sightings: &[&Sighting]) -> Option<(Vector3<f64>, Matrix3<f64>)> {
+fn rigid(sightings: &[&Sighting]) -> Option<Posed> {
     let count = sightings.len() as f64;
     let centre = |of: fn(&Sighting) -> Vector3<f64>| -> Vector3<f64> {
         sightings.iter().map(|s| of(s)).sum::<Vector3<f64>>() / count
@@ -50,7 +56,7 @@ fn rigid(sightings: &[&Sighting]) -> Option<(Vector3<f64>, Matrix3<f64>)> {
     Some((centre_n - c_nb * centre_b, c_nb))
 }
 
-fn worst_m(sightings: &[&Sighting], (p_n, c_nb): &(Vector3<f64>, Matrix3<f64>)) -> f64 {
+fn worst_m(sightings: &[&Sighting], (p_n, c_nb): &Posed) -> f64 {
     sightings.iter().map(|s| (p_n + c_nb * s.place_b - s.p_n).norm()).fold(0.0, f64::max)
 }
 
@@ -62,14 +68,14 @@ pub(super) fn fit(sightings: &[Sighting]) -> Option<Fit> {
     }
     let fewest = (count / 2 + 1).max(3);
     for kept in (fewest..=count).rev() {
-        let mut best: Option<(f64, u32, (Vector3<f64>, Matrix3<f64>))> = None;
+        let mut best: Option<(f64, u32, Posed)> = None;
         for mask in 0_u32..1 << count {
             if mask.count_ones() as usize != kept {
                 continue;
             }
             let chosen: Vec<&Sighting> =
                 sightings.iter().enumerate().filter(|(k, _)| mask >> k & 1 == 1).map(|(_, s)| s).collect();
-            let Some(body) = rigid(&chosen) else { continue };
+            let Some(body) = rigid(&chosen).filter(|(_, c_nb)| c_nb[(2, 2)] > UPRIGHT) else { continue };
             let worst = worst_m(&chosen, &body);
             if worst < FITS_M && best.as_ref().is_none_or(|(least, _, _)| worst < *least) {
                 best = Some((worst, mask, body));

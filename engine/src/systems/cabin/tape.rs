@@ -128,8 +128,9 @@ impl Future {
         let n = self.n;
         for (state, h) in jacobian {
             self.mu[*state] += h[0] * told.x + h[1] * told.y + h[2] * told.z;
-            for k in 0..n {
-                let less = h[0] * weighed[0][k] + h[1] * weighed[1][k] + h[2] * weighed[2][k];
+            let [x, y, z] = &weighed;
+            for (k, ((x, y), z)) in x.iter().zip(y).zip(z).enumerate() {
+                let less = h[0] * x + h[1] * y + h[2] * z;
                 self.lambda[state * n + k] -= less;
                 self.lambda[k * n + state] -= less;
             }
