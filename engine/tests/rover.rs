@@ -7,7 +7,6 @@ use lodestep_engine::gnss::ephemeris::Navigation;
 use lodestep_engine::gnss::observations::Observations;
 use lodestep_engine::gnss::satellite::Constellation;
 use lodestep_engine::gnss::{navigation_reader, observation_reader};
-use lodestep_engine::parse::{anchors_csv, ranges_csv};
 use lodestep_engine::sim::rover::{Scene, simulate};
 use lodestep_engine::systems::rover::coupling::{CoupledAnchor, CoupledRange};
 use lodestep_engine::systems::rover::instrument::Instrument;
@@ -38,18 +37,27 @@ fn world(scene: Scene, seed: u64) -> World {
     let base_place = Geodetic { latitude_deg: place[0], longitude_deg: place[1], height_m: place[2] };
     let instrument =
         files.get("rover.toml").map_or_else(Instrument::default, |text| Instrument::from_toml(text).unwrap());
-    let (mut ranges, mut anchors) = (Vec::new(), Vec::new());
-    if let (Some(uwb), Some(surveyed)) = (files.get("uwb.csv"), files.get("anchors.csv")) {
-        let surveyed = anchors_csv::read(surveyed.as_bytes()).unwrap();
-        let read = ranges_csv::read(uwb.as_bytes()).unwrap();
-        let number = |name: &str| surveyed.iter().position(|one| one.name == name).unwrap();
-        ranges.extend(read.rows.iter().filter(|row| row.range_m.is_finite()).map(|row| CoupledRange {
-            t_s: row.t_ns as f64 * 1e-9,
-            anchor: number(&read.anchors[row.anchor]),
-            range_m: row.range_m,
-        }));
-        anchors.extend(surveyed.into_iter().map(|one| CoupledAnchor { name: one.name, p_n: one.p_n.into() }));
-    }
+    let rows = |name: &str| -> Vec<Vec<String>> {
+        let text = files.get(name).map_or("", String::as_str);
+        text.lines().skip(1).map(|line| line.split(',').map(str::to_owned).collect()).collect()
+    };
+    let number = |field: &String| -> f64 { field.parse().unwrap() };
+    let anchors: Vec<CoupledAnchor> = rows("anchors.csv")
+        .iter()
+        .map(|row| CoupledAnchor {
+            name: row[0].clone(),
+            p_n: [number(&row[1]), number(&row[2]), number(&row[3])].into(),
+        })
+        .collect();
+    let ranges = rows("uwb.csv")
+        .iter()
+        .filter(|row| !row[2].is_empty())
+        .map(|row| CoupledRange {
+            t_s: number(&row[0]),
+            anchor: anchors.iter().position(|one| one.name == row[1]).unwrap(),
+            range_m: number(&row[2]),
+        })
+        .collect();
     let truth = files["truth.csv"]
         .lines()
         .skip(1)
