@@ -27,6 +27,8 @@ const WINDOW_S: f64 = 1.2;
 const FORGET_S: f64 = 120.0;
 /// A filter that is less likely than the best by this, as a logarithm, does not count.
 const HOPELESS: f64 = 40.0;
+/// Longer than this without a range is a silence, s.
+const SILENCE_S: f64 = 3.0;
 /// An anchor stands behind a point for so long, s.
 const FRESH_S: f64 = 0.5;
 
@@ -137,6 +139,8 @@ pub struct UwbAlone {
     /// Newest ranges: time, and whether the best filter used it.
     recent_fate: std::collections::VecDeque<(f64, bool)>,
     started_ns: Option<i64>,
+    /// When ranges came again after a silence; `None` once the tag has been looked for.
+    silent_until_s: Option<f64>,
 }
 
 impl UwbAlone {
@@ -158,6 +162,7 @@ impl UwbAlone {
             window: Vec::new(),
             recent_fate: std::collections::VecDeque::new(),
             started_ns: None,
+            silent_until_s: None,
         }
     }
 
@@ -193,6 +198,9 @@ impl UwbAlone {
         let t_ns = ranges.first()?.t_ns;
         let t0_ns = *self.t0_ns.get_or_insert(t_ns);
         let t_s = (t_ns - t0_ns) as f64 * 1e-9;
+        if self.ranges.last().is_some_and(|last| (t_ns - last.t_ns) as f64 * 1e-9 > SILENCE_S) {
+            self.silent_until_s = Some(t_s);
+        }
         for range in ranges {
             if !(range.range_m.is_finite() && range.range_m > 0.0) {
                 self.uses[range.anchor].rejected += 1;
@@ -321,17 +329,35 @@ impl UwbAlone {
             self.recent_fate.pop_front();
         }
         let used = self.recent_fate.iter().filter(|(_, used)| *used).count();
-        if self.recent_fate.len() < FEWEST || used * 5 > self.recent_fate.len() * 2 {
+        let rejected = self.recent_fate.len() >= FEWEST && used * 5 <= self.recent_fate.len() * 2;
+        // After a silence the tag may be anywhere, and ranges bend too much to lead back from there.
+        let silent = self.silent_until_s.is_some_and(|from| t_s > from + 0.5 * WINDOW_S);
+        if !rejected && !silent {
             return;
         }
         let places = start::places(&self.window, &self.anchors, &self.height, self.bias_m);
         let Some(place) = places.first().filter(|place| place.anchors >= 3) else { return };
+        if silent {
+            self.silent_until_s = None;
+            if !rejected && self.best_is_near(&place.start.p_n) {
+                return;
+            }
+        }
         self.recent_fate.clear();
         for member in &mut self.members {
             member.filter.propagate(t_s, None);
             member.filter.restart(&place.start, None);
         }
         self.restarts.push(Restarted { range: self.ranges.len(), place: place.start });
+    }
+
+    /// Whether the best filter is where the newest ranges are.
+    fn best_is_near(&self, p_n: &[f64; 3]) -> bool {
+        const NEAR_M: f64 = 3.0;
+        self.best().is_some_and(|best| {
+            let own = self.members[best].filter.p_n();
+            (own[0] - p_n[0]).abs() < NEAR_M && (own[1] - p_n[1]).abs() < NEAR_M
+        })
     }
 
     /// The mixture of all filters.

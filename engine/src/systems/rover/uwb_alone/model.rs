@@ -56,7 +56,7 @@ pub(super) fn bank(height_known: bool, range_sigma_m: Option<f64>) -> Vec<Model>
         Level { log_prior: 0.0, quick_m: 0.7, common_m: 0.5, slow_m: 0.3, tag_m: 0.5 },
     ];
     const SCALES: [f64; 2] = [0.003, 0.05];
-    const ACCELERATIONS: [f64; 2] = [0.5, 1.5];
+    const ACCELERATIONS: [f64; 2] = [0.7, 1.5];
     const TURNINGS: [f64; 2] = [0.3, 1.0];
     const CLIMBS: [f64; 2] = [0.0, 0.6];
     let mut models = Vec::new();
