@@ -46,7 +46,7 @@ fn process(name: &str, with: With, ending: &str) -> Option<(Value, String)> {
     if with.rate {
         arguments.extend(["--sensor-rate-hz".into(), "100".into()]);
     }
-    let _ = lodestep::cli::run(arguments);
+    let _ = lodestep_server::cli::run(arguments);
     let report = serde_json::from_slice(&std::fs::read(report).ok()?).unwrap();
     Some((report, std::fs::read_to_string(track).unwrap()))
 }

@@ -12,14 +12,14 @@ use lodestep_engine::systems::cabin::{
 
 /// What is read, and how.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Read {
-    pub stations: bool,
-    pub encoders: bool,
-    pub platform_imu: bool,
-    pub smoothed: bool,
-    pub paper: bool,
+pub(crate) struct Read {
+    pub(crate) stations: bool,
+    pub(crate) encoders: bool,
+    pub(crate) platform_imu: bool,
+    pub(crate) smoothed: bool,
+    pub(crate) paper: bool,
     /// Rows after this are not there, ns.
-    pub until_ns: i64,
+    pub(crate) until_ns: i64,
 }
 
 impl Default for Read {
@@ -37,10 +37,10 @@ impl Default for Read {
 
 /// What came out.
 #[derive(Debug)]
-pub struct Found {
-    pub poses: Poses,
-    pub anomalies: Vec<CabinAnomaly>,
-    pub aids: Aids,
+pub(crate) struct Found {
+    pub(crate) poses: Poses,
+    pub(crate) anomalies: Vec<CabinAnomaly>,
+    pub(crate) aids: Aids,
 }
 
 enum Event {
@@ -59,7 +59,7 @@ impl Event {
 }
 
 /// Runs a session over a run.
-pub fn process(run: &SimulatedRun, read: &Read) -> Result<Found, CabinError> {
+pub(crate) fn process(run: &SimulatedRun, read: &Read) -> Result<Found, CabinError> {
     let instrument =
         Instrument::from_toml(&run.instrument).expect("the simulator writes an instrument that is read");
     let sample =
@@ -121,10 +121,10 @@ pub fn process(run: &SimulatedRun, read: &Read) -> Result<Found, CabinError> {
 }
 
 /// Errors of one row: east, north, up (m), yaw, pitch, roll (rad).
-pub type Errors = [f64; 6];
+pub(crate) type Errors = [f64; 6];
 
 /// The errors of rows between two times, s, with the rows.
-pub fn errors<'a>(
+pub(crate) fn errors<'a>(
     run: &SimulatedRun,
     rows: &'a [Row],
     platform: bool,
@@ -153,7 +153,7 @@ pub fn errors<'a>(
 }
 
 /// Mean, scatter about it and root mean square of each error.
-pub fn spread(errors: &[(Errors, &Row)]) -> [[f64; 3]; 6] {
+pub(crate) fn spread(errors: &[(Errors, &Row)]) -> [[f64; 3]; 6] {
     let count = errors.len().max(1) as f64;
     std::array::from_fn(|k| {
         let mean = errors.iter().map(|(e, _)| e[k]).sum::<f64>() / count;
