@@ -45,7 +45,7 @@ pub fn read(bytes: &[u8]) -> Result<AnyTable, ParseError> {
     let mut columns = Vec::new();
     let at = |line: u64| line + text.above;
     let rows = table::read_parted(
-        text.from_header(),
+        text.header_onward(),
         text.delimiter,
         EXAMPLE,
         |header| {

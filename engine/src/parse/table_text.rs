@@ -115,7 +115,7 @@ impl TableText<'_> {
     }
 
     /// The bytes from the header on.
-    pub(super) fn from_header(&self) -> &[u8] {
+    pub(super) fn header_onward(&self) -> &[u8] {
         let mut rest: &str = &self.text;
         for _ in 0..self.above {
             rest = rest.find('\n').map_or("", |at| &rest[at + 1..]);

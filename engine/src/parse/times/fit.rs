@@ -162,7 +162,7 @@ fn check_unit(interval_ns: f64) -> Result<(), ParseError> {
     }
     // A row a "second" is a counter; everything else is a thousand times too long, or a million.
     let (looks_like, advice) = match interval_s {
-        s if s == 1.0 => (
+        1.0 => (
             "numbers of rows",
             "give the rate, in Hz, and choose the number of the sample as the unit of the time, or divide it by the rate",
         ),
