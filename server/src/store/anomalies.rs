@@ -210,10 +210,9 @@ pub async fn put_of_log(
             .execute(&mut *db)
             .await?;
     }
-    for anomaly in found {
-        insert(&mut *db, session_id, anomaly).await?;
-    }
-    Ok(())
+    let gathered: Vec<Gathered> =
+        found.iter().map(|found| Gathered { found: found.clone(), times: 1 }).collect();
+    insert(db, session_id, &gathered).await
 }
 
 /// Removes those of a session: a new run finds its own.
