@@ -210,8 +210,9 @@ pub async fn put_of_log(
             .execute(&mut *db)
             .await?;
     }
-    let rows: Vec<Gathered> = found.iter().map(|one| Gathered { found: one.clone(), times: 1 }).collect();
-    insert(db, session_id, &rows).await
+    let gathered: Vec<Gathered> =
+        found.iter().map(|found| Gathered { found: found.clone(), times: 1 }).collect();
+    insert(db, session_id, &gathered).await
 }
 
 /// Removes those of a session: a new run finds its own.
