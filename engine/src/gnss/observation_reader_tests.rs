@@ -230,7 +230,7 @@ fn version_2_has_more_lines_for_many_satellites_and_for_many_types() {
 #[test]
 fn a_receiver_that_squares_the_second_band_counts_half_cycles() {
     let factor = labelled("     1     2", "WAVELENGTH FACT L1/2");
-    let text = version_2().replacen("                    OBSERVATION", "                    OBSERVATION", 1);
+    let text = version_2();
     let end = text.find(&labelled("", "END OF HEADER")).unwrap();
     let text = format!("{}{factor}\n{}", &text[..end], &text[end..]);
     let file = read(text.as_bytes()).unwrap();

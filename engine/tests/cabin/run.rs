@@ -7,7 +7,7 @@ use lodestep_engine::sample::ImuSample;
 use lodestep_engine::sim::cabin::SimulatedRun;
 use lodestep_engine::systems::cabin::rows::{AidRow, AntennaRow, EncoderRow, ImuRow, RayRow};
 use lodestep_engine::systems::cabin::{
-    Aids, CabinAnomaly, CabinConfig, CabinError, CabinSession, Estimator, Instrument, Poses, Row,
+    CabinAnomaly, CabinConfig, CabinError, CabinSession, Estimator, Instrument, Poses, Row,
 };
 
 /// What is read, and how.
@@ -40,7 +40,6 @@ impl Default for Read {
 pub(crate) struct Found {
     pub(crate) poses: Poses,
     pub(crate) anomalies: Vec<CabinAnomaly>,
-    pub(crate) aids: Aids,
 }
 
 enum Event {
@@ -108,7 +107,7 @@ pub(crate) fn process(run: &SimulatedRun, read: &Read) -> Result<Found, CabinErr
         platform: read.stations || read.encoders,
     };
     let mut session = CabinSession::new(&instrument, config)?;
-    let (mut poses, aids) = (Poses::default(), session.aids().clone());
+    let mut poses = Poses::default();
     for event in &events {
         match event {
             Event::Imu(row) => session.push_imu(row, &mut poses)?,
@@ -117,7 +116,7 @@ pub(crate) fn process(run: &SimulatedRun, read: &Read) -> Result<Found, CabinErr
         }
     }
     let anomalies = session.finish(&mut poses)?;
-    Ok(Found { poses, anomalies, aids })
+    Ok(Found { poses, anomalies })
 }
 
 /// Errors of one row: east, north, up (m), yaw, pitch, roll (rad).

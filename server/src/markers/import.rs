@@ -58,12 +58,15 @@ fn places(table: &AnyTable, frame: &LocalFrame) -> Option<Vec<Row>> {
     (!findings.has(Level::Error) && !findings.has(Level::Warning)).then_some(read)
 }
 
+/// East, north and up of the site, m; up is `None` where the file does not tell.
+type Place = (f64, f64, Option<f64>);
+
 /// The places of a file's markers by their names, as the command line takes them: east, north and up of the site, m.
 /// Without a site only files in its own frame can be read.
 pub(crate) fn places_of_file(
     file: &[u8],
     frame: Option<&LocalFrame>,
-) -> std::result::Result<HashMap<String, (f64, f64, Option<f64>)>, ParseError> {
+) -> std::result::Result<HashMap<String, Place>, ParseError> {
     let table = any_table::read(file)?;
     let Some(frame) = frame else {
         let local = markers_csv::read(file)?;

@@ -205,11 +205,10 @@ mod tests {
     fn rows_one_by_one_give_what_least_squares_gives_at_once() {
         // Two elements with priors 1 and 4, measured as their sum (3, variance 1) and their difference (1, variance 2).
         let mut state = State::new(&[0.0, 0.0], &[1.0, 2.0]);
-        let rows: [(&[(usize, f64)], f64, f64); 2] =
-            [(&[(0, 1.0), (1, 1.0)], 3.0, 1.0), (&[(0, 1.0), (1, -1.0)], 1.0, 2.0)];
-        for (row, measured, variance) in rows {
-            let innovation = measured - state.row_value(row);
-            state.update(row, innovation, variance);
+        for (second, measured, variance) in [(1.0, 3.0, 1.0), (-1.0, 1.0, 2.0)] {
+            let row = [(0, 1.0), (1, second)];
+            let innovation = measured - state.row_value(&row);
+            state.update(&row, innovation, variance);
         }
         // Normal equations by hand: N = [[1+1+.5, 1-.5], [1-.5, .25+1+.5]], b = [3+.5, 3-.5].
         let (a, b, c) = (2.5, 0.5, 1.75);

@@ -143,7 +143,7 @@ fn impossible(kind: Kind, row: &NamedRow) -> Option<(usize, &'static str)> {
             (Kind::Antennas, 3..6) => (1e-5..=100.0, "a sigma in metres"),
             (Kind::Antennas, _) => (0.0..=9.0, "a quality such as 4 (fixed) or 5 (float)"),
             (Kind::Stations, 0) => (-6.284..=6.284, "an azimuth in radians"),
-            (Kind::Stations, 1) => (0.0..=3.1416, "a zenith angle in radians, from 0 to π"),
+            (Kind::Stations, 1) => (0.0..=std::f64::consts::PI, "a zenith angle in radians, from 0 to π"),
             (Kind::Stations, _) => (1.0..=5000.0, "a distance in metres"),
             (Kind::Encoders, 0..2) => (-0.8..=0.8, "an angle of the rotator in radians, within 0.8"),
             (Kind::Encoders, _) => (0.1..=20.0, "the length of a leg in metres"),
