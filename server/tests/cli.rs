@@ -190,17 +190,6 @@ fn every_wrong_log_has_its_sentence() {
         ("a header alone", format!("{HEADER}\n").into(), "a header and no row"),
         ("no header", log.lines().skip(1).collect::<Vec<_>>().join("\n").into(), "expected a header"),
         ("a wrong column", log.replacen("gyr_x_rad_s", "gyr_x", 1).into(), "\"gyr_x\" is meant"),
-        (
-            "a word",
-            log.replacen("\n0.05,", "\n0.05,much", 1).into(),
-            "line 7, column gyr_x_rad_s: expected a number",
-        ),
-        ("a short row", log.replacen("\n0.05,", "\n0.05\n0.05,", 1).into(), "line 7: expected 7 fields"),
-        (
-            "a time that is none",
-            log.replacen("\n0.05,", "\nnan,", 1).into(),
-            "line 7, column t_s: expected a finite time",
-        ),
         ("a truncated gzip", gzip(log.as_bytes())[..600].to_vec(), "cut off"),
         ("a damaged gzip", damaged, "damaged"),
         (
@@ -212,6 +201,38 @@ fn every_wrong_log_has_its_sentence() {
     for (what, content, expected) in cases {
         let sentence = refused(&content);
         assert!(sentence.contains(expected), "{what}: {sentence}");
+    }
+}
+
+#[test]
+fn a_wrong_line_costs_itself_alone_and_is_told() {
+    let log = standing(12);
+    let rows = |content: &str| {
+        let folder = Folder::new();
+        let path = folder.with("log.csv", content);
+        let output = lodestep(&["process", "--left", text(&path), "--out", "-"]);
+        let told = String::from_utf8(output.stderr).unwrap();
+        assert!(output.status.success(), "{told}");
+        (String::from_utf8(output.stdout).unwrap().lines().count(), told)
+    };
+    let (all, nothing) = rows(&log);
+    assert!(!nothing.contains("left out"), "{nothing}");
+    for (what, content, expected) in [
+        (
+            "a word",
+            log.replacen("\n0.05,", "\n0.05,much", 1),
+            "line 7, column gyr_x_rad_s: expected a number",
+        ),
+        ("a short row", log.replacen("\n0.05,", "\n0.05\n0.05,", 1), "line 7: expected 7 fields"),
+        (
+            "a time that is none",
+            log.replacen("\n0.05,", "\nnan,", 1),
+            "line 7, column t_s: expected a finite time",
+        ),
+    ] {
+        let (left, told) = rows(&content);
+        assert!(all - left <= 1, "{what}: {left} of {all} rows");
+        assert!(told.contains("left out") && told.contains(expected), "{what}: {told}");
     }
 }
 

@@ -71,7 +71,7 @@ pub fn read(bytes: &[u8]) -> Result<GnssFile, ParseError> {
                     )
                     .at_line(line)
                 })?;
-                if t_ns < last_ns - DAY_NS / 2 {
+                if t_ns < last_ns.saturating_sub(DAY_NS / 2) {
                     days_ns += DAY_NS;
                 }
                 last_ns = t_ns;

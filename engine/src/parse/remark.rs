@@ -131,7 +131,7 @@ impl Cause for LogCause {
                 format!("the clock was set forward by {forward_by_s:.3} s: the rows go on without a gap")
             }
             LogCause::LinesLeftOut { lines, first_line, reasons } => format!(
-                "{lines} lines could not be read and were left out, the first is line {first_line}: {}",
+                "lines that could not be read and were left out: {lines}, the first is line {first_line}: {}",
                 reasons.join("; ")
             ),
             LogCause::Filling { filling_bytes } => {

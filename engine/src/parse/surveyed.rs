@@ -47,6 +47,8 @@ pub fn angle_deg(text: &str, decimal_comma: bool) -> Option<f64> {
     let (degrees, minutes, seconds) = match parts[..] {
         [degrees, minutes] => (degrees, minutes, "0"),
         [degrees, minutes, seconds] => (degrees, minutes, seconds),
+        // Blanks part thousands in a number, not in an angle.
+        [_, _, _, _, ..] => return None,
         _ => return decimal(),
     };
     let Some(angle) = sexagesimal(degrees, minutes, seconds, decimal_comma) else { return decimal() };

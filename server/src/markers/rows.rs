@@ -260,7 +260,7 @@ mod tests {
         assert_eq!(findings.findings.len(), 1);
         assert_eq!(codes("name,lat_deg,lon_deg\nA,-120.5,200.1\n"), ["looks_local"]);
         assert_eq!(codes("name,lat_deg,lon_deg\nA,39.9,116.4\n"), ["wrong_frame"]);
-        assert_eq!(codes("name,e_m,n_m\nA,36386000.1,2838000.2\n"), ["wrong_frame"]);
+        assert_eq!(codes("name,e_m,n_m\nA,36386000.1,2838000.2\n"), ["national_grid"]);
         assert_eq!(codes("name,e_m,n_m\n"), ["no_rows"]);
     }
 }

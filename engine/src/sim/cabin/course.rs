@@ -62,12 +62,13 @@ impl Course {
         let source_n = direction(random.uniform(0.02, 0.4), random.uniform(0.0, turn));
         // A source change of at most 0.35 m/s on the mean of its course, or 100 m.
         let reach_rad = (0.2 * plan.slew_s / FOCUS_RADIUS_M).min(0.5);
-        let parked = loop {
-            let parked = direction(random.uniform(0.0, 0.35), random.uniform(0.0, turn));
-            if source_n.dot(&parked) > libm::cos(reach_rad) {
-                break parked;
-            }
-        };
+        // Evenly over the disc of that reach about the source; on the side of the zenith where it would lie too low.
+        let (sin_reach, cos_reach) = libm::sincos(reach_rad * random.uniform(0.0, 1.0).sqrt());
+        let (sin_side, cos_side) = libm::sincos(random.uniform(0.0, turn));
+        let first = source_n.cross(&Vector3::y()).normalize();
+        let aside = first * cos_side + source_n.cross(&first) * sin_side;
+        let on = |aside: Vector3<f64>| source_n * cos_reach + aside * sin_reach;
+        let parked = if on(aside).z > libm::cos(0.4) { on(aside) } else { on(-aside) };
         let (sin_lat, cos_lat) = libm::sincos(geometry.site.latitude_deg.to_radians());
         let mut swings = |rms: f64| [0; 3].map(|_| Swing::drawn(rms, &mut random));
         let (shift, turned) = (swings(0.012 * wind), swings(0.0012 * wind));

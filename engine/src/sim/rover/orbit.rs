@@ -79,7 +79,9 @@ pub(super) fn draw(random: &mut Random, now: Instant) -> Vec<Satellite> {
             let geostationary = plane.is_none();
             let harmonic =
                 |random: &mut Random, sigma: f64| if geostationary { 0.0 } else { sigma * random.normal() };
-            let node_at_toe = plane.unwrap_or(0.0);
+            // The frame of geostationary elements leans by −5°: an orbit above the equator goes down through its
+            // plane where that rises, so the node lies on the other side.
+            let node_at_toe = plane.unwrap_or(PI);
             all.push(Satellite {
                 system,
                 number,
@@ -121,7 +123,7 @@ pub(super) fn draw(random: &mut Random, now: Instant) -> Vec<Satellite> {
             k as u32 + 1,
             6_493.4,
             None,
-            wrapped(longitude_deg.to_radians()),
+            wrapped(longitude_deg.to_radians() - PI),
             5.0_f64.to_radians(),
         );
     }
