@@ -44,8 +44,6 @@ const SETTLED_S: f64 = 0.15;
 const ALTIMETER_NIS_SHARE: f64 = 0.03;
 /// A pressure that disagrees for longer is no door that opens, s.
 const LASTING_PRESSURE_S: f64 = 7.0;
-/// A lift or an escalator carries the walker by more than this, m.
-const LEAST_CARRIED_M: f64 = 2.5;
 /// A stride of a walk takes about so long, s.
 const STEADY_STRIDE_S: f64 = 1.0;
 /// Doors, ventilation and gusts change the pressure by no more than this, as height, m.
@@ -210,8 +208,7 @@ impl<const B: usize, const F: usize> Filter<B, F> {
         let off_m = -observation.innovation[0];
         let (times, lasted_s) = foot.altimeter_doubt.go_on(foot.t_ns, off_m > 0.0);
         let large = off_m.abs() > 1.5 * MOST_BY_AIR_M;
-        // Less is a barometer that wanders: its innovations have widened its sigma already.
-        if times < 2 || off_m.abs() < LEAST_CARRIED_M || (lasted_s < LASTING_PRESSURE_S && !large) {
+        if times < 2 || (lasted_s < LASTING_PRESSURE_S && !large) {
             return Some((nis, false));
         }
         foot.altimeter_doubt.end();
