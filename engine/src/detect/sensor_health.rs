@@ -28,12 +28,6 @@ const STUCK_SAMPLES: u32 = 50;
 const SMALLEST_RATE_RANGE_RAD_S: f64 = 8.5;
 /// A specific force that is clipped lies above this, m/s² (the smallest usual range is ±2 g).
 const SMALLEST_FORCE_RANGE_M_S2: f64 = 19.0;
-/// From so many intervals the usual one is learnt,
-const LEARNT_INTERVALS: i64 = 8;
-/// which is no longer than this, ns.
-const LONGEST_INTERVAL_NS: i64 = 1_000_000_000;
-/// So many long intervals in a row are the usual ones of another rate.
-const LASTING_INTERVALS: u32 = 4;
 /// No magnetometer shows more, µT.
 const IMPOSSIBLE_FIELD_UT: f64 = 1e5;
 /// From above the highest mountain to below the deepest mine.
@@ -60,10 +54,6 @@ pub struct SensorHealth {
     same_for: [u32; 6],
     same_since_ns: [i64; 6],
     interval_ns: i64,
-    /// How many intervals were seen, up to those from which the usual one is learnt.
-    intervals_seen: i64,
-    /// How many of the last intervals in a row were all too long.
-    long_intervals: u32,
     /// What goes on, by kind.
     open: BTreeMap<AnomalyKind, Anomaly>,
 }
@@ -80,8 +70,6 @@ impl SensorHealth {
             same_for: [0; 6],
             same_since_ns: [0; 6],
             interval_ns: 10_000_000,
-            intervals_seen: 0,
-            long_intervals: 0,
             open: BTreeMap::new(),
         }
     }
@@ -172,22 +160,11 @@ impl SensorHealth {
 
     fn watch_interval(&mut self, last_ns: i64, step_ns: i64, told: &mut Vec<Anomaly>) {
         let usual_ns = self.interval_ns;
-        if self.intervals_seen < LEARNT_INTERVALS {
-            // The first ones say what is usual, whatever it is.
-            self.intervals_seen += 1;
-            self.interval_ns += (step_ns.min(LONGEST_INTERVAL_NS) - usual_ns) / self.intervals_seen;
-            return;
-        }
         if step_ns > (usual_ns * 7 / 2).max(50_000_000) {
             let gap = SensorCause::Gap { silence_s: seconds(step_ns), usual_interval_s: seconds(usual_ns) };
             let samples = (step_ns / usual_ns.max(1)).max(1) as u64 - 1;
             told.push(gap.anomaly(Some(self.stream), [last_ns, last_ns + step_ns], samples));
-            self.long_intervals += 1;
-            if self.long_intervals >= LASTING_INTERVALS {
-                self.interval_ns = step_ns.min(LONGEST_INTERVAL_NS);
-            }
         } else {
-            self.long_intervals = 0;
             // Follows the usual interval, slowly enough not to follow jitter.
             self.interval_ns += (step_ns - usual_ns) / 32;
         }
@@ -214,8 +191,7 @@ impl SensorHealth {
         }
     }
 
-    /// Notes that something is wrong at `t_ns`: what comes again soon is told once.
-    pub fn note(&mut self, cause: impl Cause, t_ns: i64, told: &mut Vec<Anomaly>) {
+    fn note(&mut self, cause: impl Cause, t_ns: i64, told: &mut Vec<Anomaly>) {
         let kind = cause.kind();
         if let Some(open) = self.open.get_mut(&kind) {
             // A sample that was left out does not count against the times that follow it.

@@ -38,9 +38,6 @@ pub enum StanceTuning {
         walking_activity: f64,
         /// The time over which that mean is taken, s.
         activity_time_s: f64,
-        /// Below this the foot may stand, where the strapdown has come to rest, too: a hard or hasty contact.
-        /// It grows with that mean as it is.
-        doubtful_threshold: f64,
         /// The window reaches so far to either side, s.
         half_window_s: f64,
     },
@@ -67,7 +64,6 @@ impl Default for StanceTuning {
             threshold: 8.0,
             walking_activity: 1450.0,
             activity_time_s: 1.0,
-            doubtful_threshold: 140.0,
             half_window_s: 0.03,
         }
     }
@@ -78,8 +74,6 @@ impl Default for StanceTuning {
 pub struct StanceDecision {
     /// Whether the foot stands.
     pub stance: bool,
-    /// Whether it may stand: its strapdown has to say the same.
-    pub doubtful: bool,
     /// Root mean square of the angular rate around the sample, rad/s: how much a standing foot still
     /// rolls.
     pub rate_rms_rad_s: f64,
@@ -178,21 +172,6 @@ impl StanceDetector {
         (self.window.len() > self.half_window).then(|| self.decide())
     }
 
-    /// The newest sample was not what it seemed.
-    pub fn replace_newest(&mut self, w_ib_b: &Vector3<f64>, f_b: &Vector3<f64>) {
-        let within_bounds = self.within_bounds(w_ib_b, f_b);
-        let Some(newest) = self.window.back_mut() else { return };
-        let former = std::mem::replace(
-            newest,
-            Member { within_bounds, rate_squared: w_ib_b.norm_squared(), f_b: *f_b },
-        );
-        self.standing += usize::from(within_bounds);
-        self.standing -= usize::from(former.within_bounds);
-        self.sum_rate_squared += w_ib_b.norm_squared() - former.rate_squared;
-        self.sum_force_squared += f_b.norm_squared() - former.f_b.norm_squared();
-        self.sum_force += f_b - former.f_b;
-    }
-
     /// No more samples come: the decision about the next sample that waits for one.
     pub fn flush(&mut self) -> Option<StanceDecision> {
         if self.window.len() <= self.half_window {
@@ -237,15 +216,14 @@ impl StanceDetector {
         let unsteadiness_squared = (self.sum_force_squared / count - 2.0 * self.gravity_m_s2 * mean_force
             + self.gravity_m_s2 * self.gravity_m_s2)
             .max(0.0);
-        let (stance, doubtful) = match self.tuning {
-            StanceTuning::Threshold { .. } => (2 * self.standing > self.window.len(), false),
+        let stance = match self.tuning {
+            StanceTuning::Threshold { .. } => 2 * self.standing > self.window.len(),
             StanceTuning::LikelihoodRatio {
                 sigma_rate_rad_s,
                 sigma_specific_force_m_s2,
                 threshold,
                 walking_activity,
                 activity_time_s,
-                doubtful_threshold,
                 ..
             } => {
                 let statistic = rate_squared / (sigma_rate_rad_s * sigma_rate_rad_s)
@@ -253,13 +231,11 @@ impl StanceDetector {
                 let share = (self.interval_s / activity_time_s).min(1.0);
                 self.activity += (statistic.min(MOST_ACTIVE) - self.activity) * share;
                 let running = (self.activity / walking_activity).max(1.0);
-                let stance = statistic < threshold * running * running * running;
-                (stance, !stance && statistic < doubtful_threshold * running)
+                statistic < threshold * running * running * running
             }
         };
         StanceDecision {
             stance,
-            doubtful,
             rate_rms_rad_s: rate_squared.sqrt(),
             unsteadiness_m_s2: unsteadiness_squared.sqrt(),
         }

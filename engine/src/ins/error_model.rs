@@ -10,10 +10,6 @@ use super::mechanization::Step;
 use super::process_noise::{Growth, ProcessNoise};
 use super::sensor_map::SensorMap;
 
-/// Samples as near as this follow the motion of a foot, s: the noise that grows with the motion is that of such a
-/// sensor.
-const WELL_SAMPLED_S: f64 = 0.0125;
-
 /// The transition over one or several steps of the strapdown, gathered sample by sample so that the
 /// covariance need not be propagated at every one of them.
 ///
@@ -54,13 +50,10 @@ impl Transition {
     #[inline]
     pub fn extend(&mut self, step: &Step, c_nb: &Matrix3<f64>) {
         self.dt_s += step.dt_s;
-        // What a motion does between two samples is the worse known the farther they lie apart.
-        let coarse = (step.dt_s / WELL_SAMPLED_S).max(1.0);
-        let weight_s = step.dt_s * coarse * coarse;
         self.c_nb_dt += c_nb * step.dt_s;
         self.f_n_dt += step.f_n * step.dt_s;
-        self.rate_squared_dt += step.w_nb_n.component_mul(&step.w_nb_n) * weight_s;
-        self.acceleration_squared_dt += step.acceleration_n.component_mul(&step.acceleration_n) * weight_s;
+        self.rate_squared_dt += step.w_nb_n.component_mul(&step.w_nb_n) * step.dt_s;
+        self.acceleration_squared_dt += step.acceleration_n.component_mul(&step.acceleration_n) * step.dt_s;
     }
 
     /// Integral of the squared rate on each axis of n, rad²/s.

@@ -8,7 +8,6 @@ use serde::{Serialize, Serializer};
 
 use super::{Declaration, Solution, System};
 use crate::event::AidKind;
-use crate::geo::MagneticField;
 use crate::identify::Identification;
 use crate::replay::InputStore;
 use crate::stream::Stream;
@@ -26,8 +25,6 @@ pub struct SessionConfig {
     pub declination_rad: f64,
     /// Local gravity, m/s².
     pub gravity_m_s2: f64,
-    /// The site's undisturbed magnetic field, by which a magnetometer can be judged; `None` where it is unknown.
-    pub magnetic_field: Option<MagneticField>,
     /// How far one stream's samples may run ahead of another's before the session goes on without
     /// it, ns; `None` waits for ever, as is right for logs that are complete.
     pub max_lead_ns: Option<i64>,
@@ -95,7 +92,6 @@ impl SessionConfig {
             initial_heading_rad: None,
             declination_rad: 0.0,
             gravity_m_s2: 9.80665,
-            magnetic_field: None,
             max_lead_ns: None,
             solution: Solution::default(),
             instrument: None,
@@ -135,9 +131,6 @@ impl Serialize for SessionConfig {
         map.serialize_entry("initial_heading_rad", &self.initial_heading_rad)?;
         map.serialize_entry("declination_rad", &self.declination_rad)?;
         map.serialize_entry("gravity_m_s2", &self.gravity_m_s2)?;
-        if let Some(field) = &self.magnetic_field {
-            map.serialize_entry("magnetic_field_n_ut", &field.b_n_ut)?;
-        }
         map.serialize_entry("max_lead_ns", &self.max_lead_ns)?;
         map.serialize_entry("solution", &self.solution)?;
         if let Some(instrument) = &self.instrument {

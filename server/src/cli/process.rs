@@ -268,7 +268,6 @@ impl ProcessArgs {
         if let Some(site) = site {
             config.gravity_m_s2 = site.gravity_m_s2;
             config.declination_rad = site.declination_deg.to_radians();
-            config.magnetic_field = Some(site.magnetic_field());
         }
         if let Some(gravity_m_s2) = self.gravity_m_s2 {
             config.gravity_m_s2 = gravity_m_s2;

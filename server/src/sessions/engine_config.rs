@@ -18,7 +18,6 @@ pub(crate) fn engine_config(site: &Site, session: &Session, streams: &[StreamId]
         declination_rad: site.declination_deg.to_radians(),
         gravity_m_s2: site.gravity_m_s2,
         instrument: session.instrument.clone(),
-        magnetic_field: Some(site.magnetic_field()),
         ..SessionConfig::by_default(system)
     }
 }

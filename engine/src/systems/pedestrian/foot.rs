@@ -27,8 +27,6 @@ pub(crate) struct Step {
     pub(crate) pressure_hpa: Option<f64>,
     /// Whether the foot stands.
     pub(crate) stance: bool,
-    /// Whether it may stand, if its strapdown has come to rest.
-    pub(crate) doubtful: bool,
     /// Sigma of the velocity if it stands, m/s.
     pub(crate) zupt_sigma_m_s: f64,
     /// Whether it begins a new epoch.
@@ -48,8 +46,6 @@ pub(crate) struct FootState {
     pub(crate) lost: bool,
     /// Stances in which gravity stood far from up, one bit each, the newest lowest.
     pub(crate) tilted_stances: u8,
-    /// Whether the last stance was tilted beyond all integration.
-    pub(crate) slipped: bool,
     /// Swings that did not come to rest at their end, likewise.
     pub(crate) fast_landings: u8,
     /// How many stances in a row saw a field that cannot be the site's.
@@ -64,52 +60,6 @@ pub(crate) struct FootState {
     pub(crate) usual_field_ut: Option<(f64, f64)>,
     /// Height in the filter less pressure height when the altimeter's zero was taken, m.
     pub(crate) altimeter_zero_m: Option<f64>,
-    /// Mean of the altimeter's normalised innovation squared over the last stances: above 1 it errs more than
-    /// was assumed.
-    pub(crate) altimeter_nis: f64,
-    /// What the altimeter has contradicted of late.
-    pub(crate) altimeter_doubt: Contradiction,
-    /// What the compass has contradicted of late.
-    pub(crate) compass_doubt: Contradiction,
-    /// Where the compass was last believed, n, m.
-    pub(crate) compass_believed_n: Vector3<f64>,
-    /// The fastest that the foot has been in this swing, squared, m²/s².
-    pub(crate) fastest_squared_m2_s2: f64,
-    /// Whether this swing is known not to end.
-    pub(crate) endless: bool,
-    /// When it was last told that a swing does not end, ns.
-    pub(crate) endless_told_ns: Option<i64>,
-    /// Since when the foot has looked still, ns.
-    pub(crate) quiet_since_ns: i64,
-}
-
-/// An aid that is turned down again and again, always to the same side.
-#[derive(Clone, Debug, Default, Serialize, Deserialize)]
-pub(crate) struct Contradiction {
-    /// Since when, ns; `None` while it is believed.
-    since_ns: Option<i64>,
-    /// How often.
-    times: u32,
-    /// On which side.
-    above: bool,
-}
-
-impl Contradiction {
-    /// The aid was believed.
-    pub(crate) fn end(&mut self) {
-        *self = Contradiction::default();
-    }
-
-    /// The aid was turned down at `t_ns`, by an innovation of this sign: how often that has been so, and for how
-    /// long, s.
-    pub(crate) fn go_on(&mut self, t_ns: i64, above: bool) -> (u32, f64) {
-        if self.above != above {
-            self.end();
-            self.above = above;
-        }
-        self.times += 1;
-        (self.times, seconds(t_ns - *self.since_ns.get_or_insert(t_ns)))
-    }
 }
 
 /// The present stance, or the last one.
@@ -120,10 +70,6 @@ pub(crate) struct Stance {
     pub(crate) since_ns: i64,
     /// When the velocity was last held at zero, ns.
     pub(crate) held_ns: i64,
-    /// The velocity that the holds have taken from the foot of late, m/s.
-    pub(crate) taken_n: Vector3<f64>,
-    /// How far the foot would have gone with it, m.
-    pub(crate) missed_n: Vector3<f64>,
     /// When the heading was last taken in this stance, ns.
     pub(crate) heading_ns: i64,
     pub(crate) nis_sum: f64,
@@ -143,7 +89,6 @@ pub(crate) struct Stance {
 impl FootState {
     /// A foot in the state `nav`, at its first sample.
     pub(crate) fn new(nav: NavState, t_ns: i64, w_ib_b: Vector3<f64>) -> Self {
-        let place_n = nav.p_n;
         FootState {
             nav,
             transition: Transition::none(),
@@ -153,7 +98,6 @@ impl FootState {
             swing: Swing::default(),
             lost: false,
             tilted_stances: 0,
-            slipped: false,
             fast_landings: 0,
             odd_field_stances: 0,
             deviation_rad: Vector3::zeros(),
@@ -161,14 +105,6 @@ impl FootState {
             moved_n: Vector3::zeros(),
             usual_field_ut: None,
             altimeter_zero_m: None,
-            altimeter_nis: 1.0,
-            altimeter_doubt: Contradiction::default(),
-            compass_doubt: Contradiction::default(),
-            compass_believed_n: place_n,
-            fastest_squared_m2_s2: 0.0,
-            endless: false,
-            endless_told_ns: None,
-            quiet_since_ns: t_ns,
         }
     }
 }
@@ -179,8 +115,6 @@ impl Stance {
         self.stands = true;
         self.since_ns = t_ns;
         self.held_ns = i64::MIN;
-        self.taken_n = Vector3::zeros();
-        self.missed_n = Vector3::zeros();
         self.heading_ns = t_ns;
         self.nis_sum = 0.0;
         self.updates = 0;

@@ -17,9 +17,6 @@ pub struct FootNoise {
     /// error of the rate (scale, misalignment, sampling) times the square root of the time over which
     /// it goes one way, a tenth of a second in a swing.
     pub angle_random_walk_share_sqrt_s: f64,
-    /// What that share itself grows by with the rate, s√s/rad: sampling, bandwidth and the sensitivity to
-    /// acceleration make errors that go with the square of the motion, and tell in a run.
-    pub angle_random_walk_hasty_share_s_sqrt_s_rad: f64,
     /// Velocity random walk, m/s/√s.
     pub velocity_random_walk_m_s_sqrt_s: f64,
     /// What the velocity random walk grows by with the acceleration, likewise, √s.
@@ -48,7 +45,6 @@ impl Default for FootNoise {
         FootNoise {
             angle_random_walk_rad_sqrt_s: 2e-4,
             angle_random_walk_share_sqrt_s: 3e-4,
-            angle_random_walk_hasty_share_s_sqrt_s_rad: 2e-4,
             velocity_random_walk_m_s_sqrt_s: 0.02,
             velocity_random_walk_share_sqrt_s: 4e-3,
             gyro_bias_random_walk_rad_s_sqrt_s: 2.6e-5,
@@ -75,10 +71,7 @@ impl ProcessNoise for FootNoise {
         let white = |density: f64| Vector3::repeat(density * density * dt_s);
         // A scale error of the gyro turns about the axis of the motion itself, and one of the
         // accelerometer lies along the acceleration: each axis of n by its own motion.
-        let rate_squared = transition.rate_squared_dt().sum() / dt_s.max(1e-6);
-        let share_squared = self.angle_random_walk_share_sqrt_s.powi(2)
-            + self.angle_random_walk_hasty_share_s_sqrt_s_rad.powi(2) * rate_squared;
-        let turning = transition.rate_squared_dt() * share_squared;
+        let turning = transition.rate_squared_dt() * self.angle_random_walk_share_sqrt_s.powi(2);
         let pushing = transition.acceleration_squared_dt() * self.velocity_random_walk_share_sqrt_s.powi(2);
         let height = self.height_random_walk_m_sqrt_s;
         Growth {
@@ -135,9 +128,7 @@ mod tests {
         // The body's x axis points along n's y: so do a rate and an acceleration along it.
         let [attitude, velocity] =
             variances(Vector3::new(8.0, 0.0, 0.0), gravity_b + Vector3::new(20.0, 0.0, 0.0));
-        let share_squared = noise.angle_random_walk_share_sqrt_s.powi(2)
-            + (noise.angle_random_walk_hasty_share_s_sqrt_s_rad * 8.0).powi(2);
-        let turning = share_squared * 64.0;
+        let turning = (noise.angle_random_walk_share_sqrt_s * 8.0).powi(2);
         let pushing = (noise.velocity_random_walk_share_sqrt_s * 20.0).powi(2);
         assert!((attitude - Vector3::new(0.0, turning, 0.0) - Vector3::repeat(white[0])).norm() < 1e-9);
         assert!(velocity.x < white[1] * 1.01 && (velocity.y - pushing - white[1]).abs() < pushing * 1e-6);

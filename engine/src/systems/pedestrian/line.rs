@@ -21,15 +21,6 @@ use crate::sample::ImuSample;
 /// What no foot does: such a reading is broken.
 const LIMITS: Limits = Limits { largest_rate_rad_s: 90.0, largest_force_m_s2: 2000.0 };
 
-/// A reading is a spike that is so much farther from the mean of its neighbours on an axis, rad/s,
-const SPIKE_RAD_S: f64 = 7.0;
-/// or m/s²,
-const SPIKE_M_S2: f64 = 120.0;
-/// and so many times as far as they are from each other.
-const SPIKE_SHARE: f64 = 6.0;
-/// Neighbours are no farther apart than this, ns.
-const FARTHEST_NEIGHBOURS_NS: i64 = 50_000_000;
-
 /// The samples of one foot on their way.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub(crate) struct FootLine {
@@ -54,10 +45,6 @@ pub(crate) struct FootLine {
     newest_ns: Option<i64>,
     ended: bool,
     silent: bool,
-    /// The specific force has the opposite sign in the log.
-    force_is_opposite: bool,
-    /// The magnetometer cannot be used.
-    without_field: bool,
     anomalies: Vec<Anomaly>,
 }
 
@@ -81,8 +68,6 @@ impl FootLine {
             newest_ns: None,
             ended: false,
             silent: false,
-            force_is_opposite: false,
-            without_field: false,
             anomalies: Vec::new(),
         }
     }
@@ -165,22 +150,6 @@ impl FootLine {
         self.start = self.aligner.solve();
     }
 
-    /// The log's specific force has the opposite sign: from now on it is turned round.
-    pub(crate) fn turn_force_round(&mut self) {
-        self.force_is_opposite = true;
-        if let Some(start) = &mut self.start {
-            start.f_b = -start.f_b;
-        }
-    }
-
-    /// The magnetometer is not to be used.
-    pub(crate) fn leave_field_out(&mut self) {
-        self.without_field = true;
-        if let Some(start) = &mut self.start {
-            start.mag_b_ut = None;
-        }
-    }
-
     /// The samples may flow: what was held back goes through the detector first.
     pub(crate) fn open(&mut self, tuning: &Tuning, gravity_m_s2: f64) {
         let interval_s = self.start.as_ref().map_or(0.01, |start| start.interval_s);
@@ -218,51 +187,12 @@ impl FootLine {
     }
 
     fn detect(&mut self, sample: &ImuSample) {
-        let mut sample = *sample;
-        if self.force_is_opposite {
-            sample.f_b_m_s2 = sample.f_b_m_s2.map(|f| -f);
-        }
-        if self.without_field {
-            sample.mag_b_ut = None;
-        }
-        self.mend_spike(&sample);
         let Some(detector) = &mut self.detector else { return };
-        self.undecided.push_back(sample);
+        self.undecided.push_back(*sample);
         let decision = detector.push(&sample.w_ib_b_rad_s.into(), &sample.f_b_m_s2.into());
         if let Some(decision) = decision {
             self.decide(&decision);
         }
-    }
-
-    /// The sample before this one, if it is a single reading far off its neighbours, is replaced by their mean: no
-    /// foot turns or is struck so that nothing of it is left in the next sample.
-    fn mend_spike(&mut self, after: &ImuSample) {
-        let Some(before) = self.undecided.len().checked_sub(2).and_then(|at| self.undecided.get(at)) else {
-            return;
-        };
-        let (before, Some(spike)) = (*before, self.undecided.back_mut()) else { return };
-        if after.t_ns - before.t_ns > FARTHEST_NEIGHBOURS_NS {
-            return;
-        }
-        let is_off = |part: fn(&ImuSample) -> [f64; 3], least: f64| {
-            let (a, b, c) = (part(&before), part(spike), part(after));
-            (0..3).any(|axis| {
-                let off = (b[axis] - 0.5 * (a[axis] + c[axis])).abs();
-                off > least + SPIKE_SHARE * (c[axis] - a[axis]).abs()
-            })
-        };
-        if !is_off(|s| s.w_ib_b_rad_s, SPIKE_RAD_S) && !is_off(|s| s.f_b_m_s2, SPIKE_M_S2) {
-            return;
-        }
-        let mean = |a: [f64; 3], c: [f64; 3]| std::array::from_fn(|axis| 0.5 * (a[axis] + c[axis]));
-        spike.w_ib_b_rad_s = mean(before.w_ib_b_rad_s, after.w_ib_b_rad_s);
-        spike.f_b_m_s2 = mean(before.f_b_m_s2, after.f_b_m_s2);
-        *spike = spike.in_single_precision();
-        if let Some(detector) = &mut self.detector {
-            detector.replace_newest(&spike.w_ib_b_rad_s.into(), &spike.f_b_m_s2.into());
-        }
-        let cause = WalkCause::Spikes { rate_rad_s: SPIKE_RAD_S, force_m_s2: SPIKE_M_S2 };
-        self.health.note(cause, spike.t_ns, &mut self.anomalies);
     }
 
     fn flush(&mut self) {
@@ -287,7 +217,6 @@ impl FootLine {
             mag_b_ut: sample.mag_b_ut.map(Vector3::from),
             pressure_hpa: sample.pressure_hpa,
             stance: decision.stance,
-            doubtful: decision.doubtful,
             // Of single precision, as all that a step holds.
             zupt_sigma_m_s: f64::from(zupt_sigma_m_s as f32),
             opens_epoch: false,

@@ -2,11 +2,8 @@
 
 use nalgebra::{Matrix3, Vector3};
 
-use super::causes::WalkCause;
 use super::filter::{Filter, Setting, seconds};
 use super::foot::Step;
-use crate::anomaly::Cause;
-use crate::event::Event;
 use crate::ins::error_model::Transition;
 use crate::ins::layout::ErrorState;
 use crate::rotation::{heading, level};
@@ -16,13 +13,6 @@ const UNKNOWN_SPEED_M_S: f64 = 1.5;
 /// Nobody has gone farther than this meanwhile, m: a time stamp of another year must not make the
 /// covariance so large that the first marker cancels it to nothing.
 const FARTHEST_M: f64 = 5_000.0;
-/// What goes on is told again after this long, s.
-const TELL_AGAIN_S: f64 = 60.0;
-/// No step takes so long, s.
-const ENDLESS_S: f64 = 3.0;
-/// How fast the velocity of a foot goes astray that is never held, m/s/√s: half a percent of the rates of a walk,
-/// 3 rad/s or so, tilt it by a degree in a second, and gravity does the rest.
-const FREE_DRIFT_M_S_SQRT_S: f64 = 0.2;
 /// How far apart two feet are on the way, sigma in plan, m.
 const WITHIN_A_STEP_M: f64 = 0.6;
 /// And upwards, m.
@@ -59,29 +49,6 @@ impl<const B: usize, const F: usize> Filter<B, F> {
         }
         let by_axis = Vector3::new(way_m * way_m, way_m * way_m, height_m * height_m);
         self.eskf.add_noise(&[ErrorState::Position.of(sensor)], &by_axis);
-    }
-
-    /// A swing that does not end although the foot moves: no contact is recognised, and a free strapdown drifts by
-    /// what scale and alignment make of the motion.
-    #[inline]
-    pub(super) fn watch_swing(&mut self, setting: &Setting, step: &Step, dt_s: f64, told: &mut Vec<Event>) {
-        let sensor = step.sensor;
-        let foot = &mut self.feet[sensor];
-        let flown_s = seconds(step.t_ns - foot.swing.begun_ns());
-        if !foot.swing.has_begun() || foot.lost || flown_s < ENDLESS_S {
-            return;
-        }
-        let told_lately =
-            foot.endless_told_ns.is_some_and(|told_ns| seconds(step.t_ns - told_ns) < TELL_AGAIN_S);
-        if !foot.endless && !told_lately {
-            foot.endless_told_ns = Some(step.t_ns);
-            let cause = WalkCause::NoContact { flown_s };
-            let times_ns = [foot.swing.begun_ns(), step.t_ns];
-            told.push(Event::Anomaly(cause.anomaly(Some(setting.feet[sensor].stream()), times_ns, 0)));
-        }
-        self.feet[sensor].endless = true;
-        let grown = FREE_DRIFT_M_S_SQRT_S * FREE_DRIFT_M_S_SQRT_S * dt_s.min(0.2);
-        self.eskf.add_noise(&[ErrorState::Velocity.of(sensor)], &Vector3::repeat(grown));
     }
 
     /// Whether the other foot has been followed all the while that this one was not.

@@ -168,14 +168,6 @@ pub(crate) const TABLE: &[Parameter] = &[
         "The time over which that mean is taken."
     ),
     at!(
-        "stance.doubtful_threshold",
-        "1",
-        "stance",
-        0.0..5000.0,
-        stance.doubtful_threshold,
-        "Below this the foot may stand, if its strapdown has come to rest, too."
-    ),
-    at!(
         "stance.half_window_s",
         "s",
         "stance",
@@ -207,71 +199,6 @@ pub(crate) const TABLE: &[Parameter] = &[
         tuning.shake_time_s,
         "How long a standing foot goes on at what its specific force is unsteady by: the product is added, too."
     ),
-    at!(
-        "slowest_glide_m_s",
-        "m/s",
-        "zero_velocity",
-        0.0..5.0,
-        tuning.slowest_glide_m_s,
-        "A foot that looks still and is on its way all the same is at least so fast."
-    ),
-    at!(
-        "glide_gate",
-        "1",
-        "zero_velocity",
-        1.0..1000000.0,
-        tuning.glide_gate,
-        "And its velocity squared is so many times the variance that it would have."
-    ),
-    at!(
-        "longest_glide_s",
-        "s",
-        "zero_velocity",
-        0.0..60.0,
-        tuning.longest_glide_s,
-        "And it left the ground no longer ago than this."
-    ),
-    at!(
-        "landing_gate",
-        "1",
-        "zero_velocity",
-        0.1..1000.0,
-        tuning.landing_gate,
-        "A doubtful stance is believed where the velocity squared is below so many times that variance."
-    ),
-    at!(
-        "landing_sigma_m_s",
-        "m/s",
-        "zero_velocity",
-        0.01..10.0,
-        tuning.landing_sigma_m_s,
-        "And its sigma is below this."
-    ),
-    at!(
-        "swing_doubt",
-        "1",
-        "zero_velocity",
-        0.0..1.0,
-        tuning.swing_doubt,
-        "Once a contact is overdue, the velocity is doubted by this share of the fastest in the swing."
-    ),
-    at!(
-        "slip_gate",
-        "1",
-        "zero_velocity",
-        1.0..1000000.0,
-        tuning.slip_gate,
-        "A standing foot sets off where its velocity squared comes to so many times its variance between two holds."
-    ),
-    at!(
-        "slip_m_s",
-        "m/s",
-        "zero_velocity",
-        0.01..10.0,
-        tuning.slip_m_s,
-        "Or where the holds have taken so much velocity from it,"
-    ),
-    at!("slip_time_s", "s", "zero_velocity", 0.05..10.0, tuning.slip_time_s, "in about this time."),
     at!(
         "standing_s",
         "s",
@@ -335,22 +262,6 @@ pub(crate) const TABLE: &[Parameter] = &[
         0.0001..0.5,
         tuning.slow_errors.fixed_deviation_rad,
         "Deviation of the compass that does not turn with the foot."
-    ),
-    at!(
-        "slow_errors.common_deviation_rad",
-        "rad",
-        "heading",
-        0.0..0.5,
-        tuning.slow_errors.common_deviation_rad,
-        "Deviation that both compasses share."
-    ),
-    at!(
-        "slow_errors.other_deviation_rad",
-        "rad",
-        "heading",
-        0.0..0.5,
-        tuning.slow_errors.other_deviation_rad,
-        "Deviation that has no state: it widens what is told by the distance from the last marker."
     ),
     at!(
         "slow_errors.hard_iron_deviation_rad",
@@ -488,14 +399,6 @@ pub(crate) const TABLE: &[Parameter] = &[
         0.0..0.1,
         tuning.imu_noise.angle_random_walk_share_sqrt_s,
         "What the angle random walk grows by with the rate."
-    ),
-    at!(
-        "imu_noise.angle_random_walk_hasty_share_s_sqrt_s_rad",
-        "s√s/rad",
-        "imu_noise",
-        0.0..0.01,
-        tuning.imu_noise.angle_random_walk_hasty_share_s_sqrt_s_rad,
-        "What that share itself grows by with the rate: a run is measured worse than a walk."
     ),
     at!(
         "imu_noise.velocity_random_walk_m_s_sqrt_s",

@@ -11,11 +11,6 @@ use crate::rotation::heading;
 /// gone on without it.
 const LEFT_BEHIND_NS: i64 = 500_000_000;
 
-/// How much of the doubt of the way in plan is one of the height, squared.
-const DOUBTED_HEIGHT: f64 = 0.02;
-/// Sigma of an angle of which nothing is known: π/√3.
-const ANY_HEADING_RAD: f64 = 1.8138;
-
 impl<const B: usize, const F: usize> Filter<B, F> {
     /// The sensors of the feet that keep up.
     pub(super) fn present(&self) -> impl Iterator<Item = usize> + Clone {
@@ -77,34 +72,14 @@ impl<const B: usize, const F: usize> Filter<B, F> {
         }
         middle /= self.present().count() as f64;
         let covariance = self.middle_covariance();
-        // What deviates the compass and is no state turns the way since the last marker.
-        let deviated = if setting.aids.heading && self.feet[0].usual_field_ut.is_some() {
-            setting.tuning.slow_errors.other_deviation_rad
-        } else {
-            0.0
-        };
-        let way_n = (middle - self.anchor_n) * deviated;
-        // Sensors that contradict each other: the way is as wrong as that.
-        let doubted_m =
-            self.doubted_share.max(setting.coarse_share) * (self.distance_m() - self.last_marker.1);
-        let doubted_m2 = doubted_m * doubted_m * 0.5;
-        let aside_m2 =
-            [way_n.y * way_n.y + doubted_m2, way_n.x * way_n.x + doubted_m2, doubted_m2 * DOUBTED_HEIGHT];
-        // Turned by any angle about its start, a track is off by √2 times its distance from there, rms.
-        let (turned_m2, turned_rad) = setting
-            .turned_about_n
-            .map_or((0.0, 0.0), |start_n| ((middle - start_n).xy().norm_squared(), ANY_HEADING_RAD));
-        let sigma = |axis: usize| {
-            let turned_m2 = if axis < 2 { turned_m2 } else { 0.0 };
-            (covariance[(axis, axis)].max(0.0) + aside_m2[axis] + turned_m2).sqrt()
-        };
+        let sigma = |axis: usize| covariance[(axis, axis)].max(0.0).sqrt();
         TrackPoint {
             t_ns,
             position_n_m: middle.into(),
             heading_rad: self.walked.heading_rad(heading(&self.feet[0].nav.c_nb)),
-            sigma_heading_rad: libm::hypot(self.sigma_heading_rad(0), turned_rad),
+            sigma_heading_rad: self.sigma_heading_rad(0),
             sigma_n_m: [sigma(0), sigma(1), sigma(2)],
-            covariance_en_m2: covariance[(0, 1)] - way_n.x * way_n.y,
+            covariance_en_m2: covariance[(0, 1)],
             tilt: None,
             parts: feet,
         }

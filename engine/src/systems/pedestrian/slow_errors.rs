@@ -83,9 +83,6 @@ impl<const B: usize, const F: usize> Filter<B, F> {
             self.eskf.covariance.set_diagonal(deviation(sensor, F), squares(fixed, turning, turning));
             self.eskf.covariance.set_diagonal(stride(sensor, F), squares(plan, plan, up));
         }
-        let shared = slow.common_deviation_rad * slow.common_deviation_rad;
-        let both: [usize; F] = std::array::from_fn(|sensor| deviation(sensor, F));
-        self.eskf.add_noise(&both, &Vector3::new(shared, 0.0, 0.0));
         let first = squares(slow.deflection_rad, slow.first_pressure_sigma_m, tuning.separation_spread_m);
         self.eskf.covariance.set_diagonal(surroundings(F), first);
     }

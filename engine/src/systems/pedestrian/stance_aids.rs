@@ -13,7 +13,6 @@ use super::slow_errors::{
 };
 use crate::anomaly::Cause;
 use crate::event::{AidOutcome, Event};
-use crate::ins::layout::ErrorState;
 use crate::ins::observation::Observation;
 use crate::measure::height::{height, pressure_height_m};
 use crate::measure::magnetic_heading::magnetic_heading;
@@ -33,35 +32,9 @@ const ODD_FIELD_STANCES: u32 = 5;
 const USUAL_FIELD_SHARE: f64 = 0.03;
 /// Beyond this from the usual a field counts less, µT: more than a foot's own iron does in a turn.
 const STRANGE_FIELD_UT: f64 = 2.0;
-/// The iron that a foot carries adds no more than this to the site's field, µT.
-const CARRIED_FIELD_UT: f64 = 3.0;
 /// A swing that is integrated rightly ends slower than this, m/s: 0.1 at most for the CMP10A, 0.8 for
 /// recorded walks; with two axes swapped it ends at 1.5 to 4.
 const FASTEST_LANDING_M_S: f64 = 1.5;
-/// By then a foot that has come down has taken up the velocity that its swing was wrong by, s.
-const SETTLED_S: f64 = 0.15;
-/// How much a stance counts in how well the altimeter agrees.
-const ALTIMETER_NIS_SHARE: f64 = 0.03;
-/// A pressure that disagrees for longer is no door that opens, s.
-const LASTING_PRESSURE_S: f64 = 7.0;
-/// A stride of a walk takes about so long, s.
-const STEADY_STRIDE_S: f64 = 1.0;
-/// Doors, ventilation and gusts change the pressure by no more than this, as height, m.
-const MOST_BY_AIR_M: f64 = 4.0;
-/// A compass that disagrees for so many stances,
-pub(super) const LASTING_COMPASS_STANCES: u32 = 8;
-/// and so far, has met no passing iron, m.
-const LASTING_COMPASS_M: f64 = 12.0;
-/// By what share of the way a place is doubted when compass and gyro have contradicted each other once,
-const CONTRADICTED_ONCE: f64 = 0.05;
-/// and again,
-const CONTRADICTED_AGAIN: f64 = 0.6;
-/// and when a sensor is mounted otherwise than its log says.
-const WRONGLY_MOUNTED: f64 = 0.3;
-/// In a stance so long, s,
-const SURE_STAND_S: f64 = 0.4;
-/// a tilt of this is no matter of integration, rad: the sensor was turned on the foot.
-const SLIPPED_RAD: f64 = 0.5;
 /// Somebody who stands for longer is taken in pieces of this length, so that a live track profits, s.
 const PIECE_OF_A_STAND_S: f64 = 5.0;
 
@@ -115,19 +88,8 @@ impl<const B: usize, const F: usize> Filter<B, F> {
         if self.feet[sensor].transition.dt_s() > 0.0 {
             self.propagate(setting, sensor);
         }
-        let before_v_n = self.feet[sensor].nav.v_n;
-        let observation = zero_velocity(sensor, &before_v_n, sigma_m_s);
+        let observation = zero_velocity(sensor, &self.feet[sensor].nav.v_n, sigma_m_s);
         let (nis, _) = self.update(&observation, f64::INFINITY);
-        let slip_time_s = setting.tuning.slip_time_s;
-        let foot = &mut self.feet[sensor];
-        let taken_n = before_v_n - foot.nav.v_n;
-        // What the swing has left is no slip.
-        if seconds(step.t_ns - foot.stance.since_ns) > SETTLED_S {
-            let kept = (1.0 - since_s / slip_time_s).max(0.0);
-            let stance = &mut foot.stance;
-            stance.missed_n = stance.missed_n * kept + (stance.taken_n + taken_n * 0.5) * since_s;
-            stance.taken_n = stance.taken_n * kept + taken_n;
-        }
         let stance = &mut self.feet[sensor].stance;
         stance.nis_sum += nis;
         stance.updates += 1;
@@ -158,12 +120,12 @@ impl<const B: usize, const F: usize> Filter<B, F> {
             told.push(outcome(aids::MARU, nis, 3, 1, accepted));
         }
         if setting.aids.heading
-            && let Some((nis, accepted)) = self.apply_heading(setting, sensor, told)
+            && let Some((nis, accepted)) = self.apply_heading(setting, sensor)
         {
             told.push(outcome(aids::HEADING, nis, 1, 1, accepted));
         }
         if setting.aids.altimeter
-            && let Some((nis, accepted)) = self.apply_height(setting, sensor, told)
+            && let Some((nis, accepted)) = self.apply_height(setting, sensor)
         {
             told.push(outcome(aids::ALTIMETER, nis, 1, 1, accepted));
         }
@@ -171,12 +133,7 @@ impl<const B: usize, const F: usize> Filter<B, F> {
     }
 
     /// The height by the mean pressure of the stance; the first one takes the zero.
-    pub(super) fn apply_height(
-        &mut self,
-        setting: &Setting,
-        sensor: usize,
-        told: &mut Vec<Event>,
-    ) -> Option<(f64, bool)> {
+    pub(super) fn apply_height(&mut self, setting: &Setting, sensor: usize) -> Option<(f64, bool)> {
         let foot = &mut self.feet[sensor];
         let (sum_hpa, readings) = foot.stance.pressure;
         if readings < 3 {
@@ -186,50 +143,12 @@ impl<const B: usize, const F: usize> Filter<B, F> {
         let p_n = foot.nav.p_n;
         let zero_m = *foot.altimeter_zero_m.get_or_insert(p_n.z - risen_m);
         let drift_m = self.slow.surroundings[PRESSURE_DRIFT];
-        // An altimeter that is off more than it may be is worse than assumed: its innovations say by how much.
-        let sigma_m = setting.tuning.altimeter_sigma_m * foot.altimeter_nis.max(1.0).sqrt();
-        let observation = height(sensor, &p_n, zero_m + risen_m - drift_m, sigma_m)
+        let observation = height(sensor, &p_n, zero_m + risen_m - drift_m, setting.tuning.altimeter_sigma_m)
             .with(surroundings(F), surroundings_row(PRESSURE_DRIFT, -1.0));
-        let (nis, accepted) = self.update(&observation, GATE_1);
-        let foot = &mut self.feet[sensor];
-        foot.altimeter_nis += ALTIMETER_NIS_SHARE * (nis.min(GATE_1) - foot.altimeter_nis);
-        // Or the steps are: that they drift apart does not say which of both does.
-        let worse = (foot.altimeter_nis - 1.0).max(0.0);
-        let walk_m = setting.tuning.imu_noise.height_random_walk_m_sqrt_s;
-        self.eskf.add_noise(
-            &[ErrorState::Position.of(sensor)],
-            &Vector3::new(0.0, 0.0, walk_m * walk_m * worse * STEADY_STRIDE_S),
-        );
-        let foot = &mut self.feet[sensor];
-        if accepted {
-            foot.altimeter_doubt.end();
-            return Some((nis, true));
-        }
-        let off_m = -observation.innovation[0];
-        let (times, lasted_s) = foot.altimeter_doubt.go_on(foot.t_ns, off_m > 0.0);
-        let large = off_m.abs() > 1.5 * MOST_BY_AIR_M;
-        if times < 2 || (lasted_s < LASTING_PRESSURE_S && !large) {
-            return Some((nis, false));
-        }
-        foot.altimeter_doubt.end();
-        let cause = WalkCause::HeightContradicted { pressure_minus_track_m: off_m };
-        told.push(of_stance(&cause, setting.feet[sensor], foot));
-        // Something has carried the walker up or down, or the pressure has changed otherwise, by little at most.
-        let positions: [usize; F] = std::array::from_fn(|sensor| ErrorState::Position.of(sensor));
-        self.eskf.add_noise(&positions, &Vector3::new(0.0, 0.0, off_m * off_m));
-        let by_air_m = off_m.abs().min(MOST_BY_AIR_M);
-        let mut drift = Vector3::zeros();
-        drift[PRESSURE_DRIFT] = by_air_m * by_air_m;
-        self.eskf.add_noise(&[surroundings(F)], &drift);
-        Some(self.update(&observation, f64::INFINITY))
+        Some(self.update(&observation, GATE_1))
     }
 
-    pub(super) fn apply_heading(
-        &mut self,
-        setting: &Setting,
-        sensor: usize,
-        told: &mut Vec<Event>,
-    ) -> Option<(f64, bool)> {
+    pub(super) fn apply_heading(&mut self, setting: &Setting, sensor: usize) -> Option<(f64, bool)> {
         let tuning = &setting.tuning;
         let foot = &self.feet[sensor];
         if foot.stance.magnetics.readings() < 3 {
@@ -244,33 +163,7 @@ impl<const B: usize, const F: usize> Filter<B, F> {
         let disturbed_rad = self.weigh_field(sensor, &(c_nb * mag_b_ut));
         let sigma_rad = libm::hypot(tuning.magnetic_heading_sigma_rad, disturbed_rad);
         let observation = self.heading_observation(setting, sensor, &c_nb, &mag_b_ut, sigma_rad);
-        let (nis, accepted) = self.update(&observation, GATE_1);
-        let foot = &mut self.feet[sensor];
-        if accepted {
-            foot.compass_doubt.end();
-            foot.compass_believed_n = foot.nav.p_n;
-            return Some((nis, true));
-        }
-        let off_rad = observation.innovation[0];
-        let (times, _) = foot.compass_doubt.go_on(foot.t_ns, off_rad > 0.0);
-        let way_m = (foot.nav.p_n - foot.compass_believed_n).xy().norm();
-        if times < LASTING_COMPASS_STANCES || way_m < LASTING_COMPASS_M {
-            return Some((nis, false));
-        }
-        foot.compass_doubt.end();
-        let cause = WalkCause::HeadingContradicted { compass_minus_gyro_deg: off_rad.to_degrees() };
-        told.push(of_stance(&cause, setting.feet[sensor], foot));
-        self.doubted_share = if self.doubted_share > 0.0 { CONTRADICTED_AGAIN } else { CONTRADICTED_ONCE };
-        let foot = &mut self.feet[sensor];
-        // Either may be wrong, by as much, and the way since they last agreed with it.
-        let way_m = way_m * off_rad.abs().min(2.0);
-        foot.compass_believed_n = foot.nav.p_n;
-        let positions: [usize; F] = std::array::from_fn(|sensor| ErrorState::Position.of(sensor));
-        self.eskf.add_noise(&positions, &Vector3::new(way_m * way_m, way_m * way_m, 0.0));
-        let turned = off_rad * off_rad;
-        self.eskf.add_noise(&[ErrorState::Attitude.of(sensor)], &Vector3::new(0.0, 0.0, turned));
-        self.eskf.add_noise(&[deviation(sensor, F)], &Vector3::new(turned, 0.0, 0.0));
-        Some(self.update(&observation, f64::INFINITY))
+        Some(self.update(&observation, GATE_1))
     }
 
     /// The field's azimuth, with what deviates it as far as that is estimated.
@@ -297,21 +190,13 @@ impl<const B: usize, const F: usize> Filter<B, F> {
         c_nb: &Matrix3<f64>,
         mag_b_ut: &Vector3<f64>,
     ) {
-        let b_n_ut = c_nb * mag_b_ut;
-        let found = (b_n_ut.xy().norm(), b_n_ut.z);
-        // What a foot carries itself is usual for it; more stands beside the start.
-        let usual = setting
-            .site_field_ut
-            .filter(|site| libm::hypot(found.0 - site.0, found.1 - site.1) > CARRIED_FIELD_UT)
-            .unwrap_or(found);
-        self.feet[sensor].usual_field_ut = Some(usual);
-        // A start beside iron shows in strength and dip, where the site's are known.
-        let disturbed_rad = self.weigh_field(sensor, &b_n_ut);
-        let sigma_rad = libm::hypot(setting.tuning.magnetic_heading_sigma_rad, disturbed_rad);
+        let sigma_rad = setting.tuning.magnetic_heading_sigma_rad;
         let mut observation = self.heading_observation(setting, sensor, c_nb, mag_b_ut, sigma_rad);
         // The attitude was taken from this very field: what is left is rounding.
         observation.innovation[0] = 0.0;
         self.update(&observation, f64::INFINITY);
+        let b_n_ut = c_nb * mag_b_ut;
+        self.feet[sensor].usual_field_ut = Some((b_n_ut.xy().norm(), b_n_ut.z));
     }
 
     /// How far the field of a stance may be turned by what makes its strength and dip unusual, rad;
@@ -328,7 +213,7 @@ impl<const B: usize, const F: usize> Filter<B, F> {
         let share = USUAL_FIELD_SHARE * (STRANGE_FIELD_UT / off_ut.max(STRANGE_FIELD_UT));
         usual.0 += share * off_horizontal_ut;
         usual.1 += share * off_up_ut;
-        off_ut / horizontal_ut.max(1.0)
+        off_ut / horizontal_ut
     }
 
     /// Magnetic angular rate over the stance; and for somebody who stands for long, the mean rate.
@@ -405,11 +290,7 @@ impl<const B: usize, const F: usize> Filter<B, F> {
         let before = (tilted(foot), fast(foot));
         foot.tilted_stances = (foot.tilted_stances << 1) | u8::from(tilt_rad > 0.35);
         foot.fast_landings = (foot.fast_landings << 1) | u8::from(speed_m_s > FASTEST_LANDING_M_S);
-        let slipped = tilt_rad > SLIPPED_RAD
-            && !foot.slipped
-            && seconds(foot.t_ns - foot.stance.since_ns) > SURE_STAND_S;
-        foot.slipped = tilt_rad > SLIPPED_RAD;
-        let cause = if (tilted(foot) && !before.0) || slipped {
+        let cause = if tilted(foot) && !before.0 {
             WalkCause::TiltedInStance { tilt_deg: tilt_rad.to_degrees() }
         } else if fast(foot) && !before.1 {
             WalkCause::FastLandings { landing_speed_m_s: speed_m_s }
@@ -417,7 +298,6 @@ impl<const B: usize, const F: usize> Filter<B, F> {
             return;
         };
         told.push(of_stance(&cause, setting.feet[sensor], foot));
-        self.doubted_share = self.doubted_share.max(WRONGLY_MOUNTED);
     }
 
     pub(super) fn watch_heading(&mut self, setting: &Setting, sensor: usize, told: &mut Vec<Event>) {

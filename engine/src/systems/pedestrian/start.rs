@@ -24,14 +24,6 @@ const MAGNETIC_DIFFERENCE_SIGMA_RAD: f64 = 0.05;
 const UNKNOWN_HEADING_RAD: f64 = 2.0;
 /// Gravity at rest that differs by more than this is not a matter of bias, m/s².
 const IMPOSSIBLE_REST_M_S2: f64 = 0.6;
-/// A dip that differs by more from the site's is none that iron about a start makes of it, rad (30°: 20 µT).
-const OTHER_DIP_RAD: f64 = 0.52;
-/// A dip that differs by less than this from the site's turned round is one of the opposite sign, rad.
-const OPPOSITE_DIP_RAD: f64 = 0.26;
-/// Of samples that come every 0.1 s the way is doubted by this share, and by the square of the interval otherwise.
-const COARSE_SHARE: f64 = 0.3;
-/// Samples that come more seldom are told of, 1/s.
-const LEAST_RATE_HZ: f64 = 45.0;
 /// Who stands so long before walking gives levelling and gyro bias what they need, s.
 const WANTED_STILL_S: f64 = 10.0;
 
@@ -58,9 +50,7 @@ pub(crate) fn resolve(
     lines: &mut [FootLine],
     events: &mut Vec<Event>,
 ) -> Starts {
-    let doubtful = judge_fields(session, lines, events);
     let headings = first_headings(session, config, lines);
-    let unknown = headings.iter().all(|first| first.source == HeadingSource::Assumed);
     let begin_ns = lines.iter().map(FootLine::first_ns).min().unwrap_or(0);
     let mut feet = Vec::new();
     let mut variances = Vec::new();
@@ -85,18 +75,7 @@ pub(crate) fn resolve(
                 .map(|mag_b_ut| (level(&start.f_b, first.rad), mag_b_ut)),
         );
     }
-    let mut setting = Setting::new(session, config, lines);
-    if unknown || doubtful {
-        setting.turned_about_n = Some(Vector3::from(session.initial_position_n_m));
-    }
-    let coarse_s =
-        lines.iter().filter_map(|line| line.start()).map(|start| start.interval_s).fold(0.0, f64::max);
-    if coarse_s * LEAST_RATE_HZ > 1.0 {
-        setting.coarse_share = COARSE_SHARE * (coarse_s / 0.1) * (coarse_s / 0.1);
-    }
-    if unknown {
-        events.push(Event::Anomaly(WalkCause::HeadingUnknown.anomaly(None, [begin_ns; 2], 0)));
-    }
+    let setting = Setting::new(session, config, lines);
     for line in lines.iter_mut() {
         line.open(&config.tuning, session.gravity_m_s2);
     }
@@ -106,37 +85,6 @@ pub(crate) fn resolve(
         let one = feet.swap_remove(0);
         Starts::One(started(Filter::new([one]), &setting, &variances, &seen), setting)
     }
-}
-
-/// Holds the field at rest against the site's, and leaves out or turns what cannot be. Says whether a doubt is left
-/// which way the track goes.
-fn judge_fields(session: &SessionConfig, lines: &mut [FootLine], events: &mut Vec<Event>) -> bool {
-    let Some(site) = session.magnetic_field else { return false };
-    let [east, north, up] = site.b_n_ut;
-    let site_dip_rad = libm::atan2(-up, libm::hypot(east, north));
-    let mut doubtful = false;
-    for line in lines {
-        let Some(start) = line.start().filter(|start| start.still) else { continue };
-        let Some(mag_b_ut) = start.mag_b_ut else { continue };
-        let b_n_ut = level(&start.f_b, 0.0) * mag_b_ut;
-        let dip_rad = libm::atan2(-b_n_ut.z, b_n_ut.xy().norm());
-        if (dip_rad - site_dip_rad).abs() < OTHER_DIP_RAD {
-            continue;
-        }
-        let times_ns = [start.used.start, start.used.end.saturating_sub(1)].map(|at| line.sample_ns(at));
-        let samples = start.used.len() as u64;
-        let (found_dip_deg, site_dip_deg) = (dip_rad.to_degrees(), site_dip_rad.to_degrees());
-        let cause = if (dip_rad + site_dip_rad).abs() < OPPOSITE_DIP_RAD {
-            line.turn_force_round();
-            doubtful = true;
-            WalkCause::OppositeDip { found_dip_deg, site_dip_deg }
-        } else {
-            line.leave_field_out();
-            WalkCause::OtherDip { dip_deg: found_dip_deg, site_dip_deg }
-        };
-        events.push(Event::Anomaly(cause.anomaly(Some(line.side().stream()), times_ns, samples)));
-    }
-    doubtful
 }
 
 fn started<const B: usize, const F: usize>(
@@ -185,12 +133,6 @@ fn first_headings(session: &SessionConfig, config: &Config, lines: &[FootLine]) 
             rad,
             sigma_rad: tuning.first_magnetic_heading_sigma_rad,
             source: HeadingSource::Magnetic,
-        },
-        // The other foot's x axis points about the same way.
-        (None, None) if magnetic.iter().flatten().next().is_some() => FirstHeading {
-            rad: magnetic.iter().flatten().next().copied().unwrap_or_default(),
-            sigma_rad: tuning.second_foot_heading_sigma_rad,
-            source: HeadingSource::Assumed,
         },
         (None, None) => FirstHeading {
             rad: std::f64::consts::FRAC_PI_2,
@@ -272,9 +214,6 @@ fn report(
         let stream = Some(line.side().stream());
         events.push(Event::Anomaly(cause.anomaly(stream, [t_start_ns, t_end_ns], samples)));
     };
-    if start.interval_s * LEAST_RATE_HZ > 1.0 {
-        anomaly(&WalkCause::LowRate { rate_hz: 1.0 / start.interval_s, least_hz: LEAST_RATE_HZ });
-    }
     if !start.still {
         anomaly(&WalkCause::NoStillStart { wanted_still_s: WANTED_STILL_S });
     }

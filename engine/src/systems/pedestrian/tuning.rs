@@ -33,25 +33,6 @@ pub struct Tuning {
     pub slowest_flight_m_s: f64,
     /// And so far from standing: its velocity squared over the variance that it would have.
     pub flight_gate: f64,
-    /// A foot that looks still and is on its way all the same (slow stairs, a crawl) is at least so fast, m/s,
-    pub slowest_glide_m_s: f64,
-    /// and so far from standing,
-    pub glide_gate: f64,
-    /// and has been in the air for no longer than this, s: then the strapdown is no judge any more.
-    pub longest_glide_s: f64,
-    /// A doubtful stance is believed where the velocity squared over the variance that it would have is below
-    /// this,
-    pub landing_gate: f64,
-    /// and that sigma below this, m/s.
-    pub landing_sigma_m_s: f64,
-    /// By what share of its fastest speed in the swing a foot's velocity is doubted where a stance is judged by it.
-    pub swing_doubt: f64,
-    /// A standing foot whose velocity has come to so much of its variance between two holds is on its way.
-    pub slip_gate: f64,
-    /// So does one from which the holds have taken so much velocity, m/s,
-    pub slip_m_s: f64,
-    /// in about this time, s.
-    pub slip_time_s: f64,
     /// How long a standing foot goes on at what its specific force is unsteady by, s: the product is
     /// added to that sigma, too.
     pub shake_time_s: f64,
@@ -108,11 +89,6 @@ pub struct Tuning {
 pub struct SlowErrorsTuning {
     /// Deviation of the compass that does not turn with the foot, 1σ, rad: soft iron, declination.
     pub fixed_deviation_rad: f64,
-    /// Deviation that both compasses share, 1σ, rad: the site's declination, and what stands all around.
-    pub common_deviation_rad: f64,
-    /// Deviation that has no state, 1σ, rad: soft iron that turns twice with the heading. It widens what is told, by the
-    /// distance from the last marker.
-    pub other_deviation_rad: f64,
     /// Deviation by hard iron, 1σ of either component, rad.
     pub hard_iron_deviation_rad: f64,
     /// Random walk of all of them, rad/√s.
@@ -140,8 +116,6 @@ impl Default for SlowErrorsTuning {
     fn default() -> Self {
         SlowErrorsTuning {
             fixed_deviation_rad: 0.02,
-            common_deviation_rad: 0.01,
-            other_deviation_rad: 0.016,
             hard_iron_deviation_rad: 0.016,
             deviation_walk_rad_sqrt_s: 1e-4,
             deflection_rad: 0.023,
@@ -150,7 +124,7 @@ impl Default for SlowErrorsTuning {
             stride_up_share: 0.005,
             stride_walk_sqrt_s: 2e-5,
             first_pressure_sigma_m: 0.05,
-            pressure_drift_m_sqrt_s: 0.014,
+            pressure_drift_m_sqrt_s: 0.0093,
         }
     }
 }
@@ -170,15 +144,6 @@ impl Default for Tuning {
             shake_time_s: 0.014,
             slowest_flight_m_s: 4.0,
             flight_gate: 50.0,
-            slowest_glide_m_s: 0.15,
-            glide_gate: 25.0,
-            longest_glide_s: 2.0,
-            landing_gate: 6.0,
-            landing_sigma_m_s: 0.7,
-            swing_doubt: 0.05,
-            slip_gate: 25.0,
-            slip_m_s: 0.2,
-            slip_time_s: 0.5,
             first_position_sigma_m: 0.1,
             first_magnetic_heading_sigma_rad: 0.12,
             given_heading_sigma_rad: 0.02,

@@ -50,7 +50,6 @@ impl<const B: usize, const F: usize> Filter<B, F> {
         }
         self.turned_down = (!outcome.accepted).then_some(before);
         if outcome.accepted {
-            self.anchor_n = self.middle_p_n();
             self.last_marker = (t_ns, self.walked.distance_m(F));
         } else {
             outcome.reason = format!(

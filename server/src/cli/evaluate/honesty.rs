@@ -132,7 +132,6 @@ fn add(
         initial_position_n_m: start_n_m,
         initial_heading_rad: configuration.heading_given.then_some(heading_rad),
         declination_rad: site.declination_deg.to_radians(),
-        magnetic_field: Some(site.magnetic_field()),
         gravity_m_s2: site.gravity_m_s2,
         solution: Solution::Smoothed,
         ..own.session(configuration.feet)

@@ -158,7 +158,6 @@ fn climb(walk: &Walk, site: &Site, rung: &Rung) -> Result<Climbed> {
     let config = SessionConfig {
         initial_position_n_m: walk.start_n_m(),
         declination_rad: site.declination_deg.to_radians(),
-        magnetic_field: Some(site.magnetic_field()),
         gravity_m_s2: site.gravity_m_s2,
         solution: rung.solution.into(),
         ..pedestrian::Config { aids: rung.aids, ..Default::default() }.session(&Side::BOTH)

@@ -82,7 +82,6 @@ pub(super) fn score(
                 let site: Site = site_file::read(&site_path, None)?;
                 config.gravity_m_s2 = site.gravity_m_s2;
                 config.declination_rad = site.declination_deg.to_radians();
-                config.magnetic_field = Some(site.magnetic_field());
             }
             if markers.exists() && visits.exists() {
                 told = visits::read(&markers, &visits, None)?;
