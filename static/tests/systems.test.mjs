@@ -44,9 +44,9 @@ const OF_FEET = [
   /(?<!不)足|脚(?!本)/u,
   // … the names of aids that are theirs alone, …
   /zupt|\bmaru\b|separation|altimeter/iu,
-  // … and the two of them by name: as a column or key, or as a value. The sides of a box, of text and of the map's
+  // … and the two of them by name: as a column or key (not what was put right), or as a value. The sides of a box, of text and of the map's
   // corner are none of these: `.left`, `textAlign = "right"`, `topLeft`.
-  /\b(left|right)_|_(left|right)\b/u,
+  /\b(left|right)_|(?<!put)_(left|right)\b/u,
   /(?<!textAlign = .*)["'`](left|right)["'`]/u,
 ];
 

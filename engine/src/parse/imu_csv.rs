@@ -140,9 +140,6 @@ impl Rows {
             Line::TooLong(line) => return self.left_out.line(left_out::too_long(*line)),
         };
         let Some((header, places)) = &self.header else {
-            if let Some(error) = not_text(head, head) {
-                return Err(error);
-            }
             let header = Header::read(record, head, &COLUMNS[..7].join(","))?;
             let places = Places::find(&header)?;
             self.header = Some((header, places));

@@ -10,7 +10,7 @@
  * @typedef {{
  *   session_id: string, anomaly: string, t_start_ns: number, t_end_ns: number, samples: number, detail: string,
  *   figures?: import("../told.js").Figures | null, times?: number,
- * }} Anomaly its system knows which stream it is of; where there are many of a kind, one tells of several
+ * }} Anomaly its system knows which stream it is of; one may tell of several times
  * @typedef {{marker: string | null, probability: number, distance_m: number | null}} Candidate
  * @typedef {{
  *   number: number, t_start_ns: number, t_end_ns: number, lasts: boolean, position_m: number[], candidates: Candidate[],

@@ -45,20 +45,20 @@ import { generic } from "./generic.js";
  * `carrierKind`      what is positioned, such as `person`
  * `icon`             the disc of its sign on the map: SVG about the origin, within 9 units of it, of class `disc`
  * `uploadSlots`      the streams to hand in, in order
- * `exchangeable`     whether the logs of its two streams are easily mistaken for each other: then they can be exchanged
+ * `exchangeable`     whether its two logs are easily mistaken for each other: then they can be exchanged
  * `slotOf`           the stream that a file's name tells; null when it tells none
- * `instrument`       what has to be said of the instrument, and a document in TOML that is complete; null where nothing has
+ * `instrument`       what is asked of it, with an example in TOML
  * `sessionBody`      what `POST /sessions` is told of the system and the streams that there are logs of
  * `logBody`          what `POST /sessions/{id}/logs` is told of the stream
  * `streamOf`         the stream that a row of the server (log, anomaly, input) is of; null: of none
  * `parts`            what has a place of its own beside the carrier's, and its ink
  * `pointColumns`     columns of a track that are read beside those of every system
- * `aids`, `ladder`   what the filter can be helped by, in the order in which it is built up; and steps of it worth showing
+ * `aids`, `ladder`   what helps the filter, in the order in which it is built up; and steps of it worth showing
  * `plots`            the charts of a replay, made of the kit that the replay brings along
- * `plotGroups`, …    the groups by which charts are switched on and off, and those shown at first
+ * `plotGroups`, …    groups of charts to switch, and those shown at first
  * `readouts`         more figures at the cursor
- * `reportFigures`    more figures of the report, with a key of their words
- * `clients`          examples of programs that hand a session in, for the page of the API
+ * `reportFigures`    more figures of the report
+ * `clients`          example programs for the page of the API
  * `words`            what the server's declaration says, by key, where the page has no message
  */
 
