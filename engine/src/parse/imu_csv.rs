@@ -140,6 +140,11 @@ impl Rows {
             Line::TooLong(line) => return self.left_out.line(left_out::too_long(*line)),
         };
         let Some((header, places)) = &self.header else {
+            // Of the head only the first line, which is here whole however the file was cut.
+            let first = head.split(|byte| matches!(byte, b'\n' | b'\r')).next().unwrap_or_default();
+            if let Some(error) = not_text(head, first) {
+                return Err(error);
+            }
             let header = Header::read(record, head, &COLUMNS[..7].join(","))?;
             let places = Places::find(&header)?;
             self.header = Some((header, places));

@@ -142,7 +142,7 @@ impl Cause for LogCause {
             }
             LogCause::Packing { packing } => format!("the packed file {packing}: what is in it was read"),
             LogCause::ClocksApart { ahead_by_s, sigma_s } => format!(
-                "the clock of this log is ahead of the other foot's by {ahead_by_s:.2} s (sigma {sigma_s:.2} s), as the steps of both show: it was set to the other"
+                "the clock of this log is ahead of the other log's by {ahead_by_s:.2} s (sigma {sigma_s:.2} s), as the steps of both show: it was set to the other"
             ),
         }
     }

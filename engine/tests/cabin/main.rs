@@ -27,7 +27,8 @@ fn named<'a>(
 
 #[test]
 fn with_all_aids_cabin_and_platform_are_known_to_the_millimetre_and_the_sigmas_are_honest() {
-    for seed in 0..2 {
+    let (mut inside, mut all) = (0, 0);
+    for seed in 0..3 {
         let run = short(&[], seed);
         let found = process(&run, &Read::default()).unwrap();
         for (rows, platform) in [(&found.poses.cabin, false), (&found.poses.platform, true)] {
@@ -41,16 +42,17 @@ fn with_all_aids_cabin_and_platform_are_known_to_the_millimetre_and_the_sigmas_a
                 .iter()
                 .all(|(e, row)| (e[0] * e[0] + e[1] * e[1] + e[2] * e[2]).sqrt() < row.protection_level_m());
             assert!(protected, "seed {seed}, platform {platform}");
-            let inside = errors.iter().flat_map(|(e, row)| {
+            for (e, row) in &errors {
                 let sigma = row.sigma_n_m();
-                (0..3).map(move |k| e[k].abs() < 1.96 * sigma[k])
-            });
-            let share = inside.clone().filter(|inside| *inside).count() as f64 / inside.count() as f64;
-            assert!(share > 0.85, "seed {seed}, platform {platform}: {share} inside");
+                inside += (0..3).filter(|&k| e[k].abs() < 1.96 * sigma[k]).count();
+                all += 3;
+            }
             assert_eq!(errors.last().unwrap().1.status, Status::Full);
         }
         assert!(found.anomalies.is_empty(), "seed {seed}: {:?}", found.anomalies);
     }
+    // Over all runs: within one of 40 s the errors hardly change, so that it is a single draw.
+    assert!(inside as f64 > 0.85 * all as f64, "{inside} of {all} errors inside");
 }
 
 #[test]

@@ -10,12 +10,12 @@ use lodestep_engine::anomaly::{Anomaly, Cause as _};
 use lodestep_engine::parse::log_format::LogFormat;
 use lodestep_engine::parse::log_reader::{common_zero_ns, is_of_a_calendar};
 use lodestep_engine::parse::remark::LogCause;
-use lodestep_engine::parse::times::{FeetClocks, Swings};
 use lodestep_engine::parse::{Reading, StreamReader};
 use lodestep_engine::stream::Readings;
 use lodestep_engine::system::StreamRule;
 use lodestep_engine::systems::catalogue;
 use lodestep_engine::systems::pedestrian::Side;
+use lodestep_engine::systems::pedestrian::feet_clocks::{FeetClocks, Swings};
 
 use crate::cli::failure::Failure;
 use crate::sessions::in_time_order::StreamReadings;

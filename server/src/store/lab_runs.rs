@@ -189,6 +189,7 @@ pub async fn list(
         "select * from (
             select r.*, j.id as job_id, j.state, j.error
             from lab_runs r join jobs j on j.lab_run_id = r.id
+            join sessions s on s.id = r.session_id and s.removed_at is null
             where ?1 = '[]' or r.session_id in (select value from json_each(?1))
             order by r.created_at desc, r.id desc limit ?2)
          order by created_at, id",

@@ -6,13 +6,10 @@
 //! itself ([`even`]). Where they say nothing, the rate has to be given.
 
 mod even;
-mod feet;
 mod fit;
 mod regular;
 #[cfg(test)]
 mod tests;
-
-pub use feet::{FeetClocks, Swings};
 
 use self::even::Even;
 use self::fit::{Stamps, Verdict};

@@ -144,34 +144,6 @@ fn another_unit_is_named() {
     }
 }
 
-#[test]
-fn two_feet_with_other_clocks_are_brought_together_by_their_steps() {
-    let (mut left, mut right) = (Swings::default(), Swings::default());
-    let foot = |k: usize, after_s: f64| {
-        let t_s = k as f64 / 100.0;
-        let walks = (12.0..45.0).contains(&t_s) || (52.0..70.0).contains(&t_s);
-        let swing = if walks && (t_s - after_s).rem_euclid(1.12) < 0.42 { 5.0 } else { 0.01 };
-        ImuSample {
-            t_ns: (t_s * 1e9) as i64,
-            w_ib_b_rad_s: [0.0, swing, 0.0],
-            f_b_m_s2: [0.0, 0.0, 9.8],
-            mag_b_ut: None,
-            pressure_hpa: None,
-        }
-    };
-    for k in 0..8000 {
-        left.take(&foot(k, 0.0));
-        let mut row = foot(k, 0.56);
-        row.t_ns += 3_598_000_000_000;
-        right.take(&row);
-    }
-    let FeetClocks::Apart { ahead_by_s, sigma_s } = FeetClocks::between(&left, &right) else { panic!() };
-    assert!((ahead_by_s - 3598.0).abs() < 0.15 && sigma_s < 0.3, "{ahead_by_s} {sigma_s}");
-    let mut near = Swings::default();
-    (0..8000).for_each(|k| near.take(&foot(k, 0.56)));
-    assert_eq!(FeetClocks::between(&left, &near), FeetClocks::Together);
-}
-
 proptest! {
     #[test]
     fn no_row_is_lost_whatever_the_times_and_pieces_change_nothing(

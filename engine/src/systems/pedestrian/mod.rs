@@ -11,6 +11,7 @@
 
 pub mod aids;
 pub mod causes;
+pub mod feet_clocks;
 pub mod foot_noise;
 pub mod side;
 pub mod tuning;

@@ -1,6 +1,5 @@
 //! How far the clocks of two feet are apart, by their steps: while one foot swings the other stands, and they take turns.
 
-use super::fit::median;
 use crate::sample::ImuSample;
 
 /// A foot that turns faster swings, rad/s …
@@ -130,7 +129,7 @@ impl FeetClocks {
         let Some(best) = tried.iter().map(|tried| tried.1).min_by(f64::total_cmp) else { return unknown };
         let mut as_good: Vec<f64> =
             tried.iter().filter(|tried| tried.1 <= best + 0.1).map(|tried| tried.0).collect();
-        let ahead_by_s = median(&mut as_good).unwrap_or_default();
+        let ahead_by_s = median(&mut as_good);
         let width_s = as_good.last().zip(as_good.first()).map_or(0.0, |(last, first)| last - first);
         // Another place that is nearly as good: nobody can tell them apart.
         let doubtful = tried.iter().any(|(at, cost)| (at - ahead_by_s).abs() > 0.5 && *cost < best + DOUBT_S);
@@ -240,4 +239,42 @@ fn end_of(before: [Option<Turn>; 2]) -> f64 {
 fn larger(one: Turn, other: Turn) -> f64 {
     let both = one.turned_rad + other.turned_rad;
     if both > 0.0 { ((one.turned_rad - other.turned_rad) / both).clamp(-0.5, 0.5) } else { 0.0 }
+}
+
+fn median(values: &mut [f64]) -> f64 {
+    values.sort_by(f64::total_cmp);
+    values.get(values.len() / 2).copied().unwrap_or_default()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn two_feet_with_other_clocks_are_brought_together_by_their_steps() {
+        let (mut left, mut right) = (Swings::default(), Swings::default());
+        let foot = |k: usize, after_s: f64| {
+            let t_s = k as f64 / 100.0;
+            let walks = (12.0..45.0).contains(&t_s) || (52.0..70.0).contains(&t_s);
+            let swing = if walks && (t_s - after_s).rem_euclid(1.12) < 0.42 { 5.0 } else { 0.01 };
+            ImuSample {
+                t_ns: (t_s * 1e9) as i64,
+                w_ib_b_rad_s: [0.0, swing, 0.0],
+                f_b_m_s2: [0.0, 0.0, 9.8],
+                mag_b_ut: None,
+                pressure_hpa: None,
+            }
+        };
+        for k in 0..8000 {
+            left.take(&foot(k, 0.0));
+            let mut row = foot(k, 0.56);
+            row.t_ns += 3_598_000_000_000;
+            right.take(&row);
+        }
+        let FeetClocks::Apart { ahead_by_s, sigma_s } = FeetClocks::between(&left, &right) else { panic!() };
+        assert!((ahead_by_s - 3598.0).abs() < 0.15 && sigma_s < 0.3, "{ahead_by_s} {sigma_s}");
+        let mut near = Swings::default();
+        (0..8000).for_each(|k| near.take(&foot(k, 0.56)));
+        assert_eq!(FeetClocks::between(&left, &near), FeetClocks::Together);
+    }
 }
