@@ -1,5 +1,7 @@
 //! Made worlds through the rover's estimator: what is called fixed is right, and a base elsewhere is found out.
 
+#![allow(clippy::unwrap_used, reason = "in a test a panic is the message")]
+
 use std::collections::BTreeMap;
 
 use lodestep_engine::geo::{Geodetic, LocalFrame};

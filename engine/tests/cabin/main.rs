@@ -1,5 +1,7 @@
 //! The cabin's system on simulated runs: what it finds, that it is causal, and that what goes wrong is named.
 
+#![allow(clippy::unwrap_used, reason = "in a test a panic is the message")]
+
 mod run;
 
 use lodestep_engine::sim::cabin::{RunPlan, SimulatedRun, simulate};

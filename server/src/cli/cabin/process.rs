@@ -31,7 +31,7 @@ struct CabinArgs {
     #[arg(long, value_name = "IMU.csv")]
     imu: PathBuf,
 
-    /// Fixes of the antennas: t_s,antenna,e_m,n_m,u_m,sigma_e_m,sigma_n_m,sigma_u_m,quality[,ve_m_s,vn_m_s,vu_m_s]
+    /// Fixes of the antennas: t_s,antenna,e_m,n_m,u_m,sigma_e_m,sigma_n_m,sigma_u_m,quality and, where told, ve_m_s,vn_m_s,vu_m_s
     #[arg(long, value_name = "ANTENNAS.csv")]
     gnss: PathBuf,
 
