@@ -152,10 +152,13 @@ fn place(import: &Value, name: &str) -> [f64; 2] {
     ["e_m", "n_m"].map(|axis| after[axis].as_f64().unwrap())
 }
 
+/// A file, one of its markers, where that is (east and north, m), how exactly, and the warnings that it needs.
+type TableCase = (&'static str, &'static str, [f64; 2], f64, &'static [&'static str]);
+
 #[tokio::test]
 async fn every_table_of_markers_is_read_or_questioned() {
     let server = TestServer::start().await;
-    let rows: [(&str, &str, [f64; 2], f64, &[&str]); 8] = [
+    let rows: [TableCase; 8] = [
         ("regional-table/semicolon.csv", "A10", [12.189, 33.609], 1e-6, &[]),
         ("regional-table/tab-utf16.txt", "A10", [12.189, 33.609], 1e-6, &[]),
         ("regional-table/sep-line.csv", "A10", [12.189, 33.609], 1e-6, &[]),
