@@ -133,9 +133,26 @@ fn is_unit(cell: &str) -> bool {
     )
 }
 
-/// The fields of a line as far as they tell how many there are.
+/// The fields of a line as far as they tell how many there are. A quotation mark where a field begins holds it together;
+/// elsewhere it may stand for seconds.
 fn fields(line: &str, delimiter: u8) -> impl Iterator<Item = &str> {
-    line.split(char::from(delimiter))
+    let (mut quoted, mut at_start, mut just_closed) = (false, true, false);
+    line.split(move |letter: char| {
+        if quoted {
+            just_closed = letter == '"';
+            quoted = !just_closed;
+            return false;
+        }
+        if letter == '"' && (at_start || just_closed) {
+            (quoted, at_start) = (true, false);
+            return false;
+        }
+        let parts = letter == char::from(delimiter);
+        // Whatever may turn out to be the delimiter: the others' quotes hold, too.
+        at_start = matches!(letter, ',' | ';' | '\t' | '|') || (at_start && letter == ' ');
+        just_closed = false;
+        parts
+    })
 }
 
 /// What most lines have as often as each other, and not at all rarely.
@@ -144,7 +161,7 @@ fn delimiter_of(lines: &[&str]) -> u8 {
         let of_lines: Vec<usize> = lines
             .iter()
             .filter(|line| !line.trim().is_empty())
-            .map(|line| line.bytes().filter(|byte| *byte == delimiter).count())
+            .map(|line| fields(line, delimiter).count() - 1)
             .collect();
         let most = usual(of_lines.iter().copied());
         let agree = of_lines.iter().filter(|count| **count == most).count();
@@ -163,4 +180,17 @@ fn usual(counts: impl Iterator<Item = usize>) -> usize {
     let mut all: Vec<usize> = counts.filter(|count| *count > 0).collect();
     all.sort_unstable();
     all.chunk_by(|a, b| a == b).max_by_key(|same| (same.len(), same[0])).map_or(0, |same| same[0])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_stands_in_quotes_parts_nothing() {
+        let line = r#""a;b","say ""c;d"";e",25°39'11.69",f"#;
+        assert_eq!(fields(line, b',').count(), 4);
+        assert_eq!(delimiter_of(&[line, line]), b',');
+        assert_eq!(delimiter_of(&["a;1,5;2,5", "b;2,5;3,5"]), b';');
+    }
 }

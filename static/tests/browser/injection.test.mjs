@@ -17,7 +17,19 @@ const OWNER = "<img data-pwned src=x onerror=alert('pwned')>";
 const cell = (/** @type {string} */ text) => `"${text.replaceAll('"', '""')}"`;
 const joined = (/** @type {string[]} */ texts) => texts.join(BETWEEN);
 /** An apostrophe in front is how spreadsheets guard a formula, and no marker may begin with one. */
-const MARKERS = LINES.map((line) => (line.startsWith("'") ? `x${line}` : line));
+/**
+ * A marker's name as the server keeps it: forms of a letter as the letter, nothing that cannot be seen.
+ * @param {string} name
+ */
+const kept = (name) =>
+  name
+    .normalize("NFKC")
+    .replace(/[\u00ad\u200b-\u200f\u202a-\u202e\u2060-\u206f\ufe00-\ufe0f\ufeff]/gu, "")
+    .trim();
+const MARKERS = LINES.map((line, i) => {
+  const name = kept(line.startsWith("'") ? `x${line}` : line);
+  return LINES.slice(0, i).some((other) => kept(other) === name) ? `twin ${name}` : name;
+});
 /** Some of each family, where there is one field for each and each takes a screen of its own. */
 const SOME = [...LINES.filter((_, i) => i % 8 === 0), LINES[43], LINES[LINES.length - 1]];
 
