@@ -88,15 +88,12 @@ impl NewMarker {
 
 /// A name that can stand in a table, a path and a spreadsheet.
 pub(super) fn checked_name(name: &str) -> Result<String> {
+    // Looked for before cleaning, which would make a blank of a line break.
+    let has_control = name.trim().chars().any(char::is_control);
     let name = names::cleaned(name);
     let length = name.chars().count();
     // A leading apostrophe is how spreadsheets guard a formula: it would not survive its export.
-    if length == 0
-        || length > NAME_LENGTH
-        || name.starts_with('\'')
-        || name.chars().any(char::is_control)
-        || names::is_dots(&name)
-    {
+    if length == 0 || length > NAME_LENGTH || name.starts_with('\'') || has_control || names::is_dots(&name) {
         return Err(Error::invalid(
             "wrong_name",
             format!(
