@@ -161,6 +161,16 @@ fn printable(text: String) -> String {
     out
 }
 
+/// The error of a log that ended before its first row; `of` is what a row holds.
+pub(super) fn no_rows(has_header: bool, columns: &str, of: &str) -> ParseError {
+    ParseError::new(
+        ParseErrorKind::EmptyFile,
+        format!("the header {columns} and a row for every {of}"),
+        if has_header { "a header and no row" } else { "nothing" },
+        "check that the recorder wrote the log, and copy it again",
+    )
+}
+
 /// A piece of somebody's file, short and printable enough to stand in a sentence.
 pub(crate) fn quoted(bytes: &[u8]) -> String {
     const MOST: usize = 40;

@@ -1,7 +1,7 @@
 //! The canonical log of one foot: CSV with a header, any column order, one row a sample.
 
 use crate::anomaly::Anomaly;
-use crate::parse::error::{ParseError, ParseErrorKind};
+use crate::parse::error::{ParseError, no_rows};
 use crate::parse::header::Header;
 use crate::parse::left_out::{self, Decimals, LeftOut};
 use crate::parse::lines::{Line, Lines};
@@ -69,13 +69,7 @@ impl ImuCsv {
         lines.finish(|line| rows.take(line, &head, samples))?;
         rows.left_out.finish()?;
         if rows.samples == 0 {
-            let found = if rows.header.is_some() { "a header and no row" } else { "nothing" };
-            return Err(ParseError::new(
-                ParseErrorKind::EmptyFile,
-                format!("the header {} and a row for every sample", COLUMNS.join(",")),
-                found,
-                "check that the recorder wrote the log, and copy it again",
-            ));
+            return Err(no_rows(rows.header.is_some(), &COLUMNS.join(","), "sample"));
         }
         rows.units.finish()
     }

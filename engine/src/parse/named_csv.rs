@@ -1,7 +1,7 @@
 //! Tables whose rows begin with a time and the names of things: a fix of an antenna, a ray from a station to a prism. CSV with a
 //! header, columns in any order; a name that is not on the list of its column is refused.
 
-use crate::parse::error::{ParseError, ParseErrorKind, quoted};
+use crate::parse::error::{ParseError, ParseErrorKind, no_rows, quoted};
 use crate::parse::header::Header;
 use crate::parse::number::{need_time_ns, number, optional_number};
 use crate::parse::records::{Record, Records};
@@ -88,13 +88,7 @@ impl NamedCsv {
         if table.rows > 0 {
             return Ok(());
         }
-        let found = if table.header.is_some() { "a header and no row" } else { "nothing" };
-        Err(ParseError::new(
-            ParseErrorKind::EmptyFile,
-            format!("the header {} and a row for every reading", table.holds.columns(false).join(",")),
-            found,
-            "check that the recorder wrote the log, and copy it again",
-        ))
+        Err(no_rows(table.header.is_some(), &table.holds.columns(false).join(","), "reading"))
     }
 }
 

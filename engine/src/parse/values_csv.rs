@@ -1,7 +1,7 @@
 //! The canonical log of a stream of numbers: CSV with a header, `t_s` and the columns that the system declares for the
 //! stream, in any order, one row a reading.
 
-use crate::parse::error::{ParseError, ParseErrorKind};
+use crate::parse::error::{ParseError, no_rows};
 use crate::parse::header::Header;
 use crate::parse::number::{need_number, need_time_ns, optional_number};
 use crate::parse::records::{Record, Records};
@@ -47,13 +47,7 @@ impl ValuesCsv {
         if table.rows > 0 {
             return Ok(());
         }
-        let found = if table.header.is_some() { "a header and no row" } else { "nothing" };
-        Err(ParseError::new(
-            ParseErrorKind::EmptyFile,
-            format!("the header {} and a row for every reading", table.names(false).join(",")),
-            found,
-            "check that the recorder wrote the log, and copy it again",
-        ))
+        Err(no_rows(table.header.is_some(), &table.names(false).join(","), "reading"))
     }
 
     /// How many rows it has given so far.

@@ -130,11 +130,13 @@ impl Course {
         match trouble {
             Trouble::Slip => stands[troubled].slip_m = [0.1 * cos, 0.1 * sin, 0.0],
             Trouble::MovingGround => {
+                // From one lift-off to the landing after the next one: the tip meets the ground at its speed.
+                let from_s = stands[troubled - 1].to_s;
+                let lasts_s = stands[troubled + 1].from_s - from_s;
                 let stand = &mut stands[troubled];
-                let lasts_s = stand.to_s - stand.from_s;
-                let rolled_m = 0.35 * (lasts_s + 1.0);
+                let rolled_m = 0.35 * lasts_s;
                 stand.slip_m = [rolled_m * cos, rolled_m * sin, 0.0];
-                stand.slips_s = [stand.from_s - 0.5, lasts_s + 1.0];
+                stand.slips_s = [from_s, lasts_s];
             }
             _ => {}
         }

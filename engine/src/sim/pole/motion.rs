@@ -154,10 +154,10 @@ impl PoleMotion {
         } else {
             let after = &stands[next];
             let progress = Jet::progress(t_s, stand.to_s, after.from_s);
-            let from = slipped(stand, stand.to_s).map(|jet| jet.value);
-            let to = slipped(after, after.from_s).map(|jet| jet.value);
+            // Both as they move: the tip leaves and meets the ground at the ground's own speed.
+            let (from, to) = (slipped(stand, t_s), slipped(after, t_s));
             let ramp = progress.ramp();
-            let at = |axis: usize| Jet::constant(from[axis]) + ramp * (to[axis] - from[axis]);
+            let at = |axis: usize| from[axis] + (to[axis] - from[axis]) * ramp;
             [at(0), at(1), at(2) + progress.bump() * 0.15]
         };
         let up = attitude.turn([Jet::constant(0.0), Jet::constant(0.0), Jet::constant(1.0)]);
@@ -181,4 +181,51 @@ fn sum(waves: &[Wave], t_s: f64) -> Jet {
         let angle = Jet { value: rate * t_s + phase, rate: *rate, acceleration: 0.0 };
         sum + angle.sin_cos().0 * *amplitude
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::Trouble;
+    use super::*;
+    use crate::sim::motion::tests::largest_inconsistency;
+
+    fn motion(trouble: Trouble, seed: u64) -> PoleMotion {
+        let course = Course::draw("I40".parse().unwrap(), seed, trouble);
+        PoleMotion::new(course, Vector3::new(0.01, -0.02, -1.0), 0.004, seed, true)
+    }
+
+    #[test]
+    fn the_velocity_never_jumps_whatever_the_tip_lands_on() {
+        for trouble in [Trouble::None, Trouble::Slip, Trouble::MovingGround] {
+            for seed in 0..3 {
+                let motion = motion(trouble, seed);
+                for stand in &motion.course.stands {
+                    for t_s in
+                        [stand.from_s, stand.to_s, stand.slips_s[0], stand.slips_s[0] + stand.slips_s[1]]
+                    {
+                        let [before, after] =
+                            [t_s - 1e-6, t_s + 1e-6].map(|t_s| motion.at(t_s).velocity_n_m_s);
+                        assert!(
+                            (after - before).norm() < 1e-3,
+                            "{trouble:?}, seed {seed}, {t_s} s: {before} {after}"
+                        );
+                    }
+                    let t_s = 0.5 * (stand.from_s + stand.to_s) + 0.01;
+                    let off = largest_inconsistency(|t_s| motion.at(t_s), t_s);
+                    assert!(off < 1e-4, "{trouble:?}, seed {seed}, {t_s} s: {off}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn ground_that_moves_takes_the_tip_along_for_a_whole_landing() {
+        let motion = motion(Trouble::MovingGround, 0);
+        let moving = motion.course.stands.iter().filter(|stand| {
+            let speed_m_s = (motion.tip_m(stand.to_s - 0.01) - motion.tip_m(stand.from_s + 0.01)).norm()
+                / (stand.to_s - stand.from_s - 0.02);
+            (speed_m_s - 0.35).abs() < 0.01
+        });
+        assert_eq!(moving.count(), 1);
+    }
 }

@@ -1,0 +1,144 @@
+//! The poses that come out: with status and the time that is left, and smoothed.
+
+use super::Body;
+use crate::systems::cabin::aids::Aids;
+use crate::systems::cabin::output::{Row, Status};
+use crate::systems::cabin::tape::{Future, Posed};
+
+/// Epochs of which a smoother gives poses at once, and those that it looks ahead.
+const SMOOTHED_EPOCHS: usize = 4800;
+const AHEAD_EPOCHS: usize = 3200;
+/// An attitude this sure is found: yaw and level, rad.
+const ALIGNED_RAD: [f64; 2] = [1.2e-3, 4e-4];
+/// Budgets of position, m: the cabin's and the platform's.
+const BUDGETS_M: [f64; 2] = [0.015, 0.003];
+
+impl Body {
+    /// The pose at a time, and the platform's where encoders join it.
+    pub(in crate::systems::cabin) fn emit(
+        &mut self,
+        t_ns: i64,
+        aids: &Aids,
+        joined: bool,
+        out: &mut Vec<Row>,
+        platform: &mut Vec<Row>,
+    ) {
+        let recording = self.config.smoothed;
+        let Some(filter) = &self.filter else { return };
+        let Some(pose) = filter.body(t_ns) else { return };
+        let (row, columns) = filter.row(t_ns, &pose, recording);
+        let of_platform = if joined { filter.platform(t_ns) } else { None };
+        self.holds_platform = of_platform.as_ref().is_none_or(|pose| pose.is_held());
+        let beside = of_platform.map(|pose| filter.row(t_ns, &pose, recording));
+        let row = if recording { row } else { row.behind(&self.behind_n[0]) };
+        let beside = if recording {
+            beside
+        } else {
+            beside.map(|(row, columns)| (row.behind(&self.behind_n[1]), columns))
+        };
+        let row = self.told(row, aids, 0);
+        let beside = beside.map(|(row, columns)| (self.told(row, aids, 1), columns));
+        if !recording {
+            out.push(row);
+            platform.extend(beside.map(|(row, _)| row));
+            return;
+        }
+        let Some(leaf) = self.filter.as_mut().and_then(|filter| filter.leaf.as_mut()) else { return };
+        leaf.poses.push(Posed { row, columns, is_platform: false });
+        leaf.poses.extend(beside.map(|(row, columns)| Posed { row, columns, is_platform: true }));
+    }
+
+    /// The row with its status and the time that is left.
+    pub(super) fn told(&mut self, mut row: Row, aids: &Aids, which: usize) -> Row {
+        let mask = aids.fresh(row.t_ns);
+        let [antennas, stations] = aids.has_position(mask);
+        let [yaw, pitch, roll] = row.sigma_angles_rad();
+        self.aligned |= yaw < ALIGNED_RAD[0] && pitch.max(roll) < ALIGNED_RAD[1];
+        let encoders = mask >> aids.encoders() & 1 == 1;
+        let all = (antennas || self.rig.antennas.is_empty())
+            && (stations || !self.config.has_stations)
+            && (encoders || !self.config.has_encoders)
+            && mask & 1 == 1;
+        row.aids = mask;
+        row.status = match (self.aligned, antennas || stations, all) {
+            (false, ..) => Status::Aligning,
+            (true, false, _) => Status::Coasting,
+            (true, true, false) => Status::Reduced,
+            (true, true, true) => Status::Full,
+        };
+        let sigma_m = row.largest_sigma_m();
+        let before = self.sigma_before.get_or_insert([(row.t_ns, sigma_m); 2]);
+        let (then_ns, then_m) = before[which];
+        let dt_s = (row.t_ns - then_ns) as f64 * 1e-9;
+        if dt_s > 0.0 {
+            let growth = (sigma_m - then_m) / dt_s;
+            let budget_m = if self.is_cabin { BUDGETS_M[which] } else { BUDGETS_M[1] };
+            row.time_left_s = (row.status == Status::Coasting && growth > 0.0)
+                .then(|| ((budget_m / 3.0 - sigma_m) / growth).max(0.0));
+        }
+        before[which] = (row.t_ns, sigma_m);
+        row
+    }
+}
+
+/// Smoothing of what has been recorded.
+impl Body {
+    /// Puts what the filter recorded since the last epoch aside.
+    pub(in crate::systems::cabin) fn turn_page(&mut self, out: &mut Vec<Row>, platform: &mut Vec<Row>) {
+        let Some(filter) = &mut self.filter else { return };
+        let Some(leaf) = &mut filter.leaf else { return };
+        self.leaves.push_back(std::mem::take(leaf));
+        if self.leaves.len() >= SMOOTHED_EPOCHS + AHEAD_EPOCHS {
+            self.smooth(SMOOTHED_EPOCHS, out, platform);
+        }
+    }
+
+    /// Smooths all that is recorded and gives the poses of the first epochs.
+    pub(super) fn smooth(&mut self, first: usize, out: &mut Vec<Row>, platform: &mut Vec<Row>) {
+        let Some(n) = self.filter.as_ref().map(|filter| filter.states.n) else { return };
+        let begins_ns = self.leaves.iter().find_map(|leaf| leaf.poses.first()).map(|posed| posed.row.t_ns);
+        if begins_ns.is_none_or(|begins_ns| begins_ns > self.wanted_ns) {
+            self.leaves.drain(..first.min(self.leaves.len()));
+            return;
+        }
+        let mut future = Future::new(n);
+        let (mut rows, mut beside) = (Vec::new(), Vec::new());
+        for (k, leaf) in self.leaves.iter().enumerate().rev() {
+            if k < first {
+                for posed in leaf.poses.iter().rev() {
+                    let into = if posed.is_platform { &mut beside } else { &mut rows };
+                    into.push(future.smooth(posed));
+                }
+            }
+            future.back(leaf);
+        }
+        out.extend(rows.into_iter().rev());
+        platform.extend(beside.into_iter().rev());
+        self.leaves.drain(..first.min(self.leaves.len()));
+    }
+
+    /// Its poses are asked for at a time, ns.
+    pub(in crate::systems::cabin) fn is_wanted_at(&mut self, t_ns: i64) {
+        self.wanted_ns = self.wanted_ns.max(t_ns);
+    }
+
+    /// Whether no encoder has said where the platform is in the last row.
+    pub(in crate::systems::cabin) fn holds_platform(&self) -> bool {
+        self.holds_platform
+    }
+
+    /// Poses up to this time are smoothed, ns; all, where the filter has not started.
+    pub(in crate::systems::cabin) fn known_until_ns(&self) -> i64 {
+        let first = self.leaves.front().and_then(|leaf| leaf.poses.first());
+        if self.filter.is_none() { i64::MAX } else { first.map_or(i64::MIN, |posed| posed.row.t_ns - 1) }
+    }
+
+    /// The end: the poses that wait.
+    pub(in crate::systems::cabin) fn finish(&mut self, out: &mut Vec<Row>, platform: &mut Vec<Row>) {
+        if let Some(leaf) = self.filter.as_mut().and_then(|filter| filter.leaf.as_mut()) {
+            self.leaves.push_back(std::mem::take(leaf));
+        }
+        let all = self.leaves.len();
+        self.smooth(all, out, platform);
+    }
+}

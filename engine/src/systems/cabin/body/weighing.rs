@@ -1,0 +1,195 @@
+//! What the devices say at an epoch, each row weighed at its own moment, and which of them are late or silent.
+
+use nalgebra::Vector3;
+
+use super::Body;
+use crate::systems::cabin::aids::Aids;
+use crate::systems::cabin::filter::Measured;
+use crate::systems::cabin::rig::Target;
+use crate::systems::cabin::rows::{AntennaRow, EncoderRow, RayRow};
+use crate::systems::cabin::session::CabinError;
+use crate::systems::cabin::watch::Watch;
+
+impl Body {
+    pub(super) fn encoders(
+        &mut self,
+        row: &EncoderRow,
+        aids: &mut Aids,
+        watch: &mut Watch,
+    ) -> Result<(), CabinError> {
+        let Some(filter) = &mut self.filter else { return Ok(()) };
+        if filter.rig.joints.is_none() {
+            return Ok(());
+        }
+        self.last_seen.insert(aids.encoders(), row.t_ns);
+        if filter.encoders(row) {
+            aids.took(aids.encoders(), row.t_ns);
+            self.seats += 1;
+        } else {
+            self.unseated += 1;
+            if self.seats == 0 && self.unseated >= 20 {
+                return Err(CabinError(format!(
+                    "expected legs that a pose of the platform fits, found none in the encoders' first rows (a {} rad, b {} rad, legs {:?} m at {:.3} s): check the unit of each leg, and joint_r, joint_p and rest_r",
+                    row.a_rad,
+                    row.b_rad,
+                    row.legs_m,
+                    row.t_ns as f64 * 1e-9
+                )));
+            }
+            watch.wrong("encoders", "no_pose", row.t_ns, 2, || {
+                format!(
+                    "no pose of the platform fits a {} rad, b {} rad and legs {:?} m",
+                    row.a_rad, row.b_rad, row.legs_m
+                )
+            });
+        }
+        Ok(())
+    }
+
+    pub(super) fn antenna(&mut self, row: &AntennaRow, aids: &mut Aids, watch: &mut Watch) -> Option<bool> {
+        let filter = self.filter.as_mut()?;
+        let aid = aids.antenna(row.antenna);
+        self.last_seen.insert(aid, row.t_ns);
+        if !believable(row) {
+            return None;
+        }
+        // The paper has three antennas; those of the other make are its spare.
+        if !filter.tuning.calibration && self.rig.antennas[row.antenna].make != self.rig.antennas[0].make {
+            return None;
+        }
+        let measured = filter.measure_antenna(row)?;
+        let taken = filter.weigh(&measured, filter.tuning.gate);
+        if taken {
+            aids.took(aid, row.t_ns);
+        } else {
+            let off = measured.innovation;
+            watch.wrong(aids.name(aid), "wrong_fix", row.t_ns, 3, || {
+                format!(
+                    "told as fixed, it is {:.0} mm off ({:.0} {:.0} {:.0})",
+                    1e3 * off.norm(),
+                    1e3 * off.x,
+                    1e3 * off.y,
+                    1e3 * off.z
+                )
+            });
+            self.whole_make(row, aids, watch);
+        }
+        Some(taken)
+    }
+
+    pub(super) fn whole_make(&self, row: &AntennaRow, aids: &Aids, watch: &mut Watch) {
+        let make = self.rig.antennas[row.antenna].make;
+        let of_make: Vec<usize> =
+            (0..self.rig.antennas.len()).filter(|k| self.rig.antennas[*k].make == make).collect();
+        if of_make.len() > 1
+            && of_make.iter().all(|k| watch.is_open(aids.name(aids.antenna(*k)), "wrong_fix"))
+        {
+            watch.wrong(&self.rig.make_names[make], "wrong_make", row.t_ns, 1, || {
+                "all antennas of the make are off at once: its base station".to_owned()
+            });
+        }
+    }
+
+    pub(super) fn ray(&mut self, row: &RayRow, aids: &mut Aids, watch: &mut Watch) -> Option<bool> {
+        let filter = self.filter.as_mut()?;
+        if matches!(filter.rig.targets.get(row.target), None | Some(Target::Elsewhere)) {
+            return None;
+        }
+        let aid = aids.station(row.station);
+        self.last_seen.insert(aid, row.t_ns);
+        let measured = filter.measure_ray(row)?;
+        let taken = filter.weigh(&measured, filter.tuning.gate);
+        if taken {
+            aids.took(aid, row.t_ns);
+            return Some(true);
+        }
+        let kind = wrong_ray(&measured, row.slant_m);
+        let off = measured.innovation;
+        watch.wrong(aids.name(aid), kind, row.t_ns, 2, || {
+            format!(
+                "off by {:.1} mm of distance and {:.1}″, {:.1}″ of azimuth and zenith angle",
+                1e3 * off.z,
+                off.x.to_degrees() * 3600.0,
+                off.y.to_degrees() * 3600.0
+            )
+        });
+        Some(false)
+    }
+
+    /// Makes, or stations, whose rows are later or earlier than stated by more than the stated sigma allows.
+    pub(super) fn late(&self, t_ns: i64, watch: &mut Watch) {
+        let Some(filter) = self.filter.as_ref().filter(|filter| filter.tuning.calibration) else { return };
+        let makes = self.rig.make_names.iter().enumerate().map(|(make, name)| {
+            (name.as_str(), filter.states.make_delays + make, self.rig.make_delay_sigma_s)
+        });
+        let stations = ("stations", filter.states.station_delay, self.rig.station.delay_sigma_s);
+        for (name, state, stated_s) in makes.chain([stations]) {
+            let (late_s, sigma_s) = (filter.x[state], filter.covariance.row(state)[state].max(0.0).sqrt());
+            if late_s.abs() > 4.0 * stated_s && late_s.abs() > 5.0 * sigma_s {
+                watch.wrong(name, "late", t_ns, 1, || {
+                    format!(
+                        "its rows are {:.0} ms later than stated, by the pose itself ({:.0} ms)",
+                        1e3 * late_s,
+                        1e3 * sigma_s
+                    )
+                });
+            }
+        }
+    }
+
+    /// Devices that have gone silent.
+    pub(super) fn silences(&mut self, t_ns: i64, aids: &Aids, watch: &mut Watch) {
+        let antennas: Vec<usize> = (0..self.rig.antennas.len()).map(|k| aids.antenna(k)).collect();
+        let stations: Vec<usize> = (0..self.rig.stations_n.len()).map(|k| aids.station(k)).collect();
+        for (group, all, limit_ns, single_ns) in [
+            ("antennas", antennas, 300_000_000, 1_000_000_000),
+            ("stations", stations, 2_000_000_000, 15_000_000_000),
+            ("encoders", vec![aids.encoders()], i64::MAX, 300_000_000),
+        ] {
+            let seen: Vec<(usize, i64)> =
+                all.iter().filter_map(|aid| self.last_seen.get(aid).map(|last| (*aid, *last))).collect();
+            let Some(latest) = seen.iter().map(|(_, last)| *last).max() else { continue };
+            if limit_ns < i64::MAX && t_ns - latest > limit_ns {
+                watch.wrong_since(group, "silent", latest, t_ns, 1, || "none of them writes".to_owned());
+                self.back_ns.insert(group, t_ns);
+                continue;
+            }
+            // After fog each has to find its prism again.
+            let back_ns = self.back_ns.get(group).copied().unwrap_or(i64::MIN / 2);
+            for (aid, last) in seen {
+                if t_ns - last.max(back_ns) > single_ns {
+                    watch.wrong_since(aids.name(aid), "silent", last, t_ns, 1, || {
+                        "it writes nothing".to_owned()
+                    });
+                }
+            }
+        }
+    }
+}
+
+/// A fix with numbers that a fix may have; float ones are centimetres to decimetres off for minutes.
+pub(super) fn believable(row: &AntennaRow) -> bool {
+    row.quality == 4
+        && row.position_n.iter().all(|x| x.is_finite())
+        && row.sigma_n.iter().all(|sigma| *sigma > 0.0 && *sigma < 1.0)
+}
+
+/// Which kind of trouble a refused ray shows.
+fn wrong_ray(measured: &Measured, slant_m: f64) -> &'static str {
+    let off = measured.innovation;
+    let across_m = libm::hypot(off.x * 0.5, off.y) * slant_m;
+    if across_m > 0.3 || off.z.abs() > 0.5 {
+        "wrong_prism"
+    } else if off.z.abs() > across_m {
+        "wrong_distance"
+    } else {
+        "wrong_direction"
+    }
+}
+
+/// The direction of a ray in n.
+pub(super) fn along(row: &RayRow) -> Vector3<f64> {
+    let (sin_azimuth, cos_azimuth) = libm::sincos(row.azimuth_rad);
+    let (sin_zenith, cos_zenith) = libm::sincos(row.zenith_rad);
+    Vector3::new(sin_azimuth * sin_zenith, cos_azimuth * sin_zenith, cos_zenith)
+}
