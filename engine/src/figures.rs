@@ -6,7 +6,9 @@ use serde::{Deserialize, Serialize};
 
 /// A figure of a sentence.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(untagged)]
+#[cfg_attr(feature = "schema", schemars(rename = "SentenceFigure"))]
 pub enum Figure {
     /// A number in the unit that ends its name.
     Number(f64),

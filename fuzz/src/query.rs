@@ -3,12 +3,13 @@
 use std::path::Path;
 use std::sync::LazyLock;
 
-use lodestep_server::api::{self, ReadsQuery};
+use lodestep_server::api;
 use lodestep_server::config::Config;
+use lodestep_server::http::ReadsQuery;
 
 static READERS: LazyLock<Vec<ReadsQuery>> = LazyLock::new(|| {
     let routes = api::routes(&Config::for_testing(Path::new("nowhere")));
-    routes.declared().iter().filter_map(|route| route.query.map(|query| query.reads)).collect()
+    routes.declared().iter().filter_map(|route| route.query_reader()).collect()
 });
 
 /// The first byte says whose query the rest is.

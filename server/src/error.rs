@@ -100,18 +100,21 @@ pub enum Error {
 
 /// Where in the input something is wrong.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[schemars(rename = "ProblemPlace")]
 pub struct Place {
     /// Line, counted from 1.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub line: Option<u64>,
     /// Column by its name.
     #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(example = &"gyr_x_rad_s")]
     pub column: Option<String>,
     /// Letter of the line, counted from 1.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub character: Option<u64>,
     /// Field of a JSON body, as a path such as `visits[2].marker`.
     #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(example = &"visits[2].marker")]
     pub field: Option<String>,
 }
 
@@ -120,20 +123,26 @@ pub struct Place {
 pub struct Problem {
     /// Always `about:blank`: `code` says which problem it is.
     #[serde(rename = "type")]
+    #[schemars(example = &"about:blank")]
     pub kind: String,
     /// The status in words.
+    #[schemars(example = &"Not Found")]
     pub title: String,
     /// The HTTP status.
     pub status: u16,
     /// One word for programs.
+    #[schemars(example = &"session_not_found")]
     pub code: String,
     /// What was expected, what was found, what to do.
+    #[schemars(example = &"there is no session \"0199f3a0-7c1e-7d52-9b1a-4f6e2d8c3b57\"")]
     pub detail: String,
     /// Where in the input, when that can be said.
     #[serde(rename = "where", skip_serializing_if = "Option::is_none")]
+    #[schemars(example = Value::Null)]
     pub place: Option<Place>,
     /// What stands now, where somebody else has changed it meanwhile.
     #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(example = Value::Null)]
     pub current: Option<Value>,
 }
 
@@ -179,8 +188,16 @@ impl Error {
         Error::Http { status, code, detail: detail.into(), place: Some(place) }
     }
 
-    /// What the client is told. A failure of ours is logged here, once, under an id that the client is
-    /// given instead of its words.
+    /// Logs a failure of ours, once, and gives the sentence for its client: with an id in place of its words.
+    fn logged(&self, detail: &str) -> String {
+        let id = Uuid::now_v7();
+        tracing::error!(error_id = %id, error = ?self, "request failed, error_id={id}: {detail}");
+        format!(
+            "the server could not do this and nothing was stored; its log tells why under id {id}: try again, or give that id to whoever runs it"
+        )
+    }
+
+    /// What the client is told. A failure of ours is logged here.
     pub fn into_problem(self) -> Problem {
         let detail = printable(self.to_string());
         let current = match &self {
@@ -209,17 +226,11 @@ impl Error {
             Error::Store(error) if error.is_stopping() => {
                 (StatusCode::SERVICE_UNAVAILABLE, "stopping".to_owned(), STOPPING.to_owned(), None)
             }
+            Error::Store(ref error) if error.is_passing() => {
+                (StatusCode::SERVICE_UNAVAILABLE, "internal".to_owned(), self.logged(&detail), None)
+            }
             Error::Store(_) | Error::Internal(_) => {
-                let id = Uuid::now_v7();
-                tracing::error!(error_id = %id, error = ?self, "request failed, error_id={id}: {detail}");
-                let status = match &self {
-                    Error::Store(error) if error.is_passing() => StatusCode::SERVICE_UNAVAILABLE,
-                    _ => StatusCode::INTERNAL_SERVER_ERROR,
-                };
-                let told = format!(
-                    "the server could not do this and nothing was stored; its log tells why under id {id}: try again, or give that id to whoever runs it"
-                );
-                (status, "internal".to_owned(), told, None)
+                (StatusCode::INTERNAL_SERVER_ERROR, "internal".to_owned(), self.logged(&detail), None)
             }
         };
         let title = status.canonical_reason().unwrap_or("Error").to_owned();

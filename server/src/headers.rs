@@ -46,29 +46,57 @@ pub(crate) async fn problems(request: Request, next: Next) -> Response {
     if ours || !(status.is_client_error() || status.is_server_error()) {
         return response;
     }
-    let (code, detail) = match status {
-        StatusCode::PAYLOAD_TOO_LARGE => {
-            ("body_too_large", "the body is larger than this route takes: send less at once")
-        }
-        StatusCode::REQUEST_TIMEOUT | StatusCode::SERVICE_UNAVAILABLE | StatusCode::GATEWAY_TIMEOUT => {
-            ("timeout", "the server could not answer in time: try again")
-        }
-        StatusCode::METHOD_NOT_ALLOWED => {
-            ("method_not_allowed", "this path exists, but not with this method: see the Allow header")
-        }
-        StatusCode::NOT_FOUND => {
-            ("no_such_path", "there is nothing at this path: see docs/wire.md for the routes")
-        }
-        StatusCode::INTERNAL_SERVER_ERROR => {
-            ("internal", "the server failed at this; its log tells why: try again, or tell whoever runs it")
-        }
-        _ => ("bad_request", "the request is not as this route expects it: see docs/wire.md"),
-    };
-    let mut problem = Error::http(status, code, detail).into_response();
+    let mut problem = match status {
+        StatusCode::PAYLOAD_TOO_LARGE => too_large(),
+        StatusCode::SERVICE_UNAVAILABLE => too_late(),
+        StatusCode::INTERNAL_SERVER_ERROR => failed(),
+        StatusCode::METHOD_NOT_ALLOWED | StatusCode::NOT_FOUND => no_route(status),
+        _ => Error::http(
+            status,
+            "bad_request",
+            "the request is not as this route expects it: see docs/wire.md",
+        ),
+    }
+    .into_response();
     for name in [header::ALLOW, header::UPGRADE, header::CONNECTION, header::SEC_WEBSOCKET_VERSION] {
         if let Some(value) = response.headers().get(&name) {
             problem.headers_mut().insert(name, value.clone());
         }
     }
     problem
+}
+
+/// A layer has refused a body before its handler could.
+pub(crate) fn too_large() -> Error {
+    Error::http(
+        StatusCode::PAYLOAD_TOO_LARGE,
+        "body_too_large",
+        "the body is larger than this route takes: send less at once",
+    )
+}
+
+/// The time that a request may take is over.
+fn too_late() -> Error {
+    Error::http(StatusCode::SERVICE_UNAVAILABLE, "timeout", "the server could not answer in time: try again")
+}
+
+/// A handler panicked, or a layer failed.
+fn failed() -> Error {
+    Error::http(
+        StatusCode::INTERNAL_SERVER_ERROR,
+        "internal",
+        "the server failed at this; its log tells why: try again, or tell whoever runs it",
+    )
+}
+
+/// The router knows no such path, or no such method of it.
+fn no_route(status: StatusCode) -> Error {
+    if status == StatusCode::METHOD_NOT_ALLOWED {
+        return Error::http(
+            status,
+            "method_not_allowed",
+            "this path exists, but not with this method: see the Allow header",
+        );
+    }
+    Error::http(status, "no_such_path", "there is nothing at this path: see docs/wire.md for the routes")
 }

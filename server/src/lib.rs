@@ -1,7 +1,7 @@
 //! The Lodestep server: logs and streams in; tracks, findings and a live map out.
 //!
 //! Read in this order: [`serve`](mod@serve) puts the parts together, [`wire`] is what clients see,
-//! [`api`] answers them, [`live`] follows walks as they happen, [`store`] keeps everything.
+//! [`api`] answers them by [`http`], [`live`] follows walks as they happen, [`store`] keeps everything.
 
 pub mod cli;
 pub mod config;
@@ -16,6 +16,7 @@ pub mod api;
 mod charts;
 pub(crate) mod demo;
 mod faults;
+pub mod http;
 pub mod jobs;
 pub mod live;
 pub mod markers;
@@ -31,6 +32,7 @@ mod connections;
 mod csv_cell;
 mod data_folder;
 mod drill;
+mod examples;
 mod figures;
 mod headers;
 pub mod origin;

@@ -25,8 +25,8 @@ use crate::state::{App, STOP_WITHIN, State};
 use crate::store::accounts;
 use crate::store::{Store, StoreError};
 use crate::{
-    api, assets, auth, backup_schedule, connections, data_folder, demo, figures, jobs, live, private, scrub,
-    site, utc, webhooks,
+    api, assets, auth, backup_schedule, connections, data_folder, demo, figures, http, jobs, live, private,
+    scrub, site, utc, webhooks,
 };
 
 /// Uploaded logs that are read at once; more wait, so that the live sessions keep their share.
@@ -168,8 +168,8 @@ pub(crate) async fn open(config: Config) -> Result<App> {
     let hub = Hub::new(board);
     let has_accounts = accounts::any(store.read()).await.context("could not read the accounts")?;
     let declared = api::routes(&config);
-    let routes = api::Table::of(declared.declared());
-    let openapi = api::openapi::document(declared.declared()).to_string().into();
+    let routes = http::Table::of(declared.declared());
+    let openapi = api::description(&declared).to_string().into();
     let auth = Auth::new(has_accounts, config.setup_token.clone());
     Ok(Arc::new(State {
         started_at: utc::now(),

@@ -22,6 +22,7 @@ pub(crate) fn read(file: Option<&Path>) -> Result<Site> {
 
 /// What stands still on the site, east-north-up in metres from its origin: `GET /site/plan`.
 #[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
+#[schemars(rename = "SitePlan")]
 pub struct Plan {
     /// The nodes of the reflector's cable net.
     pub nodes: Vec<Node>,
@@ -37,10 +38,13 @@ pub struct Plan {
 
 /// A node of the cable net.
 #[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
+#[schemars(rename = "PlanNode")]
 pub struct Node {
     /// Such as `A17`.
+    #[schemars(example = &"A17")]
     pub name: String,
     /// Its sector's letter.
+    #[schemars(example = &'A')]
     pub sector: char,
     /// East, m.
     pub e_m: f64,
@@ -52,8 +56,10 @@ pub struct Node {
 
 /// A sector of the reflector; it reaches from its own axis to the next sector's.
 #[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
+#[schemars(rename = "PlanSector")]
 pub struct Sector {
     /// Its letter.
+    #[schemars(example = &'A')]
     pub name: char,
     /// Azimuth of its axis, clockwise from true north, degrees in [0, 360).
     pub azimuth_deg: f64,
@@ -61,8 +67,10 @@ pub struct Sector {
 
 /// A tower.
 #[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
+#[schemars(rename = "PlanTower")]
 pub struct Tower {
     /// Its name.
+    #[schemars(example = &"1H")]
     pub name: String,
     /// East, m.
     pub e_m: f64,

@@ -9,10 +9,10 @@ use time::OffsetDateTime;
 use tokio::sync::{Notify, Semaphore};
 use tokio_util::sync::CancellationToken;
 
-use crate::api;
 use crate::auth::Auth;
 use crate::backup_schedule::LastChecked;
 use crate::config::Config;
+use crate::http;
 use crate::jobs;
 use crate::live::InputFile;
 use crate::live::hub::Hub;
@@ -43,7 +43,7 @@ pub struct State {
     /// Who is known, and who guesses.
     pub(crate) auth: Auth,
     /// What each route asks of its caller.
-    pub(crate) routes: api::Table,
+    pub(crate) routes: http::Table,
     /// Who may change which upload now.
     pub upload_turns: UploadTurns,
     /// The marker database, as every session's engine wants it.

@@ -85,7 +85,7 @@ pub(crate) fn with_stream_keys(mut request: Value) -> Value {
 fn schema(kind: &Value) -> Schema {
     let keys = std::iter::once("stream").chain(catalogue::former_keys().into_iter().map(|keys| keys.stream));
     let properties: BTreeMap<&str, Value> = keys
-        .map(|key| (key, serde_json::json!({ "type": kind, "description": "The name of a stream." })))
+        .map(|key| (key, serde_json::json!({ "type": kind, "description": "The name of a stream.", "examples": ["left"] })))
         .collect();
     json_schema!({ "type": "object", "properties": properties })
 }

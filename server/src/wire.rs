@@ -147,6 +147,7 @@ pub struct Position {
 /// What an inspector does, as far as the samples tell.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
+#[schemars(rename = "InspectorMotion")]
 pub enum Motion {
     /// The streams move.
     Walking,

@@ -1,6 +1,6 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
-import { shapeLines } from "../js/reference/shape.js";
+import { givesOf, refusesOf, shapeLines } from "../js/reference/shape.js";
 
 const document = {
   components: {
@@ -38,4 +38,21 @@ test("a shape is read as names, kinds and what they are", () => {
 
 test("a shape within itself comes to an end", () => {
   assert.ok(shapeLines({ $ref: "#/components/schemas/Again" }, document).length < 20);
+});
+
+test("answers are read as what is given and the codes of problems", () => {
+  const problem = (/** @type {string[]} */ codes) => ({
+    content: { "application/problem+json": { schema: { allOf: [{}, { properties: { code: { enum: codes } } }] } } },
+  });
+  const responses = {
+    200: { content: { "application/json": { schema: true } } },
+    401: { $ref: "#/components/responses/401" },
+    404: problem(["walk_not_found", "not_an_id"]),
+  };
+  assert.deepEqual(givesOf(responses), responses[200].content);
+  assert.equal(givesOf({ 204: {}, 404: problem(["a"]) }), undefined);
+  assert.deepEqual(refusesOf(responses, { components: { responses: { 401: problem(["not_signed_in"]) } } }), [
+    "401 not_signed_in",
+    "404 walk_not_found, not_an_id",
+  ]);
 });

@@ -9,6 +9,7 @@ use reqwest::{RequestBuilder, StatusCode};
 use serde_json::{Value, json};
 use sha2::{Digest, Sha256};
 
+use crate::described;
 use crate::server::TestServer;
 
 /// The header that says where an upload goes on.
@@ -44,12 +45,11 @@ impl Answer {
 
 /// Sends a request and reads its answer.
 pub async fn ask(request: RequestBuilder) -> Answer {
-    let response = request.send().await.expect("the server answers");
-    let status = response.status();
-    let header = |name| response.headers().get(name).map(|value| value.to_str().unwrap_or("?").to_owned());
+    let (status, headers, bytes) = described::send(request).await;
+    let header = |name| headers.get(name).map(|value| value.to_str().unwrap_or("?").to_owned());
     let offset = header(UPLOAD_OFFSET).and_then(|text| text.parse().ok());
     let kind = header("content-type").unwrap_or_default();
-    let text = response.text().await.expect("the body arrives");
+    let text = String::from_utf8_lossy(&bytes);
     let body = if text.is_empty() { Value::Null } else { serde_json::from_str(&text).unwrap_or(json!(text)) };
     if status.is_client_error() || status.is_server_error() {
         assert_eq!(kind, "application/problem+json", "{status}: {text}");

@@ -13,6 +13,8 @@ use tokio::net::TcpListener;
 use tokio::sync::oneshot;
 use tokio::task::JoinHandle;
 
+use crate::described;
+
 /// A running server; stops when it is dropped.
 pub struct TestServer {
     /// Where it listens.
@@ -122,10 +124,8 @@ impl TestServer {
     }
 
     async fn ask(&self, request: reqwest::RequestBuilder) -> (u16, Value) {
-        let answer = request.send().await.expect("the server answers");
-        let status = answer.status().as_u16();
-        let body = answer.bytes().await.expect("the answer comes whole");
+        let (status, _, body) = described::send(request).await;
         let json = if body.is_empty() { Value::Null } else { serde_json::from_slice(&body).expect("JSON") };
-        (status, json)
+        (status.as_u16(), json)
     }
 }

@@ -6,6 +6,7 @@ use crate::event::TrackPoint;
 
 /// The error at the end of a closed walk.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct LoopClosure {
     /// Distance between end and start in plan, m.
     pub end_error_m: f64,

@@ -9,6 +9,7 @@ use crate::track::{AidTally, Track};
 
 /// The report on one walk.
 #[derive(Clone, Debug, PartialEq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct SessionReport {
     /// Each aid that has measured anything.
     pub aids: Vec<AidReport>,
@@ -30,8 +31,10 @@ pub struct SessionReport {
 
 /// What became of one aid's measurements.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct AidReport {
     /// Which aid.
+    #[cfg_attr(feature = "schema", schemars(with = "String", example = &"zupt"))]
     pub aid: AidKind,
     /// Its tally.
     #[serde(flatten)]
@@ -43,14 +46,18 @@ pub struct AidReport {
 
 /// A visit that was turned down.
 #[derive(Clone, Debug, PartialEq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct RejectedVisit {
     /// The marker.
+    #[cfg_attr(feature = "schema", schemars(example = &"A17"))]
     pub marker: String,
     /// When, ns.
     pub t_ns: i64,
     /// Normalised innovation squared; not a number where it was not weighed.
+    #[cfg_attr(feature = "schema", schemars(with = "Option<f64>"))]
     pub nis: f64,
     /// In a sentence.
+    #[cfg_attr(feature = "schema", schemars(example = &"the marker is 4.2 m away, 5.1 sigma"))]
     pub reason: String,
 }
 

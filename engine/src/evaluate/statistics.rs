@@ -4,6 +4,8 @@ use serde::Serialize;
 
 /// What a list of distances amounts to.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[cfg_attr(feature = "schema", schemars(rename = "DistanceSpread"))]
 pub struct Spread {
     /// How many.
     pub count: usize,

@@ -7,6 +7,7 @@ use crate::event::VisitOutcome;
 
 /// Errors before correction, over all visits that could be compared, used or not.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct VisitErrors {
     /// Distance in plan.
     pub horizontal: Spread,

@@ -13,25 +13,35 @@ pub const DEFAULT_MAGNETIC_YEAR: f64 = 2026.5;
 /// A place of work. Its local frame is east-north-up with the origin at these coordinates, so `u` is
 /// the height above `height_m`.
 #[derive(Clone, Debug, PartialEq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Site {
     /// What people call it.
+    #[cfg_attr(feature = "schema", schemars(example = &"FAST"))]
     pub name: String,
     /// Latitude of the origin, degrees.
+    #[cfg_attr(feature = "schema", schemars(example = 25.652_9))]
     pub latitude_deg: f64,
     /// Longitude of the origin, degrees.
+    #[cfg_attr(feature = "schema", schemars(example = 106.856_7))]
     pub longitude_deg: f64,
     /// Height of the origin above the WGS84 ellipsoid, m.
+    #[cfg_attr(feature = "schema", schemars(example = 841.0))]
     pub height_m: f64,
     /// Gravity at the origin, m/s².
+    #[cfg_attr(feature = "schema", schemars(example = 9.787))]
     pub gravity_m_s2: f64,
     /// Magnetic declination, east of true north positive, degrees.
+    #[cfg_attr(feature = "schema", schemars(example = -2.1))]
     pub declination_deg: f64,
     /// Magnetic inclination, below the horizon positive, degrees.
+    #[cfg_attr(feature = "schema", schemars(example = 38.0))]
     pub inclination_deg: f64,
     /// Magnitude of the magnetic field, µT.
+    #[cfg_attr(feature = "schema", schemars(example = 48.9))]
     pub field_ut: f64,
     /// Azimuth of the plan's +y axis, clockwise from true north, degrees: the published table of the
     /// reflector's nodes does not say that its +y is north.
+    #[cfg_attr(feature = "schema", schemars(example = 0.0))]
     pub azimuth_of_plan_deg: f64,
 }
 

@@ -10,6 +10,7 @@ use crate::parse::{microstrain, wit_serial, wit_table, x_io, xsens};
 
 /// The formats of logs.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, serde::Serialize, serde::Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]
 pub enum LogFormat {
     /// Lodestep's own CSV.
@@ -45,7 +46,9 @@ impl LogFormat {
 
 /// What should be known about a log that can be read.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]
+#[cfg_attr(feature = "schema", schemars(rename = "LogNote"))]
 pub enum Note {
     /// The magnetic field is in counts: it is left out unless it is said how much one is.
     FieldWithoutUnit,

@@ -19,7 +19,9 @@ const HEAD_BYTES: usize = 32 << 10;
 
 /// What is said of a log that it does not say itself.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
+#[cfg_attr(feature = "schema", schemars(rename = "LogReading"))]
 pub struct Reading {
     /// Which column is which channel; recognised by the content, when it is left out.
     #[serde(default, skip_serializing_if = "Option::is_none")]

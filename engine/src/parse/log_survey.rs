@@ -64,6 +64,8 @@ struct Extreme {
 
 /// A time without samples.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[cfg_attr(feature = "schema", schemars(rename = "LogGap"))]
 pub struct Gap {
     /// Since the session's start, s.
     pub t_s: f64,
@@ -73,6 +75,8 @@ pub struct Gap {
 
 /// What was found.
 #[derive(Clone, Debug, PartialEq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[cfg_attr(feature = "schema", schemars(rename = "LogSurvey"))]
 pub struct Survey {
     /// How many samples.
     pub samples: u64,
@@ -119,6 +123,8 @@ pub struct Survey {
 
 /// Least and most of two quantities in even stretches of time.
 #[derive(Clone, Debug, PartialEq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[cfg_attr(feature = "schema", schemars(rename = "LogChart"))]
 pub struct ChartView {
     /// Start of the first stretch, s.
     pub t_first_s: f64,

@@ -12,7 +12,9 @@ const MOST_NAME_CHARS: usize = 100;
 
 /// A table of one foot's samples, described.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
+#[cfg_attr(feature = "schema", schemars(rename = "LogMapping"))]
 pub struct Mapping {
     /// What stands between two fields.
     #[serde(default)]
@@ -38,7 +40,9 @@ pub struct Mapping {
 /// What stands between two fields of a row. A table parted by anything but commas may write its
 /// decimals with one.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]
+#[cfg_attr(feature = "schema", schemars(rename = "LogDelimiter"))]
 pub enum Delimiter {
     /// A comma.
     #[default]
@@ -65,10 +69,13 @@ impl Delimiter {
 
 /// When a sample was taken.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
+#[cfg_attr(feature = "schema", schemars(rename = "LogTimeSource"))]
 pub struct TimeSource {
     /// The column; none when the rows only come one after the other, `rate_hz` of them a second.
     #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[cfg_attr(feature = "schema", schemars(example = &"time"))]
     pub column: Option<String>,
     /// How that column tells time.
     #[serde(default)]
@@ -83,7 +90,9 @@ pub struct TimeSource {
 
 /// How a column tells time.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]
+#[cfg_attr(feature = "schema", schemars(rename = "LogTimeUnit"))]
 pub enum TimeUnit {
     /// Seconds.
     #[default]
@@ -118,9 +127,12 @@ impl TimeUnit {
 
 /// Three columns of one quantity, in the sensor's own axes.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
+#[cfg_attr(feature = "schema", schemars(rename = "{U}Axes"))]
 pub struct Axes<U> {
     /// The columns of x, y and z.
+    #[cfg_attr(feature = "schema", schemars(example = ["x", "y", "z"]))]
     pub columns: [String; 3],
     /// Their unit.
     pub unit: U,
@@ -128,9 +140,12 @@ pub struct Axes<U> {
 
 /// One column of one quantity.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
+#[cfg_attr(feature = "schema", schemars(rename = "{U}Column"))]
 pub struct Scalar<U> {
     /// The column.
+    #[cfg_attr(feature = "schema", schemars(example = &"pressure"))]
     pub column: String,
     /// Its unit.
     pub unit: U,
@@ -138,6 +153,7 @@ pub struct Scalar<U> {
 
 /// The unit of an angular rate.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]
 pub enum RateUnit {
     /// Radians a second.
@@ -148,6 +164,7 @@ pub enum RateUnit {
 
 /// The unit of a specific force.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]
 pub enum ForceUnit {
     /// Metres per second squared.
@@ -158,6 +175,7 @@ pub enum ForceUnit {
 
 /// The unit of a magnetic flux density.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]
 pub enum FieldUnit {
     /// Microtesla.
@@ -173,6 +191,7 @@ pub enum FieldUnit {
 
 /// The unit of an air pressure.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]
 pub enum PressureUnit {
     /// Hectopascal, which is a millibar.

@@ -29,6 +29,7 @@ pub struct Track {
 
 /// What became of one aid's measurements.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct AidTally {
     /// Updates that were used.
     pub accepted: u64,

@@ -1,17 +1,15 @@
 //! One's own account: who one is, signing in and out, the first account of all.
 
 use axum::extract::State;
-use axum::http::{HeaderMap, HeaderValue, StatusCode, header};
-use axum::response::{IntoResponse, Response};
+use axum::http::HeaderValue;
 use cookie::{Cookie, SameSite};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use uuid::Uuid;
 
-use super::extract::{Json, Path};
-use super::{Needs, Routes};
 use crate::auth::{self, By, COOKIE, Caller, Password, SIGNED_IN_FOR, Secret, not_signed_in};
 use crate::error::{Error, Result};
+use crate::http::{AnswerHeader, Created, Json, Needs, NoContent, Path, Routes, UserAgent, With};
 use crate::rights::{Right, Role};
 use crate::state::App;
 use crate::store::accounts::{self, Account};
@@ -22,48 +20,42 @@ use crate::utc;
 pub(super) fn routes() -> Routes {
     Routes::new()
         .get("/account", Right::Open, show)
-        .about("Who asks, and what they may")
-        .gives::<Me>()
+        .about("get_own_account", "Who asks, and what they may")
         .post("/account/set-up", Right::Open, set_up)
-        .about("Makes the first account, an administrator's, with the setup token")
-        .takes::<SetUp>()
-        .gives::<Account>()
+        .about("set_up_first_account", "Makes the first account, an administrator's, with the setup token")
         .post("/account/sign-in", Right::Open, sign_in)
-        .about("Signs in: the answer sets the cookie")
-        .takes::<NameAndPassword>()
-        .gives::<Account>()
+        .about("sign_in", "Signs in: the answer sets the cookie")
         .post("/account/sign-out", Right::Open, sign_out)
-        .about("Signs this browser out")
+        .about("sign_out", "Signs this browser out")
         .post("/account/password", Needs::SignedIn(Right::Known), change_password)
-        .about("Changes one's own password; other browsers are signed out")
-        .takes::<PasswordChange>()
+        .about("change_own_password", "Changes one's own password; other browsers are signed out")
         .get("/account/sign-ins", Right::Known, list_sign_ins)
-        .about("The browsers in which one is signed in")
-        .gives::<Vec<SignIn>>()
+        .about("list_own_sign_ins", "The browsers in which one is signed in")
         .delete("/account/sign-ins/{id}", Needs::SignedIn(Right::Known), end_sign_in)
-        .about("Signs one of one's browsers out")
+        .about("end_own_sign_in", "Signs one of one's browsers out")
 }
 
 /// Who asks, and whether there is anything to sign in to.
 #[derive(Debug, Serialize, JsonSchema)]
-struct Me {
+struct OwnAccount {
     /// Whether there is an account; until then nobody signs in.
     has_accounts: bool,
     /// Whether who asks may do anything without signing in.
     known: bool,
     id: Option<Uuid>,
+    #[schemars(example = &"li wei")]
     name: Option<String>,
     role: Option<Role>,
     rights: Vec<Right>,
     inspector_id: Option<Uuid>,
 }
 
-async fn show(State(app): State<App>, caller: Caller) -> Result<axum::Json<Me>> {
+async fn show(State(app): State<App>, caller: Caller) -> Result<Json<OwnAccount>> {
     let account = match caller.account {
         Some(id) => accounts::get(app.store.read(), id).await?,
         None => None,
     };
-    Ok(axum::Json(Me {
+    Ok(Json(OwnAccount {
         has_accounts: app.auth.has_accounts(),
         known: caller.may(Right::Known),
         id: caller.account,
@@ -76,8 +68,10 @@ async fn show(State(app): State<App>, caller: Caller) -> Result<axum::Json<Me>> 
 
 #[derive(Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-struct SetUp {
+struct FirstAccount {
+    #[schemars(example = &"the token that the server printed")]
     setup_token: String,
+    #[schemars(example = &"li wei")]
     name: String,
     password: Password,
 }
@@ -85,17 +79,18 @@ struct SetUp {
 async fn set_up(
     State(app): State<App>,
     caller: Caller,
-    headers: HeaderMap,
-    Json(asked): Json<SetUp>,
-) -> Result<Response> {
+    UserAgent(agent): UserAgent,
+    Json(asked): Json<FirstAccount>,
+) -> Result<With<SessionCookie, Created<Json<Account>>>> {
     let (account, secret) =
-        auth::set_up(&app, &asked.setup_token, &asked.name, asked.password, &caller, agent(&headers)).await?;
-    Ok((StatusCode::CREATED, [(header::SET_COOKIE, set(&secret))], axum::Json(account)).into_response())
+        auth::set_up(&app, &asked.setup_token, &asked.name, asked.password, &caller, &agent).await?;
+    Ok(With(SessionCookie::of(&secret), Created(Json(account))))
 }
 
 #[derive(Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-struct NameAndPassword {
+struct Credentials {
+    #[schemars(example = &"li wei")]
     name: String,
     password: Password,
 }
@@ -103,17 +98,16 @@ struct NameAndPassword {
 async fn sign_in(
     State(app): State<App>,
     caller: Caller,
-    headers: HeaderMap,
-    Json(asked): Json<NameAndPassword>,
-) -> Result<Response> {
-    let (account, secret) =
-        auth::sign_in(&app, &asked.name, asked.password, &caller.address, agent(&headers)).await?;
-    Ok(([(header::SET_COOKIE, set(&secret))], axum::Json(account)).into_response())
+    UserAgent(agent): UserAgent,
+    Json(asked): Json<Credentials>,
+) -> Result<With<SessionCookie, Json<Account>>> {
+    let (account, secret) = auth::sign_in(&app, &asked.name, asked.password, &caller.address, &agent).await?;
+    Ok(With(SessionCookie::of(&secret), Json(account)))
 }
 
-async fn sign_out(State(app): State<App>, caller: Caller) -> Result<Response> {
+async fn sign_out(State(app): State<App>, caller: Caller) -> Result<With<SessionCookie, NoContent>> {
     auth::sign_out(&app, &caller).await?;
-    Ok((StatusCode::NO_CONTENT, [(header::SET_COOKIE, unset())]).into_response())
+    Ok(With(SessionCookie::none(), NoContent))
 }
 
 #[derive(Deserialize, JsonSchema)]
@@ -128,11 +122,11 @@ async fn change_password(
     State(app): State<App>,
     caller: Caller,
     Json(change): Json<PasswordChange>,
-) -> Result<StatusCode> {
+) -> Result<NoContent> {
     let By::SignIn(own) = caller.by else { return Err(not_signed_in()) };
     let account = own_account(&app, &caller).await?;
     let key = accounts::name_key(&account.name);
-    app.auth.guesses.begin(&key, (&caller.address, true), std::time::Instant::now())?;
+    app.auth.guesses.count_try(&key, (&caller.address, true), std::time::Instant::now())?;
     if !app.auth.is_password(change.old, Some(account.password_hash.clone())).await? {
         return Err(Error::invalid(
             "wrong_password",
@@ -154,16 +148,16 @@ async fn change_password(
         })
         .await?;
     app.auth.changed();
-    Ok(StatusCode::NO_CONTENT)
+    Ok(NoContent)
 }
 
-async fn list_sign_ins(State(app): State<App>, caller: Caller) -> Result<axum::Json<Vec<SignIn>>> {
-    let Some(account) = caller.account else { return Ok(axum::Json(Vec::new())) };
-    Ok(axum::Json(sign_ins::of_account(app.store.read(), account).await?))
+async fn list_sign_ins(State(app): State<App>, caller: Caller) -> Result<Json<Vec<SignIn>>> {
+    let Some(account) = caller.account else { return Ok(Json(Vec::new())) };
+    Ok(Json(sign_ins::of_account(app.store.read(), account).await?))
 }
 
 /// Signs another browser of one's own out.
-async fn end_sign_in(State(app): State<App>, caller: Caller, Path(id): Path<Uuid>) -> Result<StatusCode> {
+async fn end_sign_in(State(app): State<App>, caller: Caller, Path(id): Path<Uuid>) -> Result<NoContent> {
     let found = sign_ins::get(app.store.read(), id).await?;
     let own = found.filter(|(sign_in, _)| Some(sign_in.account_id) == caller.account);
     if own.is_none() {
@@ -171,7 +165,7 @@ async fn end_sign_in(State(app): State<App>, caller: Caller, Path(id): Path<Uuid
     }
     app.store.writer().run(move |db| Box::pin(async move { sign_ins::delete(db, id).await })).await?;
     app.auth.changed();
-    Ok(StatusCode::NO_CONTENT)
+    Ok(NoContent)
 }
 
 async fn own_account(app: &App, caller: &Caller) -> Result<Account> {
@@ -179,20 +173,30 @@ async fn own_account(app: &App, caller: &Caller) -> Result<Account> {
     accounts::get(app.store.read(), id).await?.ok_or_else(not_signed_in)
 }
 
-fn agent(headers: &HeaderMap) -> &str {
-    headers.get(header::USER_AGENT).and_then(|agent| agent.to_str().ok()).unwrap_or_default()
-}
-
 /// The cookie that a browser keeps: for this host only, never shown to scripts, sent by our own pages only.
-fn set(secret: &Secret) -> HeaderValue {
-    header_of(Cookie::build((COOKIE, secret.text().to_owned())).max_age(SIGNED_IN_FOR))
+struct SessionCookie(HeaderValue);
+
+impl SessionCookie {
+    fn of(secret: &Secret) -> SessionCookie {
+        SessionCookie::new(Cookie::build((COOKIE, secret.text().to_owned())).max_age(SIGNED_IN_FOR))
+    }
+
+    /// Takes it away again.
+    fn none() -> SessionCookie {
+        SessionCookie::new(Cookie::build((COOKIE, String::new())).max_age(time::Duration::ZERO))
+    }
+
+    fn new(cookie: cookie::CookieBuilder<'static>) -> SessionCookie {
+        let cookie = cookie.path("/").secure(true).http_only(true).same_site(SameSite::Strict).build();
+        SessionCookie(HeaderValue::try_from(cookie.to_string()).expect("a cookie of ours is plain text"))
+    }
 }
 
-fn unset() -> HeaderValue {
-    header_of(Cookie::build((COOKIE, String::new())).max_age(time::Duration::ZERO))
-}
+impl AnswerHeader for SessionCookie {
+    const NAME: &'static str = "Set-Cookie";
+    const ABOUT: &'static str = "The cookie that shows who is signed in";
 
-fn header_of(cookie: cookie::CookieBuilder<'static>) -> HeaderValue {
-    let cookie = cookie.path("/").secure(true).http_only(true).same_site(SameSite::Strict).build();
-    HeaderValue::try_from(cookie.to_string()).expect("a cookie of ours is plain text")
+    fn value(self) -> HeaderValue {
+        self.0
+    }
 }

@@ -1,17 +1,15 @@
 //! Everybody's accounts, for administrators.
 
 use axum::extract::State;
-use axum::http::StatusCode;
 use schemars::JsonSchema;
 use serde::{Deserialize, Deserializer};
 use sqlx::SqliteConnection;
 use time::OffsetDateTime;
 use uuid::Uuid;
 
-use super::extract::{Json, Path};
-use super::{Needs, Routes};
 use crate::auth::{Caller, Password, checked_name};
 use crate::error::{Error, Result};
+use crate::http::{Created, Json, Needs, NoContent, Path, Routes};
 use crate::rights::{Right, Role};
 use crate::state::App;
 use crate::store::accounts::{self, Account};
@@ -21,35 +19,30 @@ use crate::utc;
 pub(super) fn routes() -> Routes {
     Routes::new()
         .get("/accounts", Right::Administer, list)
-        .about("All accounts")
-        .gives::<Vec<Account>>()
+        .about("list_accounts", "All accounts")
         .post("/accounts", Needs::SignedIn(Right::Administer), create)
-        .about("Adds an account")
-        .takes::<NewAccount>()
-        .gives::<Account>()
+        .about("create_account", "Adds an account")
         .get("/accounts/{id}", Right::Administer, show)
-        .about("One account")
-        .gives::<Account>()
+        .about("get_account", "One account")
         .patch("/accounts/{id}", Needs::SignedIn(Right::Administer), change)
-        .about("Changes an account; what is left out stays, null takes away")
-        .takes::<AccountChange>()
-        .gives::<Account>()
+        .about("update_account", "Changes an account; what is left out stays, null takes away")
         .delete("/accounts/{id}", Needs::SignedIn(Right::Administer), remove)
-        .about("Removes an account with its tokens")
+        .about("delete_account", "Removes an account with its tokens")
 }
 
-async fn list(State(app): State<App>) -> Result<axum::Json<Vec<Account>>> {
-    Ok(axum::Json(accounts::list(app.store.read()).await?))
+async fn list(State(app): State<App>) -> Result<Json<Vec<Account>>> {
+    Ok(Json(accounts::list(app.store.read()).await?))
 }
 
-async fn show(State(app): State<App>, Path(id): Path<Uuid>) -> Result<axum::Json<Account>> {
+async fn show(State(app): State<App>, Path(id): Path<Uuid>) -> Result<Json<Account>> {
     let account = accounts::get(app.store.read(), id).await?;
-    Ok(axum::Json(account.ok_or_else(|| Error::not_found("account", id))?))
+    Ok(Json(account.ok_or_else(|| Error::not_found("account", id))?))
 }
 
 #[derive(Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 struct NewAccount {
+    #[schemars(example = &"li wei")]
     name: String,
     password: Password,
     role: Role,
@@ -63,7 +56,7 @@ async fn create(
     State(app): State<App>,
     caller: Caller,
     Json(new): Json<NewAccount>,
-) -> Result<(StatusCode, axum::Json<Account>)> {
+) -> Result<Created<Json<Account>>> {
     if !app.auth.has_accounts() {
         return Err(Error::conflict(
             "not_set_up",
@@ -98,13 +91,14 @@ async fn create(
             })
         })
         .await?;
-    Ok((StatusCode::CREATED, axum::Json(account)))
+    Ok(Created(Json(account)))
 }
 
 /// What is to be different; what is left out stays, a null takes away.
 #[derive(Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 struct AccountChange {
+    #[schemars(example = &"li wei")]
     name: Option<String>,
     password: Option<Password>,
     role: Option<Role>,
@@ -131,7 +125,7 @@ async fn change(
     caller: Caller,
     Path(id): Path<Uuid>,
     Json(change): Json<AccountChange>,
-) -> Result<axum::Json<Account>> {
+) -> Result<Json<Account>> {
     let name = change.name.as_deref().map(checked_name).transpose()?;
     let new_password = match change.password {
         Some(password) => {
@@ -178,10 +172,10 @@ async fn change(
         })
         .await?;
     app.auth.changed();
-    Ok(axum::Json(account))
+    Ok(Json(account))
 }
 
-async fn remove(State(app): State<App>, caller: Caller, Path(id): Path<Uuid>) -> Result<StatusCode> {
+async fn remove(State(app): State<App>, caller: Caller, Path(id): Path<Uuid>) -> Result<NoContent> {
     app.store
         .writer()
         .run(move |db| {
@@ -197,7 +191,7 @@ async fn remove(State(app): State<App>, caller: Caller, Path(id): Path<Uuid>) ->
         })
         .await?;
     app.auth.changed();
-    Ok(StatusCode::NO_CONTENT)
+    Ok(NoContent)
 }
 
 /// Two names that people cannot tell from each other are one.

@@ -1,12 +1,10 @@
 //! Trouble with sensors or their data.
 
 use axum::extract::State;
-use serde_json::Value;
 use uuid::Uuid;
 
-use super::Routes;
-use super::extract::Path;
 use crate::error::{Error, Result};
+use crate::http::{Json, Path, Routes};
 use crate::rights::Right;
 use crate::state::App;
 use crate::store::anomalies::{self, Anomaly};
@@ -15,13 +13,12 @@ use crate::store::sessions;
 pub(super) fn routes() -> Routes {
     Routes::new()
         .get("/sessions/{id}/anomalies", Right::Read, list)
-        .about("What was wrong with sensors or data")
-        .gives::<Vec<Value>>()
+        .about("list_anomalies", "What was wrong with sensors or data")
 }
 
-async fn list(State(app): State<App>, Path(session_id): Path<Uuid>) -> Result<axum::Json<Vec<Anomaly>>> {
+async fn list(State(app): State<App>, Path(session_id): Path<Uuid>) -> Result<Json<Vec<Anomaly>>> {
     if sessions::get(app.store.read(), session_id).await?.is_none() {
         return Err(Error::not_found("session", session_id));
     }
-    Ok(axum::Json(anomalies::of_session(app.store.read(), session_id).await?))
+    Ok(Json(anomalies::of_session(app.store.read(), session_id).await?))
 }

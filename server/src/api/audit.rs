@@ -1,15 +1,13 @@
 //! Who changed what, for administrators.
 
 use axum::extract::State;
-use axum::http::header;
-use axum::response::{IntoResponse, Response};
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-use super::Routes;
-use super::extract::Query;
 use crate::csv_cell::harmless;
 use crate::error::{Error, Result};
+use crate::http::media::Csv;
+use crate::http::{Attachment, File, Json, Query, Routes, With};
 use crate::rights::Right;
 use crate::state::App;
 use crate::store::audit::{self, Entry, Wanted};
@@ -23,18 +21,15 @@ const MOST_IN_A_FILE: u32 = 1_000_000;
 pub(super) fn routes() -> Routes {
     Routes::new()
         .get("/audit", Right::Administer, list)
-        .about("Who changed what, the newest first")
-        .query::<ListQuery>()
-        .gives::<Vec<Entry>>()
+        .about("list_audit_entries", "Who changed what, the newest first")
         .get("/audit.csv", Right::Administer, export)
-        .about("The same as a file")
-        .query::<ListQuery>()
-        .gives_bytes("text/csv")
+        .about("export_audit", "The same as a file")
 }
 
 #[derive(Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 struct ListQuery {
+    #[schemars(example = &"li wei")]
     who: Option<String>,
     action: Option<String>,
     subject: Option<String>,
@@ -56,11 +51,14 @@ impl ListQuery {
     }
 }
 
-async fn list(State(app): State<App>, Query(query): Query<ListQuery>) -> Result<axum::Json<Vec<Entry>>> {
-    Ok(axum::Json(audit::list(app.store.read(), &query.wanted(USUAL, MOST)).await?))
+async fn list(State(app): State<App>, Query(query): Query<ListQuery>) -> Result<Json<Vec<Entry>>> {
+    Ok(Json(audit::list(app.store.read(), &query.wanted(USUAL, MOST)).await?))
 }
 
-async fn export(State(app): State<App>, Query(query): Query<ListQuery>) -> Result<Response> {
+async fn export(
+    State(app): State<App>,
+    Query(query): Query<ListQuery>,
+) -> Result<With<Attachment, File<Csv>>> {
     let entries = audit::list(app.store.read(), &query.wanted(MOST_IN_A_FILE, MOST_IN_A_FILE)).await?;
     let mut text = String::from("id,at,who,address,action,subject,before,after\n");
     for entry in entries {
@@ -81,9 +79,5 @@ async fn export(State(app): State<App>, Query(query): Query<ListQuery>) -> Resul
         text.push_str(&cells.map(|cell| harmless(&cell)).join(","));
         text.push('\n');
     }
-    let headers = [
-        (header::CONTENT_TYPE, "text/csv; charset=utf-8"),
-        (header::CONTENT_DISPOSITION, "attachment; filename=\"audit.csv\""),
-    ];
-    Ok((headers, text).into_response())
+    Ok(With(Attachment("audit.csv".to_owned()), File::new(text)))
 }

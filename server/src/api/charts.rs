@@ -1,15 +1,13 @@
 //! Charts of a session: series by time, decimated by the smallest and the largest value.
 
-use axum::Json;
 use axum::extract::State;
 use schemars::JsonSchema;
 use serde::Deserialize;
 use uuid::Uuid;
 
-use super::Routes;
-use super::extract::{Path, Query};
 use crate::charts::answer::{Charts, Window, charts};
 use crate::error::{Error, Result};
+use crate::http::{Json, Path, Query, Routes};
 use crate::rights::Right;
 use crate::state::App;
 use crate::store::{sessions, track};
@@ -17,9 +15,7 @@ use crate::store::{sessions, track};
 pub(super) fn routes() -> Routes {
     Routes::new()
         .get("/sessions/{id}/charts", Right::Read, show)
-        .about("Series of a walk for charts, by the extremes of each step in time")
-        .query::<Asked>()
-        .gives::<serde_json::Value>()
+        .about("get_session_charts", "Series of a walk for charts, by the extremes of each step in time")
 }
 
 /// Values of a line, when nothing is said, and at most.
@@ -30,7 +26,7 @@ const LATEST_S: f64 = 3e9;
 
 #[derive(Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-struct Asked {
+struct ChartsQuery {
     /// Seconds since the session's start; the walk's own, when left out.
     from_s: Option<f64>,
     /// Seconds since the session's start; the walk's own, when left out.
@@ -45,7 +41,7 @@ struct Asked {
 async fn show(
     State(app): State<App>,
     Path(id): Path<Uuid>,
-    Query(asked): Query<Asked>,
+    Query(asked): Query<ChartsQuery>,
 ) -> Result<Json<Charts>> {
     let session = sessions::get(app.store.read(), id).await?;
     let session = session.ok_or_else(|| Error::not_found("session", id))?;

@@ -1,16 +1,17 @@
 //! Photos of faults.
 
-use axum::body::Bytes;
 use axum::extract::{DefaultBodyLimit, State};
-use axum::http::{StatusCode, header};
+use axum::http::header;
 use axum::response::{IntoResponse, Response};
+use schemars::SchemaGenerator;
 use uuid::Uuid;
 
-use super::extract::Path;
-use super::{Needs, Routes};
 use crate::auth::Caller;
 use crate::error::{Error, Result};
 use crate::faults::{MOST_BYTES, add_photo, remove_photo};
+use crate::http::media::{Image, Jpeg, Media, Png, WebP};
+use crate::http::operation::Content;
+use crate::http::{AnswerBody, BytesBody, Json, MaybeNew, Needs, NoContent, Path, Routes};
 use crate::rights::Right;
 use crate::state::App;
 use crate::store::fault_photos::{self, Photo};
@@ -19,26 +20,22 @@ use crate::store::faults;
 pub(super) fn routes() -> Routes {
     Routes::new()
         .get("/faults/{id}/photos", Right::Read, list)
-        .about("The photos of a fault, without their bytes")
-        .gives::<Vec<Photo>>()
+        .about("list_fault_photos", "The photos of a fault, without their bytes")
         .post("/faults/{id}/photos", Needs::OwnFault, add)
-        .about("Add a photo: JPEG, PNG or WebP, at most 8 MiB")
-        .takes_bytes("image/*")
-        .gives::<Photo>()
+        .about("add_fault_photo", "Add a photo: JPEG, PNG or WebP, at most 8 MiB")
         .get("/faults/{id}/photos/{photo_id}", Right::Read, show)
-        .about("The photo itself")
-        .gives_bytes("image/*")
+        .about("get_fault_photo", "The photo itself")
         .delete("/faults/{id}/photos/{photo_id}", Needs::ReportedFault, remove)
-        .about("Remove a photo")
+        .about("delete_fault_photo", "Remove a photo")
         .with(|router| router.layer(DefaultBodyLimit::max(MOST_BYTES)))
 }
 
-async fn list(State(app): State<App>, Path(id): Path<Uuid>) -> Result<axum::Json<Vec<Photo>>> {
+async fn list(State(app): State<App>, Path(id): Path<Uuid>) -> Result<Json<Vec<Photo>>> {
     let db = app.store.read();
     if faults::get(db, id).await?.is_none() {
         return Err(Error::not_found("fault", id));
     }
-    Ok(axum::Json(fault_photos::of_fault(db, id).await?))
+    Ok(Json(fault_photos::of_fault(db, id).await?))
 }
 
 /// The body is the picture itself; what it is is told by its first bytes, whatever the header says.
@@ -46,29 +43,46 @@ async fn add(
     State(app): State<App>,
     caller: Caller,
     Path(id): Path<Uuid>,
-    body: Bytes,
-) -> Result<(StatusCode, axum::Json<Photo>)> {
-    let (photo, is_new) = add_photo(&app, caller, id, body.into()).await?;
-    Ok((if is_new { StatusCode::CREATED } else { StatusCode::OK }, axum::Json(photo)))
+    picture: BytesBody<Image>,
+) -> Result<MaybeNew<Json<Photo>>> {
+    let (photo, is_new) = add_photo(&app, caller, id, picture.bytes.into()).await?;
+    Ok(MaybeNew::of(is_new, Json(photo)))
 }
 
 /// The picture. It never changes under its id, so a browser keeps it.
-async fn show(State(app): State<App>, Path((id, photo_id)): Path<(Uuid, Uuid)>) -> Result<Response> {
+async fn show(State(app): State<App>, Path((id, photo_id)): Path<(Uuid, Uuid)>) -> Result<Picture> {
     let found = fault_photos::body(app.store.read(), id, photo_id).await?;
     let (content_type, body) = found.ok_or_else(|| Error::not_found("photo", photo_id))?;
-    let headers = [
-        (header::CONTENT_TYPE, content_type),
-        (header::CACHE_CONTROL, "private, max-age=31536000, immutable".to_owned()),
-        (header::CONTENT_DISPOSITION, "inline".to_owned()),
-    ];
-    Ok((headers, body).into_response())
+    Ok(Picture { content_type, body })
+}
+
+struct Picture {
+    content_type: String,
+    body: Vec<u8>,
+}
+
+impl IntoResponse for Picture {
+    fn into_response(self) -> Response {
+        let headers = [
+            (header::CONTENT_TYPE, self.content_type),
+            (header::CACHE_CONTROL, "private, max-age=31536000, immutable".to_owned()),
+            (header::CONTENT_DISPOSITION, "inline".to_owned()),
+        ];
+        (headers, self.body).into_response()
+    }
+}
+
+impl AnswerBody for Picture {
+    fn content(_: &mut SchemaGenerator) -> Vec<Content> {
+        vec![Jpeg::content(), Png::content(), WebP::content()]
+    }
 }
 
 async fn remove(
     State(app): State<App>,
     caller: Caller,
     Path((id, photo_id)): Path<(Uuid, Uuid)>,
-) -> Result<StatusCode> {
+) -> Result<NoContent> {
     remove_photo(&app, caller, id, photo_id).await?;
-    Ok(StatusCode::NO_CONTENT)
+    Ok(NoContent)
 }

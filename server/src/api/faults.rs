@@ -1,17 +1,15 @@
 //! Findings on equipment.
 
 use axum::extract::State;
-use axum::http::StatusCode;
 use lodestep_engine::parse::live_message::FaultMessage;
 use schemars::JsonSchema;
 use serde::Deserialize;
 use uuid::Uuid;
 
-use super::extract::{Json, Path, Query};
-use super::{Needs, Routes};
 use crate::auth::Caller;
 use crate::error::{Error, Result};
 use crate::faults::{FaultPatch, Helper, NewFault, change, nearest, report, reported};
+use crate::http::{Json, MaybeNew, Needs, Path, Query, Routes};
 use crate::rights::Right;
 use crate::state::App;
 use crate::store::fault_changes::{self, FaultChange};
@@ -22,41 +20,35 @@ use crate::utc;
 pub(super) fn routes() -> Routes {
     Routes::new()
         .get("/faults", Right::Read, list)
-        .about("Faults, newest first")
-        .query::<ListQuery>()
-        .gives::<Vec<Fault>>()
+        .about("list_faults", "Faults, newest first")
         .post("/faults", Right::Walk, create)
-        .about("Report a fault: it is placed by where its inspector was")
-        .takes::<NewFault>()
-        .gives::<Fault>()
+        .about("report_fault", "Report a fault: it is placed by where its inspector was")
         .get("/faults/{id}", Right::Read, show)
-        .about("One fault")
-        .gives::<Fault>()
+        .about("get_fault", "One fault")
         .patch("/faults/{id}", Needs::OwnFault, patch)
-        .about("Take a fault a step on, assign it, change what is said of it, or comment on it")
-        .takes::<FaultPatch>()
-        .gives::<Fault>()
+        .about(
+            "update_fault",
+            "Take a fault a step on, assign it, change what is said of it, or comment on it",
+        )
         .get("/faults/{id}/history", Right::Read, history)
-        .about("Who changed what of a fault, oldest first")
-        .gives::<Vec<FaultChange>>()
+        .about("list_fault_changes", "Who changed what of a fault, oldest first")
         .get("/faults/{id}/nearest", Right::Read, nearest_inspectors)
-        .about("Who could go now: free ones first, then by distance")
-        .gives::<Vec<Helper>>()
+        .about("list_nearest_inspectors", "Who could go now: free ones first, then by distance")
         .post("/faults/{id}/close", Right::Dispatch, close)
-        .about("Take a fault for done, wherever it stands")
-        .gives::<Fault>()
+        .about("close_fault", "Take a fault for done, wherever it stands")
 }
 
 #[derive(Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 struct ListQuery {
-    state: Option<AskedState>,
+    state: Option<FaultFilter>,
 }
 
 /// A state, or one of the words for several.
 #[derive(Clone, Copy, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
-enum AskedState {
+#[schemars(rename = "FaultFilter")]
+enum FaultFilter {
     Open,
     Acknowledged,
     InWork,
@@ -68,29 +60,29 @@ enum AskedState {
     Closed,
 }
 
-async fn list(State(app): State<App>, Query(query): Query<ListQuery>) -> Result<axum::Json<Vec<Fault>>> {
+async fn list(State(app): State<App>, Query(query): Query<ListQuery>) -> Result<Json<Vec<Fault>>> {
     let db = app.store.read();
     let state = match query.state {
         None => None,
-        Some(AskedState::Standing) => return Ok(axum::Json(faults::standing(db).await?)),
-        Some(AskedState::Open) => Some(FaultState::Open),
-        Some(AskedState::Acknowledged) => Some(FaultState::Acknowledged),
-        Some(AskedState::InWork) => Some(FaultState::InWork),
-        Some(AskedState::Fixed) => Some(FaultState::Fixed),
-        Some(AskedState::Verified | AskedState::Closed) => Some(FaultState::Verified),
+        Some(FaultFilter::Standing) => return Ok(Json(faults::standing(db).await?)),
+        Some(FaultFilter::Open) => Some(FaultState::Open),
+        Some(FaultFilter::Acknowledged) => Some(FaultState::Acknowledged),
+        Some(FaultFilter::InWork) => Some(FaultState::InWork),
+        Some(FaultFilter::Fixed) => Some(FaultState::Fixed),
+        Some(FaultFilter::Verified | FaultFilter::Closed) => Some(FaultState::Verified),
     };
-    Ok(axum::Json(faults::list(db, state).await?))
+    Ok(Json(faults::list(db, state).await?))
 }
 
 async fn create(
     State(app): State<App>,
     caller: Caller,
     Json(new): Json<NewFault>,
-) -> Result<(StatusCode, axum::Json<Fault>)> {
+) -> Result<MaybeNew<Json<Fault>>> {
     if let Some(fault) = reported(&app, new.id).await? {
-        return Ok((StatusCode::OK, axum::Json(fault)));
+        return Ok(MaybeNew::Known(Json(fault)));
     }
-    Ok((StatusCode::CREATED, axum::Json(report(&app, &caller, new).await?)))
+    Ok(MaybeNew::New(Json(report(&app, &caller, new).await?)))
 }
 
 /// Takes a fault that a device tells of on its socket.
@@ -125,8 +117,8 @@ pub(crate) async fn report_live(
     report(app, caller, new).await
 }
 
-async fn show(State(app): State<App>, Path(id): Path<Uuid>) -> Result<axum::Json<Fault>> {
-    Ok(axum::Json(find(&app, id).await?))
+async fn show(State(app): State<App>, Path(id): Path<Uuid>) -> Result<Json<Fault>> {
+    Ok(Json(find(&app, id).await?))
 }
 
 async fn find(app: &App, id: Uuid) -> Result<Fault> {
@@ -138,21 +130,21 @@ async fn patch(
     caller: Caller,
     Path(id): Path<Uuid>,
     Json(patch): Json<FaultPatch>,
-) -> Result<axum::Json<Fault>> {
-    Ok(axum::Json(change(&app, caller, id, patch).await?))
+) -> Result<Json<Fault>> {
+    Ok(Json(change(&app, caller, id, patch).await?))
 }
 
 /// Takes one for done, wherever it stands; one that is verified already stays as it is.
-async fn close(State(app): State<App>, caller: Caller, Path(id): Path<Uuid>) -> Result<axum::Json<Fault>> {
-    Ok(axum::Json(crate::faults::close(&app, caller, id).await?))
+async fn close(State(app): State<App>, caller: Caller, Path(id): Path<Uuid>) -> Result<Json<Fault>> {
+    Ok(Json(crate::faults::close(&app, caller, id).await?))
 }
 
-async fn history(State(app): State<App>, Path(id): Path<Uuid>) -> Result<axum::Json<Vec<FaultChange>>> {
+async fn history(State(app): State<App>, Path(id): Path<Uuid>) -> Result<Json<Vec<FaultChange>>> {
     find(&app, id).await?;
-    Ok(axum::Json(fault_changes::of_fault(app.store.read(), id).await?))
+    Ok(Json(fault_changes::of_fault(app.store.read(), id).await?))
 }
 
 /// Who could go, free ones first, then by distance.
-async fn nearest_inspectors(State(app): State<App>, Path(id): Path<Uuid>) -> Result<axum::Json<Vec<Helper>>> {
-    Ok(axum::Json(nearest(&app, id).await?))
+async fn nearest_inspectors(State(app): State<App>, Path(id): Path<Uuid>) -> Result<Json<Vec<Helper>>> {
+    Ok(Json(nearest(&app, id).await?))
 }

@@ -3,15 +3,15 @@
 use std::time::Duration;
 
 use axum::extract::State;
-use axum::http::{StatusCode, header};
-use axum::response::{IntoResponse, Response};
+use axum::http::StatusCode;
 use schemars::JsonSchema;
 use serde::Serialize;
 use tokio::time::timeout;
 
-use super::Routes;
 use crate::error::{Error, Result};
 use crate::figures;
+use crate::http::media::{Metrics, PlainText};
+use crate::http::{File, Json, Routes};
 use crate::rights::Right;
 use crate::state::App;
 use crate::store::health::Health;
@@ -25,18 +25,15 @@ const LIVE_WITHIN: Duration = Duration::from_secs(2);
 pub(super) fn routes() -> Routes {
     Routes::new()
         .get("/healthz", Right::Open, health)
-        .about("Whether the database answers and the last write reached the disk")
-        .gives_bytes("text/plain")
+        .about("check_health", "Whether the database answers and the last write reached the disk")
         .get("/readyz", Right::Open, ready)
-        .about("Whether the server can do its work; 503 names what keeps it from it")
-        .gives::<Ready>()
+        .about("check_readiness", "Whether the server can do its work; 503 names what keeps it from it")
         .get("/metrics", Right::Read, figures_text)
-        .about("Figures for Prometheus")
-        .gives_bytes("text/plain")
+        .about("get_metrics", "Figures for Prometheus")
 }
 
 /// `ok` when the database answers and the last write reached the disk.
-async fn health(State(app): State<App>) -> Result<&'static str> {
+async fn health(State(app): State<App>) -> Result<File<PlainText>> {
     markers::revision(app.store.read()).await?;
     if app.store.health() != Health::Good {
         return Err(Error::http(
@@ -48,7 +45,7 @@ async fn health(State(app): State<App>) -> Result<&'static str> {
     if let Some(why) = waits(&app) {
         return Err(Error::http(StatusCode::SERVICE_UNAVAILABLE, "slow", why));
     }
-    Ok("ok")
+    Ok(File::new("ok"))
 }
 
 /// What is said when a live record has waited too long.
@@ -65,7 +62,7 @@ fn waits(app: &App) -> Option<String> {
 
 /// What the server needs for its work, and whether it has it.
 #[derive(Debug, Serialize, JsonSchema)]
-struct Ready {
+struct Readiness {
     /// The version of the tables: how many steps the database has made.
     database_version: i64,
     /// Free space on the disk of the data folder, bytes; `None` where the system does not say.
@@ -73,7 +70,7 @@ struct Ready {
 }
 
 /// Ready when the database takes a write and is of this version, the disk has room, and somebody does the jobs.
-async fn ready(State(app): State<App>) -> Result<axum::Json<Ready>> {
+async fn ready(State(app): State<App>) -> Result<Json<Readiness>> {
     let mut lacks = Vec::new();
     if app.stopping.is_cancelled() {
         lacks.push("the server is stopping".to_owned());
@@ -111,7 +108,7 @@ async fn ready(State(app): State<App>) -> Result<axum::Json<Ready>> {
         lacks.push("nobody does the jobs".to_owned());
     }
     if lacks.is_empty() {
-        return Ok(axum::Json(Ready { database_version, free_bytes }));
+        return Ok(Json(Readiness { database_version, free_bytes }));
     }
     Err(Error::http(
         StatusCode::SERVICE_UNAVAILABLE,
@@ -124,10 +121,9 @@ async fn ready(State(app): State<App>) -> Result<axum::Json<Ready>> {
 }
 
 /// Prometheus text.
-async fn figures_text(State(app): State<App>) -> Response {
+async fn figures_text(State(app): State<App>) -> File<Metrics> {
     figures::look(&app).await;
-    ([(header::CONTENT_TYPE, "text/plain; version=0.0.4; charset=utf-8")], figures::render(&app.metrics))
-        .into_response()
+    File::new(figures::render(&app.metrics))
 }
 
 #[cfg(test)]
@@ -141,7 +137,7 @@ mod tests {
     async fn a_server_whose_devices_wait_says_so() {
         let folder = tempfile::tempdir().unwrap();
         let app = serve::open(Config::for_testing(folder.path())).await.unwrap();
-        assert_eq!(health(State(app.clone())).await.unwrap(), "ok");
+        assert!(health(State(app.clone())).await.is_ok());
         // Somebody holds the writer, and a device has sent something.
         let (writer, other) = (app.store.writer().clone(), app.store.writer().clone());
         let holds = tokio::spawn(async move {
@@ -161,7 +157,7 @@ mod tests {
         assert!(problem.detail.contains("has waited"), "{problem:?}");
         holds.await.unwrap().unwrap();
         waits.await.unwrap().unwrap();
-        assert_eq!(health(State(app)).await.unwrap(), "ok");
+        assert!(health(State(app)).await.is_ok());
     }
 
     #[tokio::test]

@@ -1,16 +1,14 @@
 //! The people who walk.
 
 use axum::extract::State;
-use axum::http::StatusCode;
 use schemars::JsonSchema;
 use serde::Deserialize;
 use serde_json::json;
 use uuid::Uuid;
 
-use super::Routes;
-use super::extract::{Json, Path};
 use crate::auth::Caller;
 use crate::error::{Error, Result};
+use crate::http::{Created, Json, NoContent, Path, Routes};
 use crate::rights::Right;
 use crate::state::App;
 use crate::store::audit;
@@ -21,21 +19,15 @@ use crate::wire::Change;
 pub(super) fn routes() -> Routes {
     Routes::new()
         .get("/inspectors", Right::Read, list)
-        .about("Everybody who walks")
-        .gives::<Vec<Inspector>>()
+        .about("list_inspectors", "Everybody who walks")
         .post("/inspectors", Right::Dispatch, create)
-        .about("Adds an inspector")
-        .takes::<Named>()
-        .gives::<Inspector>()
+        .about("create_inspector", "Adds an inspector")
         .get("/inspectors/{id}", Right::Read, show)
-        .about("One inspector")
-        .gives::<Inspector>()
+        .about("get_inspector", "One inspector")
         .patch("/inspectors/{id}", Right::Dispatch, rename)
-        .about("Renames an inspector")
-        .takes::<Named>()
-        .gives::<Inspector>()
+        .about("rename_inspector", "Renames an inspector")
         .delete("/inspectors/{id}", Right::Dispatch, remove)
-        .about("Removes an inspector who never walked")
+        .about("delete_inspector", "Removes an inspector who never walked")
 }
 
 /// Letters in a name.
@@ -43,11 +35,12 @@ const NAME_LENGTH: usize = 80;
 
 #[derive(Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-struct Named {
+struct InspectorName {
+    #[schemars(example = &"Li Na")]
     name: String,
 }
 
-impl Named {
+impl InspectorName {
     /// The name without spaces around it, when it is one.
     fn checked(self) -> Result<String> {
         let name = self.name.trim();
@@ -62,15 +55,15 @@ impl Named {
     }
 }
 
-async fn list(State(app): State<App>) -> Result<axum::Json<Vec<Inspector>>> {
-    Ok(axum::Json(inspectors::list(app.store.read()).await?))
+async fn list(State(app): State<App>) -> Result<Json<Vec<Inspector>>> {
+    Ok(Json(inspectors::list(app.store.read()).await?))
 }
 
 async fn create(
     State(app): State<App>,
     caller: Caller,
-    Json(named): Json<Named>,
-) -> Result<(StatusCode, axum::Json<Inspector>)> {
+    Json(named): Json<InspectorName>,
+) -> Result<Created<Json<Inspector>>> {
     let inspector = Inspector { id: Uuid::now_v7(), name: named.checked()?, created_at: utc::now() };
     let row = inspector.clone();
     let entry = caller.did("inspector.added", inspector.id, None, serde_json::to_value(&inspector).ok());
@@ -85,20 +78,20 @@ async fn create(
         .await
         .map_err(|error| taken(error, &inspector.name))?;
     tell(&app).await?;
-    Ok((StatusCode::CREATED, axum::Json(inspector)))
+    Ok(Created(Json(inspector)))
 }
 
-async fn show(State(app): State<App>, Path(id): Path<Uuid>) -> Result<axum::Json<Inspector>> {
+async fn show(State(app): State<App>, Path(id): Path<Uuid>) -> Result<Json<Inspector>> {
     let inspector = inspectors::get(app.store.read(), id).await?;
-    Ok(axum::Json(inspector.ok_or_else(|| Error::not_found("inspector", id))?))
+    Ok(Json(inspector.ok_or_else(|| Error::not_found("inspector", id))?))
 }
 
 async fn rename(
     State(app): State<App>,
     caller: Caller,
     Path(id): Path<Uuid>,
-    Json(named): Json<Named>,
-) -> Result<axum::Json<Inspector>> {
+    Json(named): Json<InspectorName>,
+) -> Result<Json<Inspector>> {
     let name = named.checked()?;
     let new = name.clone();
     let found = app
@@ -122,7 +115,7 @@ async fn rename(
     show(State(app), Path(id)).await
 }
 
-async fn remove(State(app): State<App>, caller: Caller, Path(id): Path<Uuid>) -> Result<StatusCode> {
+async fn remove(State(app): State<App>, caller: Caller, Path(id): Path<Uuid>) -> Result<NoContent> {
     let deleted = app
         .store
         .writer()
@@ -138,7 +131,7 @@ async fn remove(State(app): State<App>, caller: Caller, Path(id): Path<Uuid>) ->
     match deleted {
         Ok(true) => {
             tell(&app).await?;
-            Ok(StatusCode::NO_CONTENT)
+            Ok(NoContent)
         }
         Ok(false) => Err(Error::not_found("inspector", id)),
         Err(error) if error.is_dangling() => Err(Error::conflict(

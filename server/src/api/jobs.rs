@@ -1,13 +1,10 @@
 //! Work that takes a while: asked for, and looked at.
 
 use axum::extract::State;
-use axum::http::{StatusCode, header};
-use axum::response::{IntoResponse, Response};
 use uuid::Uuid;
 
-use super::extract::Path;
-use super::{Needs, Routes};
 use crate::error::{Error, Result};
+use crate::http::{Accepted, Json, Location, Needs, Path, Routes, With};
 use crate::jobs::queue;
 use crate::rights::Right;
 use crate::state::App;
@@ -19,28 +16,28 @@ const LISTED: u32 = 200;
 pub(super) fn routes() -> Routes {
     Routes::new()
         .post("/sessions/{id}/process", Needs::OwnSession, process)
-        .about("Works a walk out again; the answer is a job")
-        .gives::<Job>()
+        .about("process_session", "Works a walk out again; the answer is a job")
         .get("/jobs", Right::Read, list)
-        .about("Jobs, the newest first")
-        .gives::<Vec<Job>>()
+        .about("list_jobs", "Jobs, the newest first")
         .get("/jobs/{id}", Right::Read, show)
-        .about("One job")
-        .gives::<Job>()
+        .about("get_job", "One job")
 }
 
-async fn process(State(app): State<App>, Path(session_id): Path<Uuid>) -> Result<Response> {
+async fn process(
+    State(app): State<App>,
+    Path(session_id): Path<Uuid>,
+) -> Result<With<Location, Accepted<Json<Job>>>> {
     let job = queue::enqueue(&app, session_id).await?;
     let location = format!("/api/v1/jobs/{}", job.id);
-    Ok((StatusCode::ACCEPTED, [(header::LOCATION, location)], axum::Json(job)).into_response())
+    Ok(With(Location(location), Accepted(Json(job))))
 }
 
-async fn list(State(app): State<App>) -> Result<axum::Json<Vec<Job>>> {
+async fn list(State(app): State<App>) -> Result<Json<Vec<Job>>> {
     let listed = jobs::list(app.store.read(), LISTED).await?;
-    Ok(axum::Json(listed.into_iter().map(|job| app.jobs.as_it_stands(job)).collect()))
+    Ok(Json(listed.into_iter().map(|job| app.jobs.as_it_stands(job)).collect()))
 }
 
-async fn show(State(app): State<App>, Path(id): Path<Uuid>) -> Result<axum::Json<Job>> {
+async fn show(State(app): State<App>, Path(id): Path<Uuid>) -> Result<Json<Job>> {
     let job = jobs::get(app.store.read(), id).await?.ok_or_else(|| Error::not_found("job", id))?;
-    Ok(axum::Json(app.jobs.as_it_stands(job)))
+    Ok(Json(app.jobs.as_it_stands(job)))
 }

@@ -3,8 +3,6 @@
 use std::collections::BTreeMap;
 
 use axum::extract::State;
-use axum::http::{StatusCode, header};
-use axum::response::{IntoResponse, Response};
 use lodestep_engine::event::AidKind;
 use lodestep_engine::parameters::Parameters;
 use lodestep_engine::session::Solution;
@@ -13,10 +11,10 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use uuid::Uuid;
 
-use super::Routes;
-use super::extract::{Json, Path, Query};
 use crate::auth::Caller;
 use crate::error::{Error, Result};
+use crate::http::media::Csv;
+use crate::http::{Accepted, Attachment, File, Json, NoContent, Path, Query, Routes, With};
 use crate::rights::Right;
 use crate::sessions::comparison::{self, Comparison};
 use crate::sessions::provenance::{ENGINE_SHA256, ENGINE_VERSION};
@@ -38,53 +36,54 @@ const NAME_LENGTH: usize = 80;
 pub(super) fn routes() -> Routes {
     Routes::new()
         .get("/lab/parameters", Right::Read, parameters)
-        .about("The parameters of the engine, with unit, range and default")
-        .gives::<Schema>()
+        .about("list_parameters", "The parameters of the engine, with unit, range and default")
         .get("/lab/runs", Right::Read, list)
-        .about("Lab runs, the oldest first")
-        .query::<ListQuery>()
-        .gives::<Vec<LabRun>>()
+        .about("list_lab_runs", "Lab runs, the oldest first")
         .post("/lab/runs", Right::Engineer, ask)
-        .about("Works walks out with chosen parameters or aids, beside their own tracks; each is a job")
-        .takes::<NewRuns>()
-        .gives::<Vec<LabRun>>()
+        .about(
+            "create_lab_runs",
+            "Works walks out with chosen parameters or aids, beside their own tracks; each is a job",
+        )
         .get("/lab/runs/{id}", Right::Read, show)
-        .about("One lab run; its points are at /sessions/{id}/track?run= with its id")
-        .gives::<LabRun>()
+        .about("get_lab_run", "One lab run; its points are at /sessions/{id}/track?run= with its id")
         .delete("/lab/runs/{id}", Right::Engineer, remove)
-        .about("Removes a lab run with its track; gives it up, where it is not done")
+        .about("delete_lab_run", "Removes a lab run with its track; gives it up, where it is not done")
         .post("/lab/runs/{id}/cancel", Right::Engineer, cancel)
-        .about("Gives a lab run up that is not done")
-        .gives::<LabRun>()
+        .about("cancel_lab_run", "Gives a lab run up that is not done")
         .get("/lab/comparison", Right::Read, compare)
-        .about("Walks with their lab runs side by side, with differences to the walks' own tracks")
-        .query::<CompareQuery>()
-        .gives::<Comparison>()
+        .about(
+            "compare_lab_runs",
+            "Walks with their lab runs side by side, with differences to the walks' own tracks",
+        )
         .get("/lab/comparison.csv", Right::Read, compare_csv)
-        .about("The same as a file")
-        .query::<CompareQuery>()
-        .gives_bytes("text/csv")
+        .about("export_lab_comparison", "The same as a file")
 }
 
 /// What may be turned.
 #[derive(Serialize, JsonSchema)]
-struct Schema {
+struct EngineParameters {
+    #[schemars(example = &"0.1.0")]
     engine_version: &'static str,
     /// Over the engine's source.
+    #[schemars(example = crate::examples::SHA256)]
     engine_sha256: &'static str,
-    parameters: Vec<ParameterView>,
+    parameters: Vec<EngineParameter>,
 }
 
 /// One parameter.
 #[derive(Serialize, JsonSchema)]
-struct ParameterView {
+struct EngineParameter {
     /// Its path in the configuration, with the unit at its end.
+    #[schemars(example = &"tuning.zupt_sigma_m_s")]
     key: &'static str,
     /// `1` for a number without one.
+    #[schemars(example = &"m/s")]
     unit: &'static str,
     /// The part of the system.
+    #[schemars(example = &"zupt")]
     group: &'static str,
     /// What it means.
+    #[schemars(example = &"Sigma of the velocity at a standstill")]
     about: &'static str,
     /// The smallest value that is taken.
     least: f64,
@@ -101,12 +100,12 @@ struct ParametersQuery {
     system: Option<String>,
 }
 
-async fn parameters(Query(query): Query<ParametersQuery>) -> Result<axum::Json<Schema>> {
+async fn parameters(Query(query): Query<ParametersQuery>) -> Result<Json<EngineParameters>> {
     let system = match &query.system {
         None => catalogue::usual(),
         Some(name) => catalogue::named(name).ok_or_else(|| Error::not_found("system", name))?,
     };
-    let parameters = system.parameters.iter().map(|known| ParameterView {
+    let parameters = system.parameters.iter().map(|known| EngineParameter {
         key: known.key,
         unit: known.unit,
         group: known.group,
@@ -115,7 +114,7 @@ async fn parameters(Query(query): Query<ParametersQuery>) -> Result<axum::Json<S
         most: known.most,
         default: known.default_of(system),
     });
-    Ok(axum::Json(Schema {
+    Ok(Json(EngineParameters {
         engine_version: ENGINE_VERSION,
         engine_sha256: ENGINE_SHA256,
         parameters: parameters.collect(),
@@ -149,24 +148,25 @@ fn declared(aids: Vec<AidKind>) -> Result<Vec<AidKind>> {
     Ok(aids)
 }
 
-async fn list(State(app): State<App>, Query(query): Query<ListQuery>) -> Result<axum::Json<Vec<LabRun>>> {
+async fn list(State(app): State<App>, Query(query): Query<ListQuery>) -> Result<Json<Vec<LabRun>>> {
     let sessions: Vec<Uuid> = query.session_id.into_iter().collect();
-    Ok(axum::Json(lab_runs::list(app.store.read(), &sessions, MOST_RUNS).await?))
+    Ok(Json(lab_runs::list(app.store.read(), &sessions, MOST_RUNS).await?))
 }
 
-async fn show(State(app): State<App>, Path(id): Path<Uuid>) -> Result<axum::Json<LabRun>> {
+async fn show(State(app): State<App>, Path(id): Path<Uuid>) -> Result<Json<LabRun>> {
     let run = lab_runs::get(app.store.read(), id).await?;
-    Ok(axum::Json(run.ok_or_else(|| Error::not_found("lab run", id))?))
+    Ok(Json(run.ok_or_else(|| Error::not_found("lab run", id))?))
 }
 
 /// What is to be worked out.
 #[derive(Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-struct NewRuns {
+struct NewLabRuns {
     /// The walks.
     session_ids: Vec<Uuid>,
     /// As the runs are to be shown; the name of the set of parameters or the aids, when it is left out.
     #[serde(default)]
+    #[schemars(example = &"less noise")]
     name: String,
     /// A set of parameters that was kept.
     parameter_set_id: Option<Uuid>,
@@ -174,18 +174,18 @@ struct NewRuns {
     #[serde(default)]
     parameters: BTreeMap<String, f64>,
     /// The aids to use; all that the data allow, when it is left out.
-    #[schemars(with = "Option<Vec<String>>")]
+    #[schemars(with = "Option<Vec<String>>", example = ["zupt", "heading"])]
     aids: Option<Vec<AidKind>>,
     /// `filtered` or `smoothed`; smoothed as a walk's own track is, when it is left out.
-    #[schemars(with = "Option<String>")]
+    #[schemars(with = "Option<String>", example = &"smoothed")]
     solution: Option<Solution>,
 }
 
 async fn ask(
     State(app): State<App>,
     caller: Caller,
-    Json(new): Json<NewRuns>,
-) -> Result<(StatusCode, axum::Json<Vec<LabRun>>)> {
+    Json(new): Json<NewLabRuns>,
+) -> Result<Accepted<Json<Vec<LabRun>>>> {
     let mut session_ids = new.session_ids;
     session_ids.sort_unstable();
     session_ids.dedup();
@@ -278,7 +278,7 @@ async fn ask(
     let (runs, jobs): (Vec<_>, Vec<_>) = runs.into_iter().unzip();
     app.hub.publish_all(jobs.into_iter().map(|job| Change::Job { job }));
     app.jobs.asked.notify_one();
-    Ok((StatusCode::ACCEPTED, axum::Json(runs)))
+    Ok(Accepted(Json(runs)))
 }
 
 /// Values that the engine takes, without those that are the default.
@@ -302,7 +302,7 @@ pub(super) fn name_of(text: &str) -> Result<String> {
     Ok(name.to_owned())
 }
 
-async fn cancel(State(app): State<App>, caller: Caller, Path(id): Path<Uuid>) -> Result<axum::Json<LabRun>> {
+async fn cancel(State(app): State<App>, caller: Caller, Path(id): Path<Uuid>) -> Result<Json<LabRun>> {
     let job = app
         .store
         .writer()
@@ -335,7 +335,7 @@ async fn cancel(State(app): State<App>, caller: Caller, Path(id): Path<Uuid>) ->
     show(State(app), Path(id)).await
 }
 
-async fn remove(State(app): State<App>, caller: Caller, Path(id): Path<Uuid>) -> Result<StatusCode> {
+async fn remove(State(app): State<App>, caller: Caller, Path(id): Path<Uuid>) -> Result<NoContent> {
     let job_id = app
         .store
         .writer()
@@ -351,7 +351,7 @@ async fn remove(State(app): State<App>, caller: Caller, Path(id): Path<Uuid>) ->
         })
         .await?;
     app.jobs.give_up(job_id);
-    Ok(StatusCode::NO_CONTENT)
+    Ok(NoContent)
 }
 
 #[derive(Deserialize, JsonSchema)]
@@ -388,18 +388,14 @@ impl CompareQuery {
     }
 }
 
-async fn compare(
-    State(app): State<App>,
-    Query(query): Query<CompareQuery>,
-) -> Result<axum::Json<Comparison>> {
-    Ok(axum::Json(comparison::compare(&app.store, &query.ids()?).await?))
+async fn compare(State(app): State<App>, Query(query): Query<CompareQuery>) -> Result<Json<Comparison>> {
+    Ok(Json(comparison::compare(&app.store, &query.ids()?).await?))
 }
 
-async fn compare_csv(State(app): State<App>, Query(query): Query<CompareQuery>) -> Result<Response> {
+async fn compare_csv(
+    State(app): State<App>,
+    Query(query): Query<CompareQuery>,
+) -> Result<With<Attachment, File<Csv>>> {
     let text = comparison::compare(&app.store, &query.ids()?).await?.to_csv()?;
-    let headers = [
-        (header::CONTENT_TYPE, "text/csv; charset=utf-8"),
-        (header::CONTENT_DISPOSITION, "attachment; filename=\"lab-comparison.csv\""),
-    ];
-    Ok((headers, text).into_response())
+    Ok(With(Attachment("lab-comparison.csv".to_owned()), File::new(text)))
 }

@@ -1,16 +1,14 @@
 //! Mappings of columns to channels, kept under a name for logs whose format nobody knows.
 
 use axum::extract::State;
-use axum::http::StatusCode;
 use lodestep_engine::parse::mapping::Mapping;
 use schemars::JsonSchema;
 use serde::Deserialize;
 use uuid::Uuid;
 
-use super::extract::{Json, Path};
-use super::{Needs, Routes};
 use crate::auth::Caller;
 use crate::error::{Error, Result};
+use crate::http::{Created, Json, Needs, NoContent, Path, Routes};
 use crate::rights::Right;
 use crate::state::App;
 use crate::store::StoreError;
@@ -23,32 +21,26 @@ const NAME_LENGTH: usize = 80;
 pub(super) fn routes() -> Routes {
     Routes::new()
         .get("/mappings", Right::Read, list)
-        .about("Mappings of columns, kept under a name")
-        .gives::<Vec<serde_json::Value>>()
+        .about("list_mappings", "Mappings of columns, kept under a name")
         .post("/mappings", Right::Walk, create)
-        .about("Keeps a mapping of columns under a name")
-        .takes::<Given>()
-        .gives::<serde_json::Value>()
+        .about("create_mapping", "Keeps a mapping of columns under a name")
         .get("/mappings/{id}", Right::Read, show)
-        .about("One mapping")
-        .gives::<serde_json::Value>()
+        .about("get_mapping", "One mapping")
         .put("/mappings/{id}", Needs::OwnMapping, change)
-        .about("Changes a mapping")
-        .takes::<Given>()
-        .gives::<serde_json::Value>()
+        .about("replace_mapping", "Changes a mapping")
         .delete("/mappings/{id}", Needs::OwnMapping, remove)
-        .about("Removes a mapping")
+        .about("delete_mapping", "Removes a mapping")
 }
 
 #[derive(Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-struct Given {
+struct NewMapping {
+    #[schemars(example = &"the blue loggers")]
     name: String,
-    #[schemars(with = "serde_json::Map<String, serde_json::Value>")]
     mapping: Mapping,
 }
 
-impl Given {
+impl NewMapping {
     /// The name without spaces around it, and a mapping that holds together.
     fn checked(self) -> Result<(String, Mapping)> {
         let name = self.name.trim();
@@ -66,20 +58,20 @@ impl Given {
     }
 }
 
-async fn list(State(app): State<App>) -> Result<axum::Json<Vec<NamedMapping>>> {
-    Ok(axum::Json(mappings::list(app.store.read()).await?))
+async fn list(State(app): State<App>) -> Result<Json<Vec<NamedMapping>>> {
+    Ok(Json(mappings::list(app.store.read()).await?))
 }
 
-async fn show(State(app): State<App>, Path(id): Path<Uuid>) -> Result<axum::Json<NamedMapping>> {
+async fn show(State(app): State<App>, Path(id): Path<Uuid>) -> Result<Json<NamedMapping>> {
     let named = mappings::get(app.store.read(), id).await?;
-    Ok(axum::Json(named.ok_or_else(|| Error::not_found("mapping", id))?))
+    Ok(Json(named.ok_or_else(|| Error::not_found("mapping", id))?))
 }
 
 async fn create(
     State(app): State<App>,
     caller: Caller,
-    Json(given): Json<Given>,
-) -> Result<(StatusCode, axum::Json<NamedMapping>)> {
+    Json(given): Json<NewMapping>,
+) -> Result<Created<Json<NamedMapping>>> {
     let (name, mapping) = given.checked()?;
     let now = utc::now();
     let created_by = caller.account;
@@ -91,14 +83,14 @@ async fn create(
         .run(move |db| Box::pin(async move { mappings::insert(db, &row).await }))
         .await
         .map_err(|error| taken(error, &named.name))?;
-    Ok((StatusCode::CREATED, axum::Json(named)))
+    Ok(Created(Json(named)))
 }
 
 async fn change(
     State(app): State<App>,
     Path(id): Path<Uuid>,
-    Json(given): Json<Given>,
-) -> Result<axum::Json<NamedMapping>> {
+    Json(given): Json<NewMapping>,
+) -> Result<Json<NamedMapping>> {
     let (name, mapping) = given.checked()?;
     let former = mappings::get(app.store.read(), id).await?.ok_or_else(|| Error::not_found("mapping", id))?;
     let named = NamedMapping { name, mapping, updated_at: utc::now(), ..former };
@@ -109,13 +101,13 @@ async fn change(
         .run(move |db| Box::pin(async move { mappings::update(db, &row).await }))
         .await
         .map_err(|error| taken(error, &named.name))?;
-    if found { Ok(axum::Json(named)) } else { Err(Error::not_found("mapping", id)) }
+    if found { Ok(Json(named)) } else { Err(Error::not_found("mapping", id)) }
 }
 
-async fn remove(State(app): State<App>, Path(id): Path<Uuid>) -> Result<StatusCode> {
+async fn remove(State(app): State<App>, Path(id): Path<Uuid>) -> Result<NoContent> {
     let found =
         app.store.writer().run(move |db| Box::pin(async move { mappings::delete(db, id).await })).await?;
-    if found { Ok(StatusCode::NO_CONTENT) } else { Err(Error::not_found("mapping", id)) }
+    if found { Ok(NoContent) } else { Err(Error::not_found("mapping", id)) }
 }
 
 /// A name that another has is the client's affair; anything else is ours.

@@ -1,17 +1,13 @@
 //! Files of markers, step by step: compared, looked at, applied, reverted.
 
-use axum::body::Bytes;
 use axum::extract::State;
-use axum::http::{HeaderMap, StatusCode};
 use schemars::JsonSchema;
 use serde::Deserialize;
 use uuid::Uuid;
 
-use super::Routes;
-use super::extract::{Json, Path, Query};
-use super::markers::expect_csv;
 use crate::auth::Caller;
 use crate::error::Result;
+use crate::http::{Created, CsvBody, Json, NoContent, Path, Query, Routes};
 use crate::markers::{self, Apply, ImportView, Reading, Revert};
 use crate::rights::Right;
 use crate::state::App;
@@ -23,39 +19,32 @@ const LISTED: u32 = 100;
 pub(super) fn routes() -> Routes {
     Routes::new()
         .get("/markers/imports", Right::Read, list)
-        .about("Files of markers, newest first")
-        .gives::<Vec<MarkerImport>>()
+        .about("list_marker_imports", "Files of markers, newest first")
         .post("/markers/imports", Right::Survey, create)
-        .about("Compare a file of markers with the table; nothing is changed")
-        .query::<CreateQuery>()
-        .takes_bytes("text/csv")
-        .gives::<ImportView>()
+        .about("create_marker_import", "Compare a file of markers with the table; nothing is changed")
         .get("/markers/imports/{id}", Right::Read, show)
-        .about("A file of markers with its exact difference")
-        .gives::<ImportView>()
+        .about("get_marker_import", "A file of markers with its exact difference")
         .delete("/markers/imports/{id}", Right::Survey, give_up)
-        .about("Give up a file that was not applied")
+        .about("abandon_marker_import", "Give up a file that was not applied")
         .put("/markers/imports/{id}/reading", Right::Survey, read_again)
-        .about("Compare it again, by another mapping of its columns or as the whole table")
-        .takes::<Reading>()
-        .gives::<ImportView>()
+        .about(
+            "reread_marker_import",
+            "Compare it again, by another mapping of its columns or as the whole table",
+        )
         .post("/markers/imports/{id}/apply", Right::Survey, apply)
-        .about("Make its difference, against the table that it was compared with")
-        .takes::<Apply>()
-        .gives::<MarkerImport>()
+        .about("apply_marker_import", "Make its difference, against the table that it was compared with")
         .post("/markers/imports/{id}/revert", Right::Survey, revert)
-        .about("Take back exactly what it changed")
-        .takes::<Revert>()
-        .gives::<MarkerImport>()
+        .about("revert_marker_import", "Take back exactly what it changed")
 }
 
-async fn list(State(app): State<App>) -> Result<axum::Json<Vec<MarkerImport>>> {
-    Ok(axum::Json(marker_imports::list(app.store.read(), LISTED).await?))
+async fn list(State(app): State<App>) -> Result<Json<Vec<MarkerImport>>> {
+    Ok(Json(marker_imports::list(app.store.read(), LISTED).await?))
 }
 
 #[derive(Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 struct CreateQuery {
+    #[schemars(example = &"left.csv")]
     file_name: Option<String>,
 }
 
@@ -63,29 +52,27 @@ async fn create(
     State(app): State<App>,
     caller: Caller,
     Query(query): Query<CreateQuery>,
-    headers: HeaderMap,
-    file: Bytes,
-) -> Result<(StatusCode, axum::Json<ImportView>)> {
-    expect_csv(&headers)?;
+    CsvBody(file): CsvBody,
+) -> Result<Created<Json<ImportView>>> {
     let view = markers::create(&app, caller, query.file_name, file.into()).await?;
-    Ok((StatusCode::CREATED, axum::Json(view)))
+    Ok(Created(Json(view)))
 }
 
-async fn show(State(app): State<App>, Path(id): Path<Uuid>) -> Result<axum::Json<ImportView>> {
-    Ok(axum::Json(markers::view(&app, id).await?))
+async fn show(State(app): State<App>, Path(id): Path<Uuid>) -> Result<Json<ImportView>> {
+    Ok(Json(markers::view(&app, id).await?))
 }
 
-async fn give_up(State(app): State<App>, Path(id): Path<Uuid>) -> Result<StatusCode> {
+async fn give_up(State(app): State<App>, Path(id): Path<Uuid>) -> Result<NoContent> {
     markers::give_up(&app, id).await?;
-    Ok(StatusCode::NO_CONTENT)
+    Ok(NoContent)
 }
 
 async fn read_again(
     State(app): State<App>,
     Path(id): Path<Uuid>,
     Json(reading): Json<Reading>,
-) -> Result<axum::Json<ImportView>> {
-    Ok(axum::Json(markers::read_again(&app, id, reading).await?))
+) -> Result<Json<ImportView>> {
+    Ok(Json(markers::read_again(&app, id, reading).await?))
 }
 
 async fn apply(
@@ -93,8 +80,8 @@ async fn apply(
     caller: Caller,
     Path(id): Path<Uuid>,
     Json(asked): Json<Apply>,
-) -> Result<axum::Json<MarkerImport>> {
-    Ok(axum::Json(markers::apply(&app, caller, id, asked).await?))
+) -> Result<Json<MarkerImport>> {
+    Ok(Json(markers::apply(&app, caller, id, asked).await?))
 }
 
 async fn revert(
@@ -102,6 +89,6 @@ async fn revert(
     caller: Caller,
     Path(id): Path<Uuid>,
     Json(asked): Json<Revert>,
-) -> Result<axum::Json<MarkerImport>> {
-    Ok(axum::Json(markers::revert(&app, caller, id, asked).await?))
+) -> Result<Json<MarkerImport>> {
+    Ok(Json(markers::revert(&app, caller, id, asked).await?))
 }

@@ -1,17 +1,17 @@
 //! Surveyed actuator anchors, one by one: their places, their history, and what the walks found at them.
 
-use axum::body::Bytes;
 use axum::extract::State;
-use axum::http::{HeaderMap, HeaderValue, StatusCode, header};
-use axum::response::{IntoResponse, Response};
 use lodestep_engine::parse::markers_csv;
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-use super::Routes;
-use super::extract::{Json, Path, Query};
 use crate::auth::Caller;
 use crate::error::{Error, Result};
+use crate::http::media::Csv;
+use crate::http::{
+    Attachment, Created, CsvBody, File, IfMatch, Json, MaybeNew, NoContent, Path, Query, Routes, Version,
+    With,
+};
 use crate::markers::{self, Imported, NewMarker, Residuals, Seen};
 use crate::rights::Right;
 use crate::state::App;
@@ -23,65 +23,59 @@ use crate::store::markers::Marker;
 pub(super) fn routes() -> Routes {
     Routes::new()
         .get("/markers", Right::Read, list)
-        .about("The surveyed markers, by name")
-        .gives::<Vec<Marker>>()
+        .about("list_markers", "The surveyed markers, by name")
         .post("/markers", Right::Survey, create)
-        .about("Add a marker")
-        .takes::<NewMarker>()
-        .gives::<Marker>()
+        .about("create_marker", "Add a marker")
         .get("/markers.csv", Right::Read, export)
-        .about("The table as a file that an import takes back unchanged")
-        .gives_bytes("text/csv")
+        .about("export_markers", "The table as a file that an import takes back unchanged")
         .post("/markers/import", Right::Survey, import)
-        .about("Put a file of markers into the table at once")
-        .takes_bytes("text/csv")
-        .gives::<Imported>()
+        .about("import_markers", "Put a file of markers into the table at once")
         .get("/markers/residuals", Right::Read, all_residuals)
-        .about("What the walks found at the markers, suspect surveys first")
-        .gives::<Residuals>()
+        .about("get_marker_residuals", "What the walks found at the markers, suspect surveys first")
         .get("/markers/{name}", Right::Read, show)
-        .about("One marker; its version is its ETag")
-        .gives::<Marker>()
+        .about("get_marker", "One marker; its version is its ETag")
         .put("/markers/{name}", Right::Survey, put)
         .about(
+            "put_marker",
             "Make a marker stand there; one that stands elsewhere moves only with the version that was seen",
         )
-        .takes::<NewMarker>()
-        .gives::<Marker>()
         .delete("/markers/{name}", Right::Survey, remove)
-        .about("Remove a marker; its history stays")
-        .query::<RemoveQuery>()
+        .about("delete_marker", "Remove a marker; its history stays")
         .get("/markers/{name}/history", Right::Read, history)
-        .about("What a marker was, newest first")
-        .gives::<Vec<MarkerChange>>()
+        .about("list_marker_changes", "What a marker was, newest first")
         .get("/markers/{name}/residuals", Right::Read, residuals_of)
-        .about("What each visit of a marker found")
-        .gives::<Vec<VisitResidual>>()
+        .about("list_visit_residuals", "What each visit of a marker found")
 }
 
-async fn list(State(app): State<App>) -> Result<axum::Json<Vec<Marker>>> {
-    Ok(axum::Json(store::markers::list(app.store.read()).await?))
+async fn list(State(app): State<App>) -> Result<Json<Vec<Marker>>> {
+    Ok(Json(store::markers::list(app.store.read()).await?))
 }
 
-async fn create(State(app): State<App>, caller: Caller, Json(new): Json<NewMarker>) -> Result<Response> {
-    Ok(told(StatusCode::CREATED, markers::add(&app, caller, new).await?))
+async fn create(
+    State(app): State<App>,
+    caller: Caller,
+    Json(new): Json<NewMarker>,
+) -> Result<With<Version, Created<Json<Marker>>>> {
+    let marker = markers::add(&app, caller, new).await?;
+    Ok(With(Version(marker.version), Created(Json(marker))))
 }
 
-async fn show(State(app): State<App>, Path(name): Path<String>) -> Result<Response> {
+async fn show(State(app): State<App>, Path(name): Path<String>) -> Result<With<Version, Json<Marker>>> {
     let marker = store::markers::get(app.store.read(), &name).await?;
-    Ok(told(StatusCode::OK, marker.ok_or_else(|| Error::not_found("marker", name))?))
+    let marker = marker.ok_or_else(|| Error::not_found("marker", name))?;
+    Ok(With(Version(marker.version), Json(marker)))
 }
 
 async fn put(
     State(app): State<App>,
     caller: Caller,
     Path(name): Path<String>,
-    headers: HeaderMap,
+    if_match: IfMatch,
     Json(new): Json<NewMarker>,
-) -> Result<Response> {
-    let seen = Seen { if_match: if_match(&headers)?, ..Seen::default() };
+) -> Result<With<Version, MaybeNew<Json<Marker>>>> {
+    let seen = Seen { if_match: if_match.version()?, ..Seen::default() };
     let (marker, is_new) = markers::put(&app, caller, &name, seen, new).await?;
-    Ok(told(if is_new { StatusCode::CREATED } else { StatusCode::OK }, marker))
+    Ok(With(Version(marker.version), MaybeNew::of(is_new, Json(marker))))
 }
 
 #[derive(Deserialize, JsonSchema)]
@@ -96,96 +90,47 @@ async fn remove(
     caller: Caller,
     Path(name): Path<String>,
     Query(query): Query<RemoveQuery>,
-    headers: HeaderMap,
-) -> Result<StatusCode> {
-    let seen = Seen { version: query.version, if_match: if_match(&headers)?, force: false };
+    if_match: IfMatch,
+) -> Result<NoContent> {
+    let seen = Seen { version: query.version, if_match: if_match.version()?, force: false };
     markers::remove(&app, caller, name, seen, query.reason.as_deref()).await?;
-    Ok(StatusCode::NO_CONTENT)
-}
-
-/// A marker with its version as its entity tag.
-fn told(status: StatusCode, marker: Marker) -> Response {
-    let tag = HeaderValue::from_str(&format!("\"{}\"", marker.version));
-    let mut response = (status, axum::Json(marker)).into_response();
-    if let Ok(tag) = tag {
-        response.headers_mut().insert(header::ETAG, tag);
-    }
-    response
-}
-
-/// The version that a change is conditional on.
-fn if_match(headers: &HeaderMap) -> Result<Option<i64>> {
-    let Some(tag) = headers.get(header::IF_MATCH) else { return Ok(None) };
-    let text = tag.to_str().unwrap_or_default().trim();
-    let version = text.trim_start_matches("W/").trim_matches('"').parse();
-    version.map(Some).map_err(|_| {
-        Error::invalid(
-            "wrong_if_match",
-            format!("expected If-Match with the ETag of one marker, found {text:?}: send back the one that came with it"),
-        )
-    })
+    Ok(NoContent)
 }
 
 /// What a marker was, newest first; of one that is gone, too.
-async fn history(State(app): State<App>, Path(name): Path<String>) -> Result<axum::Json<Vec<MarkerChange>>> {
+async fn history(State(app): State<App>, Path(name): Path<String>) -> Result<Json<Vec<MarkerChange>>> {
     let db = app.store.read();
     let changes = marker_changes::of_marker(db, &name).await?;
     // One from before histories were kept has none.
     if changes.is_empty() && store::markers::get(db, &name).await?.is_none() {
         return Err(Error::not_found("marker", name));
     }
-    Ok(axum::Json(changes))
+    Ok(Json(changes))
 }
 
 /// What all walks found at the markers, suspect surveys first.
-async fn all_residuals(State(app): State<App>) -> Result<axum::Json<Residuals>> {
-    Ok(axum::Json(markers::residuals(&marker_residuals::all(app.store.read()).await?)))
+async fn all_residuals(State(app): State<App>) -> Result<Json<Residuals>> {
+    Ok(Json(markers::residuals(&marker_residuals::all(app.store.read()).await?)))
 }
 
 /// What each visit of a marker found, by time.
-async fn residuals_of(
-    State(app): State<App>,
-    Path(name): Path<String>,
-) -> Result<axum::Json<Vec<VisitResidual>>> {
+async fn residuals_of(State(app): State<App>, Path(name): Path<String>) -> Result<Json<Vec<VisitResidual>>> {
     let db = app.store.read();
     if store::markers::get(db, &name).await?.is_none() {
         return Err(Error::not_found("marker", name));
     }
-    Ok(axum::Json(marker_residuals::of_marker(db, &name).await?))
+    Ok(Json(marker_residuals::of_marker(db, &name).await?))
 }
 
-async fn import(
-    State(app): State<App>,
-    caller: Caller,
-    headers: HeaderMap,
-    file: Bytes,
-) -> Result<axum::Json<Imported>> {
-    expect_csv(&headers)?;
-    Ok(axum::Json(markers::import(&app, caller, file.into()).await?))
-}
-
-/// Refuses a body that is not said to be CSV.
-pub(super) fn expect_csv(headers: &HeaderMap) -> Result<()> {
-    let kind = headers.get(header::CONTENT_TYPE).and_then(|kind| kind.to_str().ok()).unwrap_or_default();
-    if kind.to_ascii_lowercase().starts_with("text/csv") {
-        return Ok(());
-    }
-    Err(Error::http(
-        StatusCode::UNSUPPORTED_MEDIA_TYPE,
-        "csv_expected",
-        format!("expected a body of content type text/csv, found {kind:?}: set the Content-Type header"),
-    ))
+async fn import(State(app): State<App>, caller: Caller, CsvBody(file): CsvBody) -> Result<Json<Imported>> {
+    Ok(Json(markers::import(&app, caller, file.into()).await?))
 }
 
 /// The table as a file that `import` takes back unchanged.
-async fn export(State(app): State<App>) -> Result<Response> {
+async fn export(State(app): State<App>) -> Result<With<Attachment, File<Csv>>> {
     let all = store::markers::list(app.store.read()).await?;
     let text = markers_csv::write(
         all.iter().map(|marker| (marker.name.as_str(), marker.e_m, marker.n_m, marker.u_m)),
     );
-    let headers = [
-        (header::CONTENT_TYPE, "text/csv; charset=utf-8"),
-        (header::CONTENT_DISPOSITION, "attachment; filename=\"markers.csv\""),
-    ];
-    Ok((headers, text).into_response())
+    Ok(With(Attachment("markers.csv".to_owned()), File::new(text)))
 }

@@ -16,32 +16,27 @@ use tower_http::trace::{DefaultOnResponse, TraceLayer};
 use tracing::Level;
 
 use crate::config::Config;
+use crate::http::Routes;
 use crate::state::App;
 use crate::{assets, auth, figures, headers, live, origin};
-
-pub mod extract;
 
 mod account;
 mod accounts;
 mod anomalies;
 mod audit;
 mod charts;
+mod description;
 mod fault_photos;
 pub(crate) mod faults;
 mod health;
 mod inspectors;
 mod jobs;
-mod json_body;
 mod lab;
 mod mappings;
 mod marker_imports;
 mod markers;
-mod misfit;
-pub mod openapi;
 mod parameter_sets;
-mod query;
 mod reports;
-mod routes;
 mod samples;
 mod server;
 mod session_search;
@@ -59,7 +54,7 @@ mod webhooks;
 /// The header that names a request in the answer and in the log.
 const REQUEST_ID: HeaderName = HeaderName::from_static("x-request-id");
 
-pub use routes::{AskedQuery, Content, Declared, Needs, ReadsQuery, Routes, Shape, Table};
+pub use description::{description, operation_list};
 
 /// Every route with what it asks of its caller.
 pub fn routes(config: &Config) -> Routes {
@@ -68,7 +63,7 @@ pub fn routes(config: &Config) -> Routes {
         Duration::from_secs(config.request_s),
     );
     let quick = Routes::new()
-        .merge(openapi::routes())
+        .merge(description::routes())
         .merge(account::routes())
         .merge(accounts::routes())
         .merge(tokens::routes())

@@ -8,11 +8,10 @@ use schemars::JsonSchema;
 use serde::Deserialize;
 use uuid::Uuid;
 
-use super::Routes;
-use super::extract::{Json, Path};
 use super::lab::{checked, name_of};
 use crate::auth::Caller;
 use crate::error::{Error, Result};
+use crate::http::{Created, Json, NoContent, Path, Routes};
 use crate::rights::Right;
 use crate::state::App;
 use crate::store::parameter_sets::{self, ParameterSet};
@@ -25,30 +24,29 @@ const ABOUT_LENGTH: usize = 1_000;
 pub(super) fn routes() -> Routes {
     Routes::new()
         .get("/lab/parameter-sets", Right::Read, list)
-        .about("Sets of parameters, by name")
-        .gives::<Vec<ParameterSet>>()
+        .about("list_parameter_sets", "Sets of parameters, by name")
         .post("/lab/parameter-sets", Right::Engineer, create)
-        .about("Keeps a set of parameters under a name")
-        .takes::<Given>()
-        .gives::<ParameterSet>()
+        .about("create_parameter_set", "Keeps a set of parameters under a name")
         .get("/lab/parameter-sets/{id}", Right::Read, show)
-        .about("One set of parameters")
-        .gives::<ParameterSet>()
+        .about("get_parameter_set", "One set of parameters")
         .put("/lab/parameter-sets/{id}", Right::Engineer, change)
-        .about("Changes a set of parameters; runs that were made with it keep their values")
-        .takes::<Given>()
-        .gives::<ParameterSet>()
+        .about(
+            "replace_parameter_set",
+            "Changes a set of parameters; runs that were made with it keep their values",
+        )
         .delete("/lab/parameter-sets/{id}", Right::Engineer, remove)
-        .about("Removes a set of parameters; runs that were made with it stay")
+        .about("delete_parameter_set", "Removes a set of parameters; runs that were made with it stay")
 }
 
 #[derive(Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-struct Given {
+struct NewParameterSet {
     /// As it is to be shown.
+    #[schemars(example = &"less noise")]
     name: String,
     /// What it is for.
     #[serde(default)]
+    #[schemars(example = &"for the new soles")]
     about: String,
     /// Values by key; what is left out is the default.
     parameters: BTreeMap<String, f64>,
@@ -56,8 +54,8 @@ struct Given {
     version: Option<i64>,
 }
 
-impl Given {
-    fn checked(self) -> Result<Given> {
+impl NewParameterSet {
+    fn checked(self) -> Result<NewParameterSet> {
         let about = self.about.trim().to_owned();
         if about.chars().count() > ABOUT_LENGTH {
             return Err(Error::invalid(
@@ -65,25 +63,30 @@ impl Given {
                 format!("expected at most {ABOUT_LENGTH} letters in about: shorten it"),
             ));
         }
-        Ok(Given { name: name_of(&self.name)?, about, parameters: checked(self.parameters)?, ..self })
+        Ok(NewParameterSet {
+            name: name_of(&self.name)?,
+            about,
+            parameters: checked(self.parameters)?,
+            ..self
+        })
     }
 }
 
-async fn list(State(app): State<App>) -> Result<axum::Json<Vec<ParameterSet>>> {
-    Ok(axum::Json(parameter_sets::list(app.store.read()).await?))
+async fn list(State(app): State<App>) -> Result<Json<Vec<ParameterSet>>> {
+    Ok(Json(parameter_sets::list(app.store.read()).await?))
 }
 
-async fn show(State(app): State<App>, Path(id): Path<Uuid>) -> Result<axum::Json<ParameterSet>> {
+async fn show(State(app): State<App>, Path(id): Path<Uuid>) -> Result<Json<ParameterSet>> {
     let set = parameter_sets::get(app.store.read(), id).await?;
-    Ok(axum::Json(set.ok_or_else(|| Error::not_found("parameter set", id))?))
+    Ok(Json(set.ok_or_else(|| Error::not_found("parameter set", id))?))
 }
 
 async fn create(
     State(app): State<App>,
     caller: Caller,
-    Json(given): Json<Given>,
-) -> Result<(StatusCode, axum::Json<ParameterSet>)> {
-    let Given { name, about, parameters, .. } = given.checked()?;
+    Json(given): Json<NewParameterSet>,
+) -> Result<Created<Json<ParameterSet>>> {
+    let NewParameterSet { name, about, parameters, .. } = given.checked()?;
     let now = utc::now();
     let set = ParameterSet {
         id: Uuid::now_v7(),
@@ -107,15 +110,15 @@ async fn create(
         })
         .await
         .map_err(|error| taken(error, &set.name))?;
-    Ok((StatusCode::CREATED, axum::Json(set)))
+    Ok(Created(Json(set)))
 }
 
 async fn change(
     State(app): State<App>,
     caller: Caller,
     Path(id): Path<Uuid>,
-    Json(given): Json<Given>,
-) -> Result<axum::Json<ParameterSet>> {
+    Json(given): Json<NewParameterSet>,
+) -> Result<Json<ParameterSet>> {
     let given = given.checked()?;
     let set = app
         .store
@@ -150,10 +153,10 @@ async fn change(
             })
         })
         .await?;
-    Ok(axum::Json(set))
+    Ok(Json(set))
 }
 
-async fn remove(State(app): State<App>, caller: Caller, Path(id): Path<Uuid>) -> Result<StatusCode> {
+async fn remove(State(app): State<App>, caller: Caller, Path(id): Path<Uuid>) -> Result<NoContent> {
     app.store
         .writer()
         .run(move |db| {
@@ -167,7 +170,7 @@ async fn remove(State(app): State<App>, caller: Caller, Path(id): Path<Uuid>) ->
             })
         })
         .await?;
-    Ok(StatusCode::NO_CONTENT)
+    Ok(NoContent)
 }
 
 /// A name that another has is the client's affair; anything else is ours.

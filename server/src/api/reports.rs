@@ -1,14 +1,11 @@
 //! How a walk went.
 
 use axum::extract::State;
-use axum::http::header::CONTENT_TYPE;
-use axum::response::{IntoResponse, Response};
-use serde_json::Value;
+use lodestep_engine::evaluate::SessionReport;
 use uuid::Uuid;
 
-use super::Routes;
-use super::extract::Path;
 use crate::error::{Error, Result};
+use crate::http::{Path, Routes, WrittenJson};
 use crate::rights::Right;
 use crate::state::App;
 use crate::store::{reports, sessions};
@@ -16,13 +13,12 @@ use crate::store::{reports, sessions};
 pub(super) fn routes() -> Routes {
     Routes::new()
         .get("/sessions/{id}/report", Right::Read, report)
-        .about("How a walk went, by what the filter saw")
-        .gives::<Value>()
+        .about("get_session_report", "How a walk went, by what the filter saw")
 }
 
-async fn report(State(app): State<App>, Path(session_id): Path<Uuid>) -> Result<Response> {
+async fn report(State(app): State<App>, Path(session_id): Path<Uuid>) -> Result<WrittenJson<SessionReport>> {
     if let Some(report) = reports::get(app.store.read(), session_id).await? {
-        return Ok(([(CONTENT_TYPE, "application/json")], report).into_response());
+        return Ok(WrittenJson::new(report));
     }
     match sessions::get(app.store.read(), session_id).await? {
         None => Err(Error::not_found("session", session_id)),

@@ -2,8 +2,6 @@
 
 use axum::body::Body;
 use axum::extract::State;
-use axum::http::header;
-use axum::response::{IntoResponse, Response};
 use bytes::Bytes;
 use futures_util::{Stream, StreamExt, TryStreamExt, stream};
 use lodestep_engine::parse::batch::{Batch, StreamKey};
@@ -12,9 +10,9 @@ use lodestep_engine::stream::StreamId;
 use serde::Deserialize;
 use uuid::Uuid;
 
-use super::Routes;
-use super::extract::{Path, Query};
 use crate::error::{Error, Result};
+use crate::http::media::Binary;
+use crate::http::{Attachment, File, Path, Query, Routes, With};
 use crate::rights::Right;
 use crate::state::App;
 use crate::store::raw_chunks::{self, Origin, Samples};
@@ -23,9 +21,7 @@ use crate::store::{Store, StoreError, logs, sessions};
 pub(super) fn routes() -> Routes {
     Routes::new()
         .get("/sessions/{id}/samples", Right::Read, show)
-        .about("The samples of a stream as they were measured, as binary frames of the device socket one after the other")
-        .query::<Asked>()
-        .gives_bytes("application/octet-stream")
+        .about("download_samples", "The samples of a stream as they were measured, as binary frames of the device socket one after the other")
 }
 
 /// Samples that are read at once.
@@ -33,8 +29,8 @@ const READ_AT_ONCE: u64 = 20_000;
 
 #[derive(Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields)]
-struct Asked {
-    #[schemars(with = "String")]
+struct SamplesQuery {
+    #[schemars(with = "String", example = &"left")]
     stream: StreamId,
 }
 
@@ -42,17 +38,15 @@ struct Asked {
 async fn show(
     State(app): State<App>,
     Path(id): Path<Uuid>,
-    Query(Asked { stream }): Query<Asked>,
-) -> Result<Response> {
+    Query(SamplesQuery { stream }): Query<SamplesQuery>,
+) -> Result<With<Attachment, File<Binary>>> {
     let db = app.store.read();
     let session = sessions::get(db, id).await?.ok_or_else(|| Error::not_found("session", id))?;
     let number = session.declaration().stream(stream).map_or(0, |stream| stream.number);
     let log = logs::latest_accepted(db, id, stream).await?;
     let origin = log.map_or(Origin::Stream { session_id: id, stream }, |log| Origin::Log(log.id));
     let body = Body::from_stream(frames(app.store.clone(), number, origin));
-    let name = format!("attachment; filename=\"{id}-{}.frames\"", stream.name());
-    Ok(([(header::CONTENT_TYPE, "application/octet-stream"), (header::CONTENT_DISPOSITION, &name)], body)
-        .into_response())
+    Ok(With(Attachment(format!("{id}-{}.frames", stream.name())), File::new(body)))
 }
 
 /// Piece by piece: a long walk is never held whole, and no connection to the database is held while a reader is slow.

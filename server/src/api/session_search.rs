@@ -6,10 +6,9 @@ use serde::Deserialize;
 use time::OffsetDateTime;
 use uuid::Uuid;
 
-use super::Routes;
-use super::extract::{Json, Path, Query};
 use crate::auth::Caller;
 use crate::error::{Error, Result};
+use crate::http::{Json, Path, Query, Routes};
 use crate::rights::Right;
 use crate::state::App;
 use crate::store::audit;
@@ -26,16 +25,11 @@ const NOTE_LENGTH: usize = 500;
 pub(super) fn routes() -> Routes {
     Routes::new()
         .get("/sessions/search", Right::Read, search)
-        .about("Walks by who, when, how they came and how they went, a page at a time")
-        .query::<SearchQuery>()
-        .gives::<Page>()
+        .about("search_sessions", "Walks by who, when, how they came and how they went, a page at a time")
         .get("/sessions/{id}/note", Right::Read, show)
-        .about("What staff say of a walk")
-        .gives::<Note>()
+        .about("get_session_note", "What staff say of a walk")
         .put("/sessions/{id}/note", Right::WalkForOthers, set)
-        .about("Marks a walk, or says something of it")
-        .takes::<Note>()
-        .gives::<Note>()
+        .about("set_session_note", "Marks a walk, or says something of it")
 }
 
 #[derive(Deserialize, JsonSchema)]
@@ -65,7 +59,7 @@ struct SearchQuery {
     offset: Option<u32>,
 }
 
-async fn search(State(app): State<App>, Query(query): Query<SearchQuery>) -> Result<axum::Json<Page>> {
+async fn search(State(app): State<App>, Query(query): Query<SearchQuery>) -> Result<Json<Page>> {
     let mut flags = Vec::new();
     for word in query.flags.iter().flat_map(|words| words.split(',')).filter(|word| !word.is_empty()) {
         let flag: Flag = serde_json::from_value(word.into()).map_err(|_| {
@@ -91,12 +85,12 @@ async fn search(State(app): State<App>, Query(query): Query<SearchQuery>) -> Res
         limit: query.limit.unwrap_or(USUAL).clamp(1, MOST),
         offset: query.offset.unwrap_or(0),
     };
-    Ok(axum::Json(session_search::page(app.store.read(), &wanted).await?))
+    Ok(Json(session_search::page(app.store.read(), &wanted).await?))
 }
 
-async fn show(State(app): State<App>, Path(id): Path<Uuid>) -> Result<axum::Json<Note>> {
+async fn show(State(app): State<App>, Path(id): Path<Uuid>) -> Result<Json<Note>> {
     let note = session_search::note(app.store.read(), id).await?;
-    Ok(axum::Json(note.ok_or_else(|| Error::not_found("session", id))?))
+    Ok(Json(note.ok_or_else(|| Error::not_found("session", id))?))
 }
 
 async fn set(
@@ -104,7 +98,7 @@ async fn set(
     caller: Caller,
     Path(id): Path<Uuid>,
     Json(given): Json<Note>,
-) -> Result<axum::Json<Note>> {
+) -> Result<Json<Note>> {
     let note = Note { note: given.note.trim().to_owned(), ..given };
     let length = note.note.chars().count();
     if length > NOTE_LENGTH {
@@ -130,5 +124,5 @@ async fn set(
             })
         })
         .await?;
-    Ok(axum::Json(note))
+    Ok(Json(note))
 }

@@ -1,7 +1,6 @@
 //! Walks.
 
 use axum::extract::State;
-use axum::http::StatusCode;
 use std::collections::BTreeMap;
 
 use lodestep_engine::stream::StreamId;
@@ -12,10 +11,9 @@ use serde::Deserialize;
 use time::OffsetDateTime;
 use uuid::Uuid;
 
-use super::extract::{Json, Path, Query};
-use super::{Needs, Routes};
 use crate::auth::Caller;
 use crate::error::{Error, Result};
+use crate::http::{Json, MaybeNew, Needs, NoContent, Path, Query, Routes};
 use crate::rights::Right;
 use crate::sessions::engine_config::engine_config;
 use crate::sessions::{parameters, stand_choice, uploads};
@@ -29,22 +27,15 @@ use crate::wire::{Change, SessionView};
 pub(super) fn routes() -> Routes {
     Routes::new()
         .get("/sessions", Right::Read, list)
-        .about("Walks, the newest first")
-        .query::<ListQuery>()
-        .gives::<Vec<Session>>()
+        .about("list_sessions", "Walks, the newest first")
         .post("/sessions", Right::Walk, create)
-        .about("Begins a walk")
-        .takes::<NewSession>()
-        .gives::<SessionView>()
+        .about("create_session", "Begins a walk")
         .get("/sessions/{id}", Right::Read, show)
-        .about("One walk with its logs")
-        .gives::<SessionView>()
+        .about("get_session", "One walk with its logs")
         .patch("/sessions/{id}", Needs::OwnSession, change)
-        .about("Switches automatic visits; the track is worked out again")
-        .takes::<SessionChange>()
-        .gives::<Session>()
+        .about("update_session", "Switches automatic visits; the track is worked out again")
         .delete("/sessions/{id}", Needs::OwnSession, remove)
-        .about("Removes a walk with all that hangs on it")
+        .about("delete_session", "Removes a walk with all that hangs on it")
 }
 
 /// Letters in a title.
@@ -76,13 +67,15 @@ pub struct NewSession {
     pub started_at: Option<OffsetDateTime>,
     /// Free words.
     #[serde(default)]
+    #[schemars(example = &"Ring road, north")]
     pub title: String,
     /// The system that computes it; the one of walks, when it is left out.
     #[serde(default)]
+    #[schemars(example = &"pedestrian")]
     pub system: Option<String>,
     /// The streams of its readings; those that the system usually has, when it is left out.
     #[serde(default)]
-    #[schemars(with = "Option<Vec<String>>")]
+    #[schemars(with = "Option<Vec<String>>", example = ["left", "right"])]
     pub streams: Option<Vec<StreamId>>,
     /// Where the system's point is at the start; the site's origin, when it is left out.
     pub start: Option<NewStart>,
@@ -92,6 +85,7 @@ pub struct NewSession {
     /// What the instrument is like, TOML as its system documents it (`instrument` in `GET /systems`); asked for by systems
     /// that need it.
     #[serde(default)]
+    #[schemars(example = None::<String>)]
     pub instrument: Option<String>,
     /// Whether a stand that is nearly certain is taken for a visit; not, when it is left out.
     #[serde(default)]
@@ -196,9 +190,10 @@ fn starts(app: &App, session: &Session) -> Result<()> {
 /// `{"marker":"A17"}` or `{"position_m":[e,n,u]}`.
 #[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
+#[schemars(rename = "NewSessionStart")]
 pub enum NewStart {
     /// At this marker; at the origin's height where it has none.
-    Marker(String),
+    Marker(#[schemars(example = &"A17")] String),
     /// Here, east-north-up, m.
     PositionM([f64; 3]),
 }
@@ -311,7 +306,7 @@ async fn create(
     State(app): State<App>,
     caller: Caller,
     Json(new): Json<NewSession>,
-) -> Result<(StatusCode, axum::Json<SessionView>)> {
+) -> Result<MaybeNew<Json<SessionView>>> {
     if let Some(id) = new.id
         && let Some(session) = sessions::get(app.store.read(), id).await?
     {
@@ -321,10 +316,10 @@ async fn create(
                 "there is already a session of another inspector with this id: choose a new UUID",
             ));
         }
-        return Ok((StatusCode::OK, show(State(app), Path(id)).await?));
+        return Ok(MaybeNew::Known(show(State(app), Path(id)).await?));
     }
     let session = begin(&app, &caller, new, SessionState::Created).await?;
-    Ok((StatusCode::CREATED, axum::Json(SessionView { session, logs: Vec::new(), visits: 0, anomalies: 0 })))
+    Ok(MaybeNew::New(Json(SessionView { session, logs: Vec::new(), visits: 0, anomalies: 0 })))
 }
 
 #[derive(Deserialize, JsonSchema)]
@@ -334,15 +329,15 @@ struct ListQuery {
     state: Option<SessionState>,
 }
 
-async fn list(State(app): State<App>, Query(query): Query<ListQuery>) -> Result<axum::Json<Vec<Session>>> {
+async fn list(State(app): State<App>, Query(query): Query<ListQuery>) -> Result<Json<Vec<Session>>> {
     let filter = Filter { inspector_id: query.inspector_id, state: query.state };
-    Ok(axum::Json(sessions::list(app.store.read(), filter).await?))
+    Ok(Json(sessions::list(app.store.read(), filter).await?))
 }
 
-async fn show(State(app): State<App>, Path(id): Path<Uuid>) -> Result<axum::Json<SessionView>> {
+async fn show(State(app): State<App>, Path(id): Path<Uuid>) -> Result<Json<SessionView>> {
     let db = app.store.read();
     let session = sessions::get(db, id).await?.ok_or_else(|| Error::not_found("session", id))?;
-    Ok(axum::Json(SessionView {
+    Ok(Json(SessionView {
         session,
         logs: logs::of_session(db, id).await?,
         visits: visits::count(db, id).await?,
@@ -362,12 +357,12 @@ async fn change(
     caller: Caller,
     Path(id): Path<Uuid>,
     Json(change): Json<SessionChange>,
-) -> Result<axum::Json<Session>> {
-    Ok(axum::Json(stand_choice::set_automatic(&app, &caller, id, change.automatic_visits).await?))
+) -> Result<Json<Session>> {
+    Ok(Json(stand_choice::set_automatic(&app, &caller, id, change.automatic_visits).await?))
 }
 
 /// Removes a walk with its samples; not while a device or a job works on it.
-async fn remove(State(app): State<App>, caller: Caller, Path(id): Path<Uuid>) -> Result<StatusCode> {
+async fn remove(State(app): State<App>, caller: Caller, Path(id): Path<Uuid>) -> Result<NoContent> {
     let logs = app
         .store
         .writer()
@@ -397,5 +392,5 @@ async fn remove(State(app): State<App>, caller: Caller, Path(id): Path<Uuid>) ->
     app.removals.notify_one();
     uploads::forget(&app, &logs).await?;
     app.hub.publish(Change::Session { session: None, deleted: Some(id) });
-    Ok(StatusCode::NO_CONTENT)
+    Ok(NoContent)
 }

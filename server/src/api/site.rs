@@ -1,31 +1,26 @@
 //! The site and its plan.
 
-use axum::Json;
 use axum::extract::State;
-use axum::http::header;
-use axum::response::{IntoResponse, Response};
 
-use super::Routes;
+use crate::error::Result;
+use crate::http::{Json, Kept, Routes, With, WrittenJson};
 use crate::rights::Right;
 use crate::site::{Plan, Site};
 use crate::state::App;
-use serde_json::Value;
 
 pub(super) fn routes() -> Routes {
     Routes::new()
         .get("/site", Right::Read, site)
-        .about("The site: place, gravity, magnetic field")
-        .gives::<Value>()
+        .about("get_site", "The site: place, gravity, magnetic field")
         .get("/site/plan", Right::Read, plan)
-        .about("What stands still: actuators, road, sectors, towers")
-        .gives::<Plan>()
+        .about("get_site_plan", "What stands still: actuators, road, sectors, towers")
 }
 
 async fn site(State(app): State<App>) -> Json<Site> {
     Json(app.site.clone())
 }
 
-async fn plan(State(app): State<App>) -> Response {
+async fn plan(State(app): State<App>) -> Result<With<Kept, WrittenJson<Plan>>> {
     // It changes only with the configuration, that is with a restart.
-    ([(header::CACHE_CONTROL, "max-age=60")], Json(&app.plan)).into_response()
+    Ok(With(Kept("max-age=60"), WrittenJson::of(&app.plan)?))
 }

@@ -1,17 +1,17 @@
 //! The parameters that walks are computed with: a set is made the site's, or the defaults are taken again.
 
+use std::collections::BTreeMap;
+
 use axum::extract::State;
-use axum::http::{StatusCode, header};
-use axum::response::{IntoResponse, Response};
+use axum::http::StatusCode;
 use schemars::JsonSchema;
 use serde::Deserialize;
 use uuid::Uuid;
 
-use super::Routes;
-use super::extract::Json;
 use super::lab::checked;
 use crate::auth::Caller;
 use crate::error::{Error, Result};
+use crate::http::{Attachment, Json, Routes, With};
 use crate::rights::Right;
 use crate::state::App;
 use crate::store::site_parameters::{self, SetVersion, SiteParameters};
@@ -21,43 +21,38 @@ use crate::utc;
 pub(super) fn routes() -> Routes {
     Routes::new()
         .get("/lab/site-parameters", Right::Read, show)
-        .about("What walks are computed with: the set of parameters that was made the site's, or the defaults")
-        .gives::<SiteParameters>()
+        .about("get_site_parameters", "What walks are computed with: the set of parameters that was made the site's, or the defaults")
         .put("/lab/site-parameters", Right::Engineer, choose)
-        .about("Makes a set of parameters the site's, for all that is computed from now on; or takes the defaults again")
-        .takes::<Choice>()
-        .gives::<SiteParameters>()
+        .about("choose_site_parameters", "Makes a set of parameters the site's, for all that is computed from now on; or takes the defaults again")
         .get("/lab/site-parameters.json", Right::Read, file)
-        .about("The same values as a file, as `lodestep process --parameters` takes it")
-        .gives_bytes("application/json")
+        .about("export_site_parameters", "The same values as a file, as `lodestep process --parameters` takes it")
 }
 
 /// What is to hold.
 #[derive(Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-struct Choice {
+struct SiteParametersChoice {
     /// The set; null: every parameter as it is by default.
     parameter_set_id: Option<Uuid>,
     /// The version of the set that was seen.
     version: Option<i64>,
 }
 
-async fn show(State(app): State<App>) -> Result<axum::Json<SiteParameters>> {
-    Ok(axum::Json(site_parameters::newest(app.store.read()).await?))
+async fn show(State(app): State<App>) -> Result<Json<SiteParameters>> {
+    Ok(Json(site_parameters::newest(app.store.read()).await?))
 }
 
-async fn file(State(app): State<App>) -> Result<Response> {
+async fn file(State(app): State<App>) -> Result<With<Attachment, Json<BTreeMap<String, f64>>>> {
     let held = site_parameters::newest(app.store.read()).await?;
-    let disposition = "attachment; filename=\"site-parameters.json\"";
-    Ok(([(header::CONTENT_DISPOSITION, disposition)], axum::Json(held.parameters)).into_response())
+    Ok(With(Attachment("site-parameters.json".to_owned()), Json(held.parameters)))
 }
 
 /// What holds already is not written once more.
 async fn choose(
     State(app): State<App>,
     caller: Caller,
-    Json(choice): Json<Choice>,
-) -> Result<axum::Json<SiteParameters>> {
+    Json(choice): Json<SiteParametersChoice>,
+) -> Result<Json<SiteParameters>> {
     let chosen = app
         .store
         .writer()
@@ -103,5 +98,5 @@ async fn choose(
             })
         })
         .await?;
-    Ok(axum::Json(chosen))
+    Ok(Json(chosen))
 }

@@ -1,6 +1,5 @@
 //! The systems that there are, as they declare themselves.
 
-use axum::Json;
 use lodestep_engine::parse::imu_csv;
 use lodestep_engine::stream::Kind;
 use lodestep_engine::system::{AidRule, Declaration, StreamRule};
@@ -8,14 +7,13 @@ use lodestep_engine::systems::catalogue;
 use schemars::JsonSchema;
 use serde::Serialize;
 
-use super::Routes;
+use crate::http::{Json, Routes};
 use crate::rights::Right;
 
 pub(super) fn routes() -> Routes {
     Routes::new()
         .get("/systems", Right::Read, list)
-        .about("The systems with their streams, aids, charts and anomalies")
-        .gives::<SystemsView>()
+        .about("list_systems", "The systems with their streams, aids, charts and anomalies")
 }
 
 /// All systems; the first is that of a session of which nothing is said.
@@ -27,9 +25,12 @@ struct SystemsView {
 /// A system as it declares itself.
 #[derive(Debug, Serialize, JsonSchema)]
 struct SystemView {
+    #[schemars(example = &"fixes")]
     name: &'static str,
+    #[schemars(example = &"Positions that another system has worked out")]
     title: &'static str,
     /// What it positions.
+    #[schemars(example = &"instrument")]
     carrier_kind: &'static str,
     streams: Vec<StreamView>,
     /// What has to be said of the instrument when a session is begun; null where nothing has.
@@ -44,6 +45,7 @@ struct SystemView {
     /// How many parameters it has; `GET /lab/parameters?system=` lists them.
     parameters: usize,
     /// The kinds of anomalies that it reports.
+    #[schemars(example = ["gap"])]
     anomalies: Vec<String>,
     /// Whether `lodestep simulate` knows it by its name.
     simulated: bool,
@@ -52,8 +54,10 @@ struct SystemView {
 /// What a system is told of its instrument.
 #[derive(Debug, Serialize, JsonSchema)]
 struct InstrumentView {
+    #[schemars(example = &"The antenna: where it is on the carrier")]
     about: &'static str,
     /// A document that is complete, TOML.
+    #[schemars(example = &"lever_arm_m = [0.1, 0.0, 1.2]")]
     example: &'static str,
 }
 
@@ -63,10 +67,14 @@ struct StreamView {
     /// The number of its first stream within a session, as binary frames carry it.
     number: usize,
     /// Its name; where there may be several, followed by `_1`, `_2` and so on.
+    #[schemars(example = &"antenna")]
     name: &'static str,
+    #[schemars(example = &"antenna")]
     role: &'static str,
+    #[schemars(example = &"Antenna")]
     title: &'static str,
     /// `imu`, or `values` for rows of numbers.
+    #[schemars(example = &"values")]
     kind: &'static str,
     /// The columns of its log beside `t_s`, in the order of a row's numbers.
     columns: Vec<ColumnView>,
@@ -78,9 +86,11 @@ struct StreamView {
 #[derive(Debug, Serialize, JsonSchema)]
 struct ColumnView {
     /// Its name, with the unit at its end.
+    #[schemars(example = &"e_m")]
     name: &'static str,
     /// Whether every row needs a value.
     required: bool,
+    #[schemars(example = &"East of the site's origin")]
     about: &'static str,
 }
 
@@ -88,7 +98,9 @@ struct ColumnView {
 #[derive(Debug, Serialize, JsonSchema)]
 struct PartView {
     number: usize,
+    #[schemars(example = &"antenna")]
     name: &'static str,
+    #[schemars(example = &"Antenna")]
     title: &'static str,
     /// Whether it can stand, and says so.
     has_stance: bool,
@@ -97,7 +109,9 @@ struct PartView {
 /// A measurement that a system uses.
 #[derive(Debug, Serialize, JsonSchema)]
 struct AidView {
+    #[schemars(example = &"fix")]
     name: &'static str,
+    #[schemars(example = &"Position from GNSS")]
     about: &'static str,
     degrees_of_freedom: usize,
     /// Whether an update can be turned down by its normalised innovation.
@@ -107,7 +121,9 @@ struct AidView {
 /// A chart of a system's own.
 #[derive(Debug, Serialize, JsonSchema)]
 struct ChartView {
+    #[schemars(example = &"speed")]
     name: &'static str,
+    #[schemars(example = &"m/s")]
     unit: &'static str,
 }
 

@@ -1,16 +1,14 @@
 //! Bearer tokens of devices and scripts: one's own, and everybody's for administrators.
 
 use axum::extract::State;
-use axum::http::StatusCode;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use time::OffsetDateTime;
 use uuid::Uuid;
 
-use super::extract::{Json, Path, Query};
-use super::{Needs, Routes};
 use crate::auth::{By, Caller, Secret};
 use crate::error::{Error, Result};
+use crate::http::{Created, Json, Needs, NoContent, Path, Query, Routes};
 use crate::rights::Right;
 use crate::state::App;
 use crate::store::tokens::{self, Token};
@@ -23,15 +21,11 @@ const NAME_LETTERS: usize = 80;
 pub(super) fn routes() -> Routes {
     Routes::new()
         .get("/tokens", Right::Known, list)
-        .about("One's own tokens, or everybody's")
-        .query::<ListQuery>()
-        .gives::<Vec<Token>>()
+        .about("list_tokens", "One's own tokens, or everybody's")
         .post("/tokens", Needs::SignedIn(Right::Known), create)
-        .about("Makes a token; its secret is shown this once")
-        .takes::<NewToken>()
-        .gives::<Made>()
+        .about("create_token", "Makes a token; its secret is shown this once")
         .delete("/tokens/{id}", Needs::SignedIn(Right::Known), revoke)
-        .about("Revokes a token")
+        .about("revoke_token", "Revokes a token")
 }
 
 #[derive(Deserialize, JsonSchema)]
@@ -46,18 +40,19 @@ async fn list(
     State(app): State<App>,
     caller: Caller,
     Query(query): Query<ListQuery>,
-) -> Result<axum::Json<Vec<Token>>> {
+) -> Result<Json<Vec<Token>>> {
     if query.all {
         caller.needs(Right::Administer)?;
-        return Ok(axum::Json(tokens::list(app.store.read(), None).await?));
+        return Ok(Json(tokens::list(app.store.read(), None).await?));
     }
-    let Some(account) = caller.account else { return Ok(axum::Json(Vec::new())) };
-    Ok(axum::Json(tokens::list(app.store.read(), Some(account)).await?))
+    let Some(account) = caller.account else { return Ok(Json(Vec::new())) };
+    Ok(Json(tokens::list(app.store.read(), Some(account)).await?))
 }
 
 #[derive(Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 struct NewToken {
+    #[schemars(example = &"gateway 3")]
     name: String,
     rights: Vec<Right>,
     inspector_id: Option<Uuid>,
@@ -68,9 +63,10 @@ struct NewToken {
 
 /// A token that has just been made: the only time that its secret is shown.
 #[derive(Serialize, JsonSchema)]
-struct Made {
+struct IssuedToken {
     #[serde(flatten)]
     token: Token,
+    #[schemars(example = crate::examples::SECRET)]
     secret: String,
 }
 
@@ -78,7 +74,7 @@ async fn create(
     State(app): State<App>,
     caller: Caller,
     Json(new): Json<NewToken>,
-) -> Result<(StatusCode, axum::Json<Made>)> {
+) -> Result<Created<Json<IssuedToken>>> {
     // A token that makes tokens could not be taken back.
     let (By::SignIn(_), Some(account_id)) = (caller.by, caller.account) else {
         return Err(Error::conflict(
@@ -141,11 +137,11 @@ async fn create(
             })
         })
         .await?;
-    Ok((StatusCode::CREATED, axum::Json(Made { token, secret: secret.text().to_owned() })))
+    Ok(Created(Json(IssuedToken { token, secret: secret.text().to_owned() })))
 }
 
 /// Takes one back; what was opened with it is cut.
-async fn revoke(State(app): State<App>, caller: Caller, Path(id): Path<Uuid>) -> Result<StatusCode> {
+async fn revoke(State(app): State<App>, caller: Caller, Path(id): Path<Uuid>) -> Result<NoContent> {
     let token = tokens::get(app.store.read(), id).await?;
     let token =
         token.filter(|token| Some(token.account_id) == caller.account || caller.may(Right::Administer));
@@ -161,5 +157,5 @@ async fn revoke(State(app): State<App>, caller: Caller, Path(id): Path<Uuid>) ->
         })
         .await?;
     app.auth.changed();
-    Ok(StatusCode::NO_CONTENT)
+    Ok(NoContent)
 }

@@ -1,23 +1,21 @@
 //! Tracks: for the page as JSON, for others as files.
 
+use axum::body::Body;
 use axum::extract::State;
-use axum::http::{HeaderValue, header};
-use axum::response::{IntoResponse, Response};
 use lodestep_engine::event::{TrackPoint, VisitOutcome};
 use schemars::JsonSchema;
 use serde::Deserialize;
-use serde_json::Value;
 use tokio::runtime::Handle;
 use uuid::Uuid;
 
-use super::Routes;
-use super::extract::{Path, Query};
 use crate::error::{Error, Result};
+use crate::http::media::{Csv, GeoJson, Gpx, Kml, Media};
+use crate::http::{Attachment, File, Path, Query, Routes, With, WrittenJson};
 use crate::rights::Right;
 use crate::sessions::body_writer::body_writer;
 use crate::sessions::process;
 use crate::sessions::stored_grid::{Grid, SLACK_NS, cell_ns};
-use crate::sessions::track_file::{self, Format};
+use crate::sessions::track_file::{self, Format, TrackPoints};
 use crate::state::App;
 use crate::store::jobs::JobState;
 use crate::store::sessions::{self, Session};
@@ -27,30 +25,20 @@ use crate::store::{inspectors, lab_runs, lab_tracks, visits};
 pub(super) fn routes() -> Routes {
     Routes::new()
         .get("/sessions/{id}/track", Right::Read, json)
-        .about("The track of a run as rows")
-        .query::<Asked>()
-        .gives::<Value>()
+        .about("get_track", "The track of a run as rows")
         .get("/sessions/{id}/track.csv", Right::Read, csv)
-        .about("The track as CSV")
-        .query::<Asked>()
-        .gives_bytes("text/csv")
+        .about("export_track_csv", "The track as CSV")
         .get("/sessions/{id}/track.geojson", Right::Read, geojson)
-        .about("The track as GeoJSON")
-        .query::<Asked>()
-        .gives_bytes("application/geo+json")
+        .about("export_track_geojson", "The track as GeoJSON")
         .get("/sessions/{id}/track.gpx", Right::Read, gpx)
-        .about("The track as GPX")
-        .query::<Asked>()
-        .gives_bytes("application/gpx+xml")
+        .about("export_track_gpx", "The track as GPX")
         .get("/sessions/{id}/track.kml", Right::Read, kml)
-        .about("The track as KML")
-        .query::<Asked>()
-        .gives_bytes("application/vnd.google-earth.kml+xml")
+        .about("export_track_kml", "The track as KML")
 }
 
 #[derive(Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-struct Asked {
+struct TrackQuery {
     /// `main`, `filtered`, `without_markers` or the id of a lab run.
     run: Option<String>,
     /// At most so many points a second, or `full` for every epoch.
@@ -78,7 +66,7 @@ impl WantedRun {
     }
 }
 
-impl Asked {
+impl TrackQuery {
     /// The main run, unless another is named.
     fn run(&self) -> Result<WantedRun> {
         let Some(text) = self.run.as_deref() else { return Ok(WantedRun::Own(Run::Main)) };
@@ -112,26 +100,52 @@ impl Asked {
     }
 }
 
-type TrackRequest = (State<App>, Path<Uuid>, Query<Asked>);
-
-async fn json((State(app), Path(id), Query(asked)): TrackRequest) -> Result<Response> {
-    send(app, id, asked, Format::Json).await
+async fn json(
+    State(app): State<App>,
+    Path(id): Path<Uuid>,
+    Query(asked): Query<TrackQuery>,
+) -> Result<WrittenJson<TrackPoints>> {
+    Ok(WrittenJson::new(send(&app, id, asked, Format::Json).await?.1))
 }
 
-async fn csv((State(app), Path(id), Query(asked)): TrackRequest) -> Result<Response> {
-    send(app, id, asked, Format::Csv).await
+async fn csv(
+    State(app): State<App>,
+    Path(id): Path<Uuid>,
+    Query(asked): Query<TrackQuery>,
+) -> Result<TrackFile<Csv>> {
+    file(app, id, asked, Format::Csv).await
 }
 
-async fn geojson((State(app), Path(id), Query(asked)): TrackRequest) -> Result<Response> {
-    send(app, id, asked, Format::GeoJson).await
+async fn geojson(
+    State(app): State<App>,
+    Path(id): Path<Uuid>,
+    Query(asked): Query<TrackQuery>,
+) -> Result<TrackFile<GeoJson>> {
+    file(app, id, asked, Format::GeoJson).await
 }
 
-async fn gpx((State(app), Path(id), Query(asked)): TrackRequest) -> Result<Response> {
-    send(app, id, asked, Format::Gpx).await
+async fn gpx(
+    State(app): State<App>,
+    Path(id): Path<Uuid>,
+    Query(asked): Query<TrackQuery>,
+) -> Result<TrackFile<Gpx>> {
+    file(app, id, asked, Format::Gpx).await
 }
 
-async fn kml((State(app), Path(id), Query(asked)): TrackRequest) -> Result<Response> {
-    send(app, id, asked, Format::Kml).await
+async fn kml(
+    State(app): State<App>,
+    Path(id): Path<Uuid>,
+    Query(asked): Query<TrackQuery>,
+) -> Result<TrackFile<Kml>> {
+    file(app, id, asked, Format::Kml).await
+}
+
+/// A track as a file of its own.
+type TrackFile<M> = With<Attachment, File<M>>;
+
+async fn file<M: Media>(app: App, id: Uuid, asked: TrackQuery, format: Format) -> Result<TrackFile<M>> {
+    let (name, body) = send(&app, id, asked, format).await?;
+    Ok(With(Attachment(name), File::new(body)))
 }
 
 /// How many points are wanted.
@@ -175,7 +189,8 @@ impl Rate {
     }
 }
 
-async fn send(app: App, session_id: Uuid, asked: Asked, format: Format) -> Result<Response> {
+/// The name of the file, and what is in it.
+async fn send(app: &App, session_id: Uuid, asked: TrackQuery, format: Format) -> Result<(String, Body)> {
     let session = sessions::get(app.store.read(), session_id).await?;
     let session = session.ok_or_else(|| Error::not_found("session", session_id))?;
     let inspector = inspectors::get(app.store.read(), session.inspector_id).await?;
@@ -186,11 +201,11 @@ async fn send(app: App, session_id: Uuid, asked: Asked, format: Format) -> Resul
     let stretch = asked.stretch_ns()?;
     let (points, visits) = match (run, Rate::parse(asked.rate_hz.as_deref())?) {
         (WantedRun::Own(run), Rate::Full) => {
-            cut(process::full_track(&app, session_id, run).await?, stretch, None)
+            cut(process::full_track(app, session_id, run).await?, stretch, None)
         }
-        (WantedRun::Own(run), rate) => stored(&app, session_id, run, stretch, rate).await?,
+        (WantedRun::Own(run), rate) => stored(app, session_id, run, stretch, rate).await?,
         (WantedRun::Lab(id), rate) => {
-            let computed = (lab_points(&app, session_id, id).await?, Vec::new());
+            let computed = (lab_points(app, session_id, id).await?, Vec::new());
             cut(computed, stretch, rate.cell_ns()?)
         }
     };
@@ -200,13 +215,7 @@ async fn send(app: App, session_id: Uuid, asked: Asked, format: Format) -> Resul
         let written = track_file::write(format, system, &name, &points, &visits, &place, &mut writer);
         writer.end(written);
     });
-    let mut response = body.into_response();
-    let headers = response.headers_mut();
-    headers.insert(header::CONTENT_TYPE, HeaderValue::from_static(format.content_type()));
-    if format != Format::Json {
-        headers.insert(header::CONTENT_DISPOSITION, disposition(&session, run, format));
-    }
-    Ok(response)
+    Ok((file_name(&session, run, format), body))
 }
 
 /// The points of a lab run of this walk.
@@ -260,7 +269,7 @@ fn cut(
 }
 
 /// A name made of nothing but the session's own start and id: safe in every shell and header.
-fn disposition(session: &Session, run: WantedRun, format: Format) -> HeaderValue {
+fn file_name(session: &Session, run: WantedRun, format: Format) -> String {
     let started = session.started_at;
     let day = format!("{:04}-{:02}-{:02}", started.year(), u8::from(started.month()), started.day());
     let run = match run {
@@ -269,7 +278,5 @@ fn disposition(session: &Session, run: WantedRun, format: Format) -> HeaderValue
         WantedRun::Own(Run::WithoutMarkers) => "-without-markers".to_owned(),
         WantedRun::Lab(id) => format!("-lab-{id}"),
     };
-    let name = format!("track-{day}-{}{run}.{}", session.id, format.extension());
-    HeaderValue::try_from(format!("attachment; filename=\"{name}\""))
-        .expect("digits, letters and hyphens are allowed in a header")
+    format!("track-{day}-{}{run}.{}", session.id, format.extension())
 }

@@ -2,8 +2,7 @@
 
 use axum::body::Body;
 use axum::extract::State;
-use axum::http::{HeaderMap, HeaderName, HeaderValue, StatusCode, header};
-use axum::response::{IntoResponse, Response};
+use axum::http::StatusCode;
 use futures_util::StreamExt;
 use lodestep_engine::parse::Reading;
 use lodestep_engine::stream::StreamId;
@@ -12,20 +11,19 @@ use schemars::JsonSchema;
 use serde::Deserialize;
 use uuid::Uuid;
 
-use super::extract::{Json, Path, Query};
 use super::sessions::system_named;
-use super::{Needs, Routes};
 use crate::auth::{self, Caller};
 use crate::error::{Error, Result};
+use crate::http::media::Binary;
+use crate::http::{
+    Json, Location, MaybeNew, Needs, NoContent, Path, Query, Routes, StreamedBody, UploadOffset, With,
+};
 use crate::rights::Right;
 use crate::sessions::accept_log;
 use crate::sessions::preview_log::Preview;
-use crate::sessions::uploads::{self, BeginLog, Begun};
+use crate::sessions::uploads::{self, BeginLog};
 use crate::state::App;
 use crate::store::logs::{Log, LogState};
-
-/// Where an upload goes on; sent with a chunk, and with every answer about an upload.
-const UPLOAD_OFFSET: HeaderName = HeaderName::from_static("upload-offset");
 
 /// Bytes of a log that are looked at without an upload.
 const MOST_PREVIEW_BYTES: usize = 16 << 20;
@@ -34,9 +32,7 @@ const MOST_PREVIEW_BYTES: usize = 16 << 20;
 pub(super) fn routes() -> Routes {
     Routes::new()
         .post("/sessions/{id}/logs", Needs::OwnSession, begin)
-        .about("Begins the upload of a stream's log")
-        .takes::<BeginLog>()
-        .gives::<Log>()
+        .about("begin_log", "Begins the upload of a stream's log")
 }
 
 /// Those that take as long as the link or the log does: no time limit; a sender may be silent for
@@ -44,54 +40,45 @@ pub(super) fn routes() -> Routes {
 pub(super) fn long_routes() -> Routes {
     Routes::new()
         .get("/logs/{id}", Right::Read, show)
-        .about("An upload; HEAD tells where to go on, in Upload-Offset")
-        .gives::<Log>()
+        .about("get_log", "An upload; HEAD tells where to go on, in Upload-Offset")
         .patch("/logs/{id}", Needs::OwnLog, append)
-        .about("Appends bytes at the header Upload-Offset")
-        .takes_bytes("application/octet-stream")
+        .about("append_to_log", "Appends bytes at the header Upload-Offset")
         .delete("/logs/{id}", Needs::OwnLog, give_up)
-        .about("Gives an upload up")
+        .about("abandon_log", "Gives an upload up")
         .post("/logs/{id}/finish", Needs::OwnLog, finish)
-        .about("Ends an upload: the log is read whole, and stored")
-        .takes::<FinishLog>()
-        .gives::<Log>()
+        .about("finish_log", "Ends an upload: the log is read whole, and stored")
         .post("/logs/{id}/preview", Needs::OwnLog, preview_upload)
-        .about("What an uploaded log is worth, before it is finished")
-        .takes::<serde_json::Value>()
-        .gives::<serde_json::Value>()
+        .about("preview_uploaded_log", "What an uploaded log is worth, before it is finished")
         .post("/logs/preview", Right::Walk, preview)
-        .about("What a log, or the beginning of one, is worth; nothing is kept")
-        .query::<PreviewQuery>()
-        .takes_bytes("application/octet-stream")
-        .gives::<serde_json::Value>()
+        .about("preview_log", "What a log, or the beginning of one, is worth; nothing is kept")
 }
 
 async fn begin(
     State(app): State<App>,
     Path(session_id): Path<Uuid>,
     Json(asked): Json<BeginLog>,
-) -> Result<Response> {
-    let (status, log) = match uploads::begin(&app, session_id, asked).await? {
-        Begun::New(log) => (StatusCode::CREATED, log),
-        Begun::Known(log) => (StatusCode::OK, log),
-    };
-    let location = format!("/api/v1/logs/{}", log.id);
-    Ok((status, [(header::LOCATION, location)], at_offset(&log), axum::Json(log)).into_response())
+) -> Result<With<Location, With<UploadOffset, MaybeNew<Json<Log>>>>> {
+    let begun = uploads::begin(&app, session_id, asked).await?;
+    let log = begun.get();
+    let (location, offset) = (format!("/api/v1/logs/{}", log.id), UploadOffset(log.offset_bytes));
+    Ok(With(Location(location), With(offset, begun.map(Json))))
 }
 
-async fn show(State(app): State<App>, Path(log_id): Path<Uuid>) -> Result<Response> {
+/// An answer about an upload, or a refusal: with either, the sender is told where to go on.
+type GoingOn<A> = std::result::Result<With<UploadOffset, A>, With<Option<UploadOffset>, Error>>;
+
+async fn show(State(app): State<App>, Path(log_id): Path<Uuid>) -> Result<With<UploadOffset, Json<Log>>> {
     let log = uploads::get(&app, log_id).await?;
-    Ok((at_offset(&log), axum::Json(log)).into_response())
+    Ok(With(UploadOffset(log.offset_bytes), Json(log)))
 }
 
 async fn append(
     State(app): State<App>,
     caller: Caller,
     Path(log_id): Path<Uuid>,
-    headers: HeaderMap,
-    body: Body,
-) -> Result<Response> {
-    let offset_bytes = asked_offset(&headers)?;
+    UploadOffset(offset_bytes): UploadOffset,
+    piece: StreamedBody<Binary>,
+) -> GoingOn<NoContent> {
     // Who is revoked meanwhile is cut off; what had arrived by then is kept.
     let (unknown, cut) = {
         let (app, caller) = (app.clone(), caller.clone());
@@ -102,25 +89,19 @@ async fn append(
         };
         (unknown, cut)
     };
-    let body = Body::from_stream(body.into_data_stream().take_until(Box::pin(unknown)));
+    let body = Body::from_stream(piece.body.into_data_stream().take_until(Box::pin(unknown)));
     let appending = {
         let app = app.clone();
         // A task of its own: when the link is cut this request is dropped, and what arrived is to be
         // brought to disk all the same.
         tokio::spawn(async move { uploads::append(&app, log_id, offset_bytes, body).await })
     };
-    let appended = ended(appending.await)?;
+    let appended = ended(appending.await);
     let was_cut = cut.await.is_ok();
     match appended {
-        Ok(_) if was_cut => Err(auth::not_signed_in()),
-        Ok(end_bytes) => {
-            Ok((StatusCode::NO_CONTENT, [(UPLOAD_OFFSET, HeaderValue::from(end_bytes))]).into_response())
-        }
-        Err(error) => {
-            // Whatever went wrong, the sender is told where to go on.
-            let log = uploads::get(&app, log_id).await.ok().filter(|log| log.state == LogState::Receiving);
-            Ok((log.as_ref().map(at_offset), error).into_response())
-        }
+        Ok(_) if was_cut => Err(With(None, auth::not_signed_in())),
+        Ok(end_bytes) => Ok(With(UploadOffset(end_bytes), NoContent)),
+        Err(error) => Err(refused(&app, log_id, error).await),
     }
 }
 
@@ -128,9 +109,9 @@ async fn append(
 #[serde(deny_unknown_fields)]
 struct FinishLog {
     /// SHA-256 of the bytes as sent, hex; may be left out when it was announced.
+    #[schemars(example = crate::examples::SHA256)]
     sha256: Option<String>,
     /// What the log does not say itself; as said when it was begun, when it is left out.
-    #[schemars(with = "Option<serde_json::Value>")]
     reading: Option<Reading>,
 }
 
@@ -138,26 +119,22 @@ async fn finish(
     State(app): State<App>,
     Path(log_id): Path<Uuid>,
     Json(FinishLog { sha256, reading }): Json<FinishLog>,
-) -> Result<Response> {
+) -> GoingOn<Json<Log>> {
     let finishing = {
         let app = app.clone();
         // A task of its own: a sender who does not wait for the answer finds it with GET.
         tokio::spawn(async move { accept_log::finish(&app, log_id, sha256, reading).await })
     };
-    match ended(finishing.await)? {
-        Ok(log) => Ok((at_offset(&log), axum::Json(log)).into_response()),
-        Err(error) => {
-            let log = uploads::get(&app, log_id).await.ok().filter(|log| log.state == LogState::Receiving);
-            Ok((log.as_ref().map(at_offset), error).into_response())
-        }
+    match ended(finishing.await) {
+        Ok(log) => Ok(With(UploadOffset(log.offset_bytes), Json(log))),
+        Err(error) => Err(refused(&app, log_id, error).await),
     }
 }
 
 #[derive(Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-struct PreviewUpload {
+struct PreviewOptions {
     /// What the log does not say itself.
-    #[schemars(with = "Option<serde_json::Value>")]
     reading: Option<Reading>,
 }
 
@@ -165,9 +142,9 @@ struct PreviewUpload {
 async fn preview_upload(
     State(app): State<App>,
     Path(log_id): Path<Uuid>,
-    Json(PreviewUpload { reading }): Json<PreviewUpload>,
-) -> Result<axum::Json<Preview>> {
-    Ok(axum::Json(accept_log::preview_upload(&app, log_id, reading).await?))
+    Json(PreviewOptions { reading }): Json<PreviewOptions>,
+) -> Result<Json<Preview>> {
+    Ok(Json(accept_log::preview_upload(&app, log_id, reading).await?))
 }
 
 #[derive(Deserialize, JsonSchema)]
@@ -188,8 +165,8 @@ struct PreviewQuery {
 async fn preview(
     State(app): State<App>,
     Query(query): Query<PreviewQuery>,
-    body: Body,
-) -> Result<axum::Json<Preview>> {
+    log: StreamedBody<Binary>,
+) -> Result<Json<Preview>> {
     let rule = rule_named(query.system.as_deref(), query.stream.as_deref())?;
     let reading = match query.reading.as_deref() {
         None => Reading::default(),
@@ -202,14 +179,14 @@ async fn preview(
             )
         })?,
     };
-    let bytes = axum::body::to_bytes(body, MOST_PREVIEW_BYTES).await.map_err(|_| {
+    let bytes = axum::body::to_bytes(log.body, MOST_PREVIEW_BYTES).await.map_err(|_| {
         Error::http(
             StatusCode::PAYLOAD_TOO_LARGE,
             "preview_too_large",
             format!("expected at most {MOST_PREVIEW_BYTES} bytes to look at, found more: send the beginning of the log with ?part=true, or look at the whole of it with POST /logs/{{id}}/preview once it is uploaded"),
         )
     })?;
-    Ok(axum::Json(accept_log::preview_bytes(&app, bytes, rule, reading, query.part).await?))
+    Ok(Json(accept_log::preview_bytes(&app, bytes, rule, reading, query.part).await?))
 }
 
 /// The rule of a system's stream, by their names.
@@ -230,30 +207,18 @@ fn rule_named(system: Option<&str>, stream: Option<&str>) -> Result<&'static Str
     })
 }
 
-async fn give_up(State(app): State<App>, Path(log_id): Path<Uuid>) -> Result<StatusCode> {
+async fn give_up(State(app): State<App>, Path(log_id): Path<Uuid>) -> Result<NoContent> {
     uploads::give_up(&app, log_id).await?;
-    Ok(StatusCode::NO_CONTENT)
+    Ok(NoContent)
 }
 
-fn at_offset(log: &Log) -> [(HeaderName, HeaderValue); 1] {
-    [(UPLOAD_OFFSET, HeaderValue::from(log.offset_bytes))]
+/// Whatever went wrong, the sender is told where to go on.
+async fn refused(app: &App, log_id: Uuid, error: Error) -> With<Option<UploadOffset>, Error> {
+    let log = uploads::get(app, log_id).await.ok().filter(|log| log.state == LogState::Receiving);
+    With(log.map(|log| UploadOffset(log.offset_bytes)), error)
 }
 
 /// What a task answered; one that panicked is a failure of ours.
-fn ended<T>(task: std::result::Result<T, tokio::task::JoinError>) -> Result<T> {
-    task.map_err(|error| Error::Internal(anyhow::Error::new(error)))
-}
-
-fn asked_offset(headers: &HeaderMap) -> Result<u64> {
-    let asked = headers.get(&UPLOAD_OFFSET).and_then(|value| value.to_str().ok()?.parse().ok());
-    asked.ok_or_else(|| {
-        Error::http(
-            StatusCode::BAD_REQUEST,
-            "upload_offset_missing",
-            format!(
-                "expected the header Upload-Offset with a number of bytes, found {:?}: ask with HEAD where to go on",
-                headers.get(&UPLOAD_OFFSET)
-            ),
-        )
-    })
+fn ended<T>(task: std::result::Result<Result<T>, tokio::task::JoinError>) -> Result<T> {
+    task.unwrap_or_else(|error| Err(Error::Internal(anyhow::Error::new(error))))
 }

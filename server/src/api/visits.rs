@@ -1,20 +1,22 @@
 //! Visits: told as JSON or as a CSV file, listed with what became of them.
 
 use axum::body::Bytes;
-use axum::extract::State;
-use axum::http::{HeaderMap, StatusCode, header};
+use axum::extract::{FromRequest, Request, State};
+use axum::http::StatusCode;
 use lodestep_engine::parse::visits_csv;
 use schemars::JsonSchema;
 use serde::Deserialize;
 use uuid::Uuid;
 
-use super::extract::Path;
-use super::{Needs, Routes, json_body};
 use crate::auth::Caller;
 use crate::error::{Error, Place, Result};
+use crate::http::extract::{NOT_READ, NOT_THE_JSON, content_type, not_read};
+use crate::http::media::{Csv, Media};
+use crate::http::operation::Content;
+use crate::http::{Describer, Json, MaybeNew, Needs, NoContent, Path, RequestPart, Routes, read_json};
 use crate::rights::Right;
 use crate::sessions::stand_choice;
-use crate::sessions::tell_visits::{self, TellVisits, Told};
+use crate::sessions::tell_visits::{self, AddedVisits, Told};
 use crate::state::App;
 use crate::store::sessions;
 use crate::store::visits::{self, Visit};
@@ -25,59 +27,75 @@ const LATEST_S: f64 = 366.0 * 86_400.0;
 pub(super) fn routes() -> Routes {
     Routes::new()
         .get("/sessions/{id}/visits", Right::Read, list)
-        .about("The visits of a walk with their outcomes")
-        .gives::<Vec<Visit>>()
+        .about("list_visits", "The visits of a walk with their outcomes")
         .post("/sessions/{id}/visits", Needs::OwnSession, tell)
-        .about("Tells of visits, in JSON or CSV")
-        .takes::<OneOrMore>()
-        .gives::<TellVisits>()
+        .about("add_visits", "Tells of visits, in JSON or CSV")
         .delete("/sessions/{id}/visits/{visit_id}", Needs::OwnSession, take_back)
-        .about("Takes a visit back")
+        .about("delete_visit", "Takes a visit back")
 }
 
-async fn list(State(app): State<App>, Path(session_id): Path<Uuid>) -> Result<axum::Json<Vec<Visit>>> {
+async fn list(State(app): State<App>, Path(session_id): Path<Uuid>) -> Result<Json<Vec<Visit>>> {
     if sessions::get(app.store.read(), session_id).await?.is_none() {
         return Err(Error::not_found("session", session_id));
     }
-    Ok(axum::Json(visits::of_session(app.store.read(), session_id).await?))
+    Ok(Json(visits::of_session(app.store.read(), session_id).await?))
 }
 
 async fn take_back(
     State(app): State<App>,
     caller: Caller,
     Path((session_id, visit_id)): Path<(Uuid, Uuid)>,
-) -> Result<StatusCode> {
+) -> Result<NoContent> {
     stand_choice::take_visit_back(&app, &caller, session_id, visit_id).await?;
-    Ok(StatusCode::NO_CONTENT)
+    Ok(NoContent)
 }
 
 async fn tell(
     State(app): State<App>,
     caller: Caller,
     Path(session_id): Path<Uuid>,
-    headers: HeaderMap,
-    body: Bytes,
-) -> Result<(StatusCode, axum::Json<TellVisits>)> {
-    let kind = headers.get(header::CONTENT_TYPE).and_then(|kind| kind.to_str().ok()).unwrap_or_default();
-    let told = match kind.split(';').next().unwrap_or_default().trim() {
-        "application/json" => from_json(&body)?,
-        "text/csv" => from_csv(&body)?,
-        _ => {
-            return Err(Error::http(
+    VisitsBody(told): VisitsBody,
+) -> Result<MaybeNew<Json<AddedVisits>>> {
+    let added = tell_visits::tell(&app, &caller, session_id, told).await?;
+    Ok(MaybeNew::of(added.added > 0, Json(added)))
+}
+
+/// Visits as JSON or as a CSV file.
+struct VisitsBody(Vec<Told>);
+
+impl<S: Send + Sync> FromRequest<S> for VisitsBody {
+    type Rejection = Error;
+
+    async fn from_request(request: Request, state: &S) -> Result<Self> {
+        let kind = content_type(request.headers()).unwrap_or_default().to_owned();
+        let body = Bytes::from_request(request, state).await.map_err(not_read)?;
+        match kind.split(';').next().unwrap_or_default().trim() {
+            "application/json" => from_json(&body).map(VisitsBody),
+            "text/csv" => from_csv(&body).map(VisitsBody),
+            _ => Err(Error::http(
                 StatusCode::UNSUPPORTED_MEDIA_TYPE,
                 "json_or_csv_expected",
                 format!("expected Content-Type application/json or text/csv, found {kind:?}"),
-            ));
+            )),
         }
-    };
-    let told = tell_visits::tell(&app, &caller, session_id, told).await?;
-    let status = if told.added > 0 { StatusCode::CREATED } else { StatusCode::OK };
-    Ok((status, axum::Json(told)))
+    }
+}
+
+impl RequestPart for VisitsBody {
+    fn describe(to: &mut Describer<'_>) {
+        let schema = to.taken::<NewVisits>();
+        to.takes(Content::json(schema));
+        to.takes(Csv::content());
+        to.refuses([(StatusCode::UNSUPPORTED_MEDIA_TYPE, "json_or_csv_expected")]);
+        to.refuses(NOT_THE_JSON);
+        to.refuses(NOT_READ);
+    }
 }
 
 #[derive(Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-struct Row {
+struct NewVisit {
+    #[schemars(example = &"A17")]
     marker: String,
     t_start_s: f64,
     t_end_s: f64,
@@ -85,16 +103,16 @@ struct Row {
 
 #[derive(Deserialize, JsonSchema)]
 #[serde(untagged)]
-enum OneOrMore {
-    One(Row),
-    More(Vec<Row>),
+enum NewVisits {
+    One(NewVisit),
+    More(Vec<NewVisit>),
 }
 
 fn from_json(body: &[u8]) -> Result<Vec<Told>> {
-    let rows: OneOrMore = json_body::read(body)?;
+    let rows: NewVisits = read_json(body)?;
     let rows = match rows {
-        OneOrMore::One(row) => vec![row],
-        OneOrMore::More(rows) => rows,
+        NewVisits::One(row) => vec![row],
+        NewVisits::More(rows) => rows,
     };
     rows.into_iter()
         .zip(1..)

@@ -7,11 +7,10 @@ use serde::{Deserialize, Serialize};
 use serde_json::json;
 use uuid::Uuid;
 
-use super::Routes;
-use super::extract::{Json, Path};
 use super::lab::name_of;
 use crate::auth::{Caller, Secret};
 use crate::error::{Error, Result};
+use crate::http::{Accepted, Created, Json, NoContent, Path, Routes};
 use crate::rights::Right;
 use crate::state::App;
 use crate::store::audit;
@@ -27,33 +26,26 @@ const LISTED: u32 = 100;
 pub(super) fn routes() -> Routes {
     Routes::new()
         .get("/webhooks", Right::Administer, list)
-        .about("Webhooks, by name")
-        .gives::<Vec<Webhook>>()
+        .about("list_webhooks", "Webhooks, by name")
         .post("/webhooks", Right::Administer, create)
-        .about("Registers a webhook; its secret is shown this once")
-        .takes::<NewWebhook>()
-        .gives::<Made>()
+        .about("create_webhook", "Registers a webhook; its secret is shown this once")
         .get("/webhooks/{id}", Right::Administer, show)
-        .about("One webhook")
-        .gives::<Webhook>()
+        .about("get_webhook", "One webhook")
         .patch("/webhooks/{id}", Right::Administer, change)
-        .about("Changes a webhook, or switches it on or off")
-        .takes::<WebhookChange>()
-        .gives::<Webhook>()
+        .about("update_webhook", "Changes a webhook, or switches it on or off")
         .delete("/webhooks/{id}", Right::Administer, remove)
-        .about("Removes a webhook with all that was on its way to it")
+        .about("delete_webhook", "Removes a webhook with all that was on its way to it")
         .post("/webhooks/{id}/secret", Right::Administer, renew)
-        .about("Gives a webhook another secret, shown this once")
-        .gives::<Made>()
+        .about("renew_webhook_secret", "Gives a webhook another secret, shown this once")
         .post("/webhooks/{id}/test", Right::Administer, test)
-        .about("Sends a webhook an event to try it out")
-        .gives::<Delivery>()
+        .about("test_webhook", "Sends a webhook an event to try it out")
         .get("/webhooks/{id}/deliveries", Right::Administer, deliveries)
-        .about("What was sent to a webhook, the newest first, with the last answers")
-        .gives::<Vec<Delivery>>()
+        .about(
+            "list_webhook_deliveries",
+            "What was sent to a webhook, the newest first, with the last answers",
+        )
         .post("/webhooks/{id}/deliveries/{number}/again", Right::Administer, again)
-        .about("Sends one event again, now")
-        .gives::<Delivery>()
+        .about("repeat_webhook_delivery", "Sends one event again, now")
 }
 
 /// A webhook as it is asked for.
@@ -61,8 +53,10 @@ pub(super) fn routes() -> Routes {
 #[serde(deny_unknown_fields)]
 struct NewWebhook {
     /// What it is for.
+    #[schemars(example = &"tickets")]
     name: String,
     /// Where events are posted to, http or https.
+    #[schemars(example = &"https://tickets.example/lodestep")]
     url: String,
     /// Which events it wants.
     events: Vec<EventKind>,
@@ -70,16 +64,19 @@ struct NewWebhook {
 
 /// A webhook whose secret has just been made: the only time that it is shown.
 #[derive(Serialize, JsonSchema)]
-struct Made {
+struct IssuedWebhook {
     #[serde(flatten)]
     webhook: Webhook,
+    #[schemars(example = crate::examples::SECRET)]
     secret: String,
 }
 
 #[derive(Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 struct WebhookChange {
+    #[schemars(example = &"tickets")]
     name: Option<String>,
+    #[schemars(example = &"https://tickets.example/lodestep")]
     url: Option<String>,
     events: Option<Vec<EventKind>>,
     enabled: Option<bool>,
@@ -87,12 +84,12 @@ struct WebhookChange {
     version: i64,
 }
 
-async fn list(State(app): State<App>) -> Result<axum::Json<Vec<Webhook>>> {
-    Ok(axum::Json(webhooks::list(app.store.read()).await?))
+async fn list(State(app): State<App>) -> Result<Json<Vec<Webhook>>> {
+    Ok(Json(webhooks::list(app.store.read()).await?))
 }
 
-async fn show(State(app): State<App>, Path(id): Path<Uuid>) -> Result<axum::Json<Webhook>> {
-    Ok(axum::Json(known(&app, id).await?))
+async fn show(State(app): State<App>, Path(id): Path<Uuid>) -> Result<Json<Webhook>> {
+    Ok(Json(known(&app, id).await?))
 }
 
 async fn known(app: &App, id: Uuid) -> Result<Webhook> {
@@ -103,7 +100,7 @@ async fn create(
     State(app): State<App>,
     caller: Caller,
     Json(new): Json<NewWebhook>,
-) -> Result<(StatusCode, axum::Json<Made>)> {
+) -> Result<Created<Json<IssuedWebhook>>> {
     let now = utc::now();
     let hook = Webhook {
         id: Uuid::now_v7(),
@@ -130,7 +127,7 @@ async fn create(
             })
         })
         .await?;
-    Ok((StatusCode::CREATED, axum::Json(Made { webhook: hook, secret })))
+    Ok(Created(Json(IssuedWebhook { webhook: hook, secret })))
 }
 
 async fn change(
@@ -138,7 +135,7 @@ async fn change(
     caller: Caller,
     Path(id): Path<Uuid>,
     Json(change): Json<WebhookChange>,
-) -> Result<axum::Json<Webhook>> {
+) -> Result<Json<Webhook>> {
     let name = change.name.as_deref().map(name_of).transpose()?;
     let url = change.url.as_deref().map(checked_url).transpose()?;
     let events = change.events.map(checked_events).transpose()?;
@@ -182,10 +179,10 @@ async fn change(
         })
         .await?;
     app.webhooks.notify_one();
-    Ok(axum::Json(hook))
+    Ok(Json(hook))
 }
 
-async fn remove(State(app): State<App>, caller: Caller, Path(id): Path<Uuid>) -> Result<StatusCode> {
+async fn remove(State(app): State<App>, caller: Caller, Path(id): Path<Uuid>) -> Result<NoContent> {
     let former = known(&app, id).await?;
     let entry = caller.did("webhook.removed", id, serde_json::to_value(&former).ok(), None);
     app.store
@@ -197,10 +194,10 @@ async fn remove(State(app): State<App>, caller: Caller, Path(id): Path<Uuid>) ->
             })
         })
         .await?;
-    Ok(StatusCode::NO_CONTENT)
+    Ok(NoContent)
 }
 
-async fn renew(State(app): State<App>, caller: Caller, Path(id): Path<Uuid>) -> Result<axum::Json<Made>> {
+async fn renew(State(app): State<App>, caller: Caller, Path(id): Path<Uuid>) -> Result<Json<IssuedWebhook>> {
     let webhook = known(&app, id).await?;
     let secret = Secret::random().text().to_owned();
     let kept = secret.clone();
@@ -214,14 +211,14 @@ async fn renew(State(app): State<App>, caller: Caller, Path(id): Path<Uuid>) -> 
             })
         })
         .await?;
-    Ok(axum::Json(Made { webhook, secret }))
+    Ok(Json(IssuedWebhook { webhook, secret }))
 }
 
 async fn test(
     State(app): State<App>,
     caller: Caller,
     Path(id): Path<Uuid>,
-) -> Result<(StatusCode, axum::Json<Delivery>)> {
+) -> Result<Accepted<Json<Delivery>>> {
     let hook = known(&app, id).await?;
     if !hook.enabled {
         return Err(Error::conflict(
@@ -243,19 +240,19 @@ async fn test(
         })
         .await?;
     app.webhooks.notify_one();
-    Ok((StatusCode::ACCEPTED, axum::Json(delivery)))
+    Ok(Accepted(Json(delivery)))
 }
 
-async fn deliveries(State(app): State<App>, Path(id): Path<Uuid>) -> Result<axum::Json<Vec<Delivery>>> {
+async fn deliveries(State(app): State<App>, Path(id): Path<Uuid>) -> Result<Json<Vec<Delivery>>> {
     known(&app, id).await?;
-    Ok(axum::Json(webhook_deliveries::of_webhook(app.store.read(), id, LISTED).await?))
+    Ok(Json(webhook_deliveries::of_webhook(app.store.read(), id, LISTED).await?))
 }
 
 async fn again(
     State(app): State<App>,
     caller: Caller,
     Path((id, number)): Path<(Uuid, i64)>,
-) -> Result<(StatusCode, axum::Json<Delivery>)> {
+) -> Result<Accepted<Json<Delivery>>> {
     let delivery = app
         .store
         .writer()
@@ -274,7 +271,7 @@ async fn again(
         })
         .await?;
     app.webhooks.notify_one();
-    Ok((StatusCode::ACCEPTED, axum::Json(delivery)))
+    Ok(Accepted(Json(delivery)))
 }
 
 fn checked_events(mut events: Vec<EventKind>) -> Result<Vec<EventKind>> {

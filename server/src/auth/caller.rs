@@ -7,6 +7,7 @@ use time::OffsetDateTime;
 use uuid::Uuid;
 
 use crate::error::{Error, Result};
+use crate::http::{Describer, RequestPart};
 use crate::rights::{Right, Role};
 use crate::store::audit::Entry;
 use crate::utc;
@@ -189,6 +190,11 @@ impl<S: Send + Sync> FromRequestParts<S> for Caller {
             Error::Internal(anyhow::anyhow!("a handler asks for the caller where no guard has found one"))
         })
     }
+}
+
+/// Who asks is found out before: see `guard`.
+impl RequestPart for Caller {
+    fn describe(_: &mut Describer<'_>) {}
 }
 
 #[cfg(test)]

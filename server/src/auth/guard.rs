@@ -11,8 +11,8 @@ use uuid::Uuid;
 
 use super::caller::{By, Caller};
 use super::credentials;
-use crate::api::Needs;
 use crate::error::{Error, Result};
+use crate::http::Needs;
 use crate::rights::Right;
 use crate::state::App;
 use crate::store::{faults, logs, mappings, sessions};
@@ -42,44 +42,14 @@ async fn check(app: &App, asked: &Parts) -> Result<Caller> {
         // A device may show its token in its first message. What is shown here must be good.
         Needs::Socket(right) if caller.by != By::Nothing => caller.needs(right)?,
         Needs::Socket(_) => {}
-        Needs::OwnSession => {
-            caller.needs(Right::Walk)?;
-            caller.writes_for(inspector_of_session(app, id(asked)?).await?)?;
-        }
-        Needs::OwnLog => {
-            caller.needs(Right::Walk)?;
-            let log = logs::get(app.store.read(), id(asked)?).await?;
-            let log = log.ok_or_else(|| Error::not_found("log", part(asked)))?;
-            caller.writes_for(inspector_of_session(app, log.session_id).await?)?;
-        }
-        Needs::OwnFault | Needs::ReportedFault => {
-            caller.needs(Right::Walk)?;
-            let fault = faults::get(app.store.read(), id(asked)?).await?;
-            let fault = fault.ok_or_else(|| Error::not_found("fault", part(asked)))?;
-            let sees_to_it = fault.assignee_id.filter(|_| needs == Needs::OwnFault);
-            let own = [Some(fault.inspector_id), sees_to_it];
-            if !own.into_iter().flatten().any(|inspector| caller.writes_for(inspector).is_ok()) {
-                return Err(not_yours("a fault that this account's inspector reported or sees to"));
-            }
-        }
-        Needs::OwnMapping => {
-            caller.needs(Right::Walk)?;
-            let mapping = mappings::get(app.store.read(), id(asked)?).await?;
-            let mapping = mapping.ok_or_else(|| Error::not_found("mapping", part(asked)))?;
-            let own = mapping.created_by.is_some() && mapping.created_by == caller.account;
-            if !own && !caller.may(Right::WalkForOthers) {
-                return Err(not_yours("a mapping that this account made"));
-            }
-        }
+        Needs::OwnSession => own_session(app, asked, &caller).await?,
+        Needs::OwnLog => own_log(app, asked, &caller).await?,
+        Needs::OwnFault => own_fault(app, asked, &caller, true).await?,
+        Needs::ReportedFault => own_fault(app, asked, &caller, false).await?,
+        Needs::OwnMapping => own_mapping(app, asked, &caller).await?,
         Needs::SignedIn(right) => {
             caller.needs(right)?;
-            if let By::Token(_) = caller.by {
-                return Err(Error::http(
-                    StatusCode::FORBIDDEN,
-                    "not_by_token",
-                    "expected somebody who has signed in, found a token: accounts, sign-ins and tokens are changed in the page, signed in",
-                ));
-            }
+            signed_in(&caller)?;
         }
     }
     Ok(caller)
@@ -92,6 +62,56 @@ fn not_yours(expected: &str) -> Error {
         "not_yours",
         format!("expected {expected}, found another's: ask a dispatcher, or whoever made it"),
     )
+}
+
+/// Refuses who may not write the session that the path names.
+async fn own_session(app: &App, asked: &Parts, caller: &Caller) -> Result<()> {
+    caller.needs(Right::Walk)?;
+    caller.writes_for(inspector_of_session(app, id(asked)?).await?)
+}
+
+/// Refuses who may not write the session of the log that the path names.
+async fn own_log(app: &App, asked: &Parts, caller: &Caller) -> Result<()> {
+    caller.needs(Right::Walk)?;
+    let log = logs::get(app.store.read(), id(asked)?).await?;
+    let log = log.ok_or_else(|| Error::not_found("log", part(asked)))?;
+    caller.writes_for(inspector_of_session(app, log.session_id).await?)
+}
+
+/// Refuses who neither reported the fault that the path names nor, where that is enough, sees to it.
+async fn own_fault(app: &App, asked: &Parts, caller: &Caller, is_seen_to: bool) -> Result<()> {
+    caller.needs(Right::Walk)?;
+    let fault = faults::get(app.store.read(), id(asked)?).await?;
+    let fault = fault.ok_or_else(|| Error::not_found("fault", part(asked)))?;
+    let own = [Some(fault.inspector_id), fault.assignee_id.filter(|_| is_seen_to)];
+    if own.into_iter().flatten().any(|inspector| caller.writes_for(inspector).is_ok()) {
+        return Ok(());
+    }
+    Err(not_yours("a fault that this account's inspector reported or sees to"))
+}
+
+/// Refuses who did not make the mapping that the path names.
+async fn own_mapping(app: &App, asked: &Parts, caller: &Caller) -> Result<()> {
+    caller.needs(Right::Walk)?;
+    let mapping = mappings::get(app.store.read(), id(asked)?).await?;
+    let mapping = mapping.ok_or_else(|| Error::not_found("mapping", part(asked)))?;
+    let own = mapping.created_by.is_some() && mapping.created_by == caller.account;
+    if own || caller.may(Right::WalkForOthers) {
+        return Ok(());
+    }
+    Err(not_yours("a mapping that this account made"))
+}
+
+/// Refuses a token.
+fn signed_in(caller: &Caller) -> Result<()> {
+    if let By::Token(_) = caller.by {
+        return Err(Error::http(
+            StatusCode::FORBIDDEN,
+            "not_by_token",
+            "expected somebody who has signed in, found a token: accounts, sign-ins and tokens are changed in the page, signed in",
+        ));
+    }
+    Ok(())
 }
 
 /// What the route that matched asks for.

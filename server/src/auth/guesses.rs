@@ -46,7 +46,12 @@ impl Guesses {
     ///
     /// From where somebody has signed in to the account before (`is_known`) only what was tried from there counts: nobody else
     /// can keep its owner out.
-    pub(crate) fn begin(&self, account: &str, (address, is_known): (&str, bool), now: Instant) -> Result<()> {
+    pub(crate) fn count_try(
+        &self,
+        account: &str,
+        (address, is_known): (&str, bool),
+        now: Instant,
+    ) -> Result<()> {
         let keys = keys(account, address, is_known);
         let mut by = self.by.lock().expect("nobody panics while counting");
         for (key, free) in &keys {
@@ -110,7 +115,7 @@ mod tests {
     fn tries(guesses: &Guesses, account: impl Fn(u64) -> String, seconds: u64, from: Instant) -> u64 {
         (0..seconds)
             .filter(|&s| {
-                guesses.begin(&account(s), ("10.0.0.9", false), from + Duration::from_secs(s)).is_ok()
+                guesses.count_try(&account(s), ("10.0.0.9", false), from + Duration::from_secs(s)).is_ok()
             })
             .count() as u64
     }
@@ -131,7 +136,7 @@ mod tests {
     fn somebody_elsewhere_with_another_account_does_not_wait() {
         let (guesses, now) = (Guesses::default(), Instant::now());
         tries(&guesses, |_| "li wei".to_owned(), 100, now);
-        assert!(guesses.begin("wang fang", ("10.0.0.10", false), now + Duration::from_secs(100)).is_ok());
+        assert!(guesses.count_try("wang fang", ("10.0.0.10", false), now + Duration::from_secs(100)).is_ok());
     }
 
     #[test]
@@ -139,10 +144,11 @@ mod tests {
         let (guesses, now) = (Guesses::default(), Instant::now());
         tries(&guesses, |_| "li wei".to_owned(), 600, now);
         let later = now + Duration::from_secs(600);
-        assert!(guesses.begin("li wei", ("10.0.0.10", false), later).is_err());
-        assert!(guesses.begin("li wei", ("10.0.0.10", true), later).is_ok());
+        assert!(guesses.count_try("li wei", ("10.0.0.10", false), later).is_err());
+        assert!(guesses.count_try("li wei", ("10.0.0.10", true), later).is_ok());
         // Who guesses there waits all the same.
-        let there = |s| guesses.begin("li wei", ("10.0.0.10", true), later + Duration::from_secs(s)).is_ok();
+        let there =
+            |s| guesses.count_try("li wei", ("10.0.0.10", true), later + Duration::from_secs(s)).is_ok();
         assert!((0..1_000).filter(|&s| there(s)).count() <= 12);
     }
 
@@ -150,7 +156,7 @@ mod tests {
     fn a_right_password_makes_the_account_start_afresh() {
         let (guesses, now) = (Guesses::default(), Instant::now());
         for _ in 0..50 {
-            guesses.begin("li wei", ("10.0.0.9", false), now).unwrap();
+            guesses.count_try("li wei", ("10.0.0.9", false), now).unwrap();
             guesses.right("li wei", ("10.0.0.9", false));
         }
     }
@@ -160,7 +166,7 @@ mod tests {
         let (guesses, now) = (Guesses::default(), Instant::now());
         for n in 0..50_000_u64 {
             let (name, address) = (format!("name {n}"), format!("address {n}"));
-            let _ = guesses.begin(&name, (&address, false), now + Duration::from_millis(n));
+            let _ = guesses.count_try(&name, (&address, false), now + Duration::from_millis(n));
         }
         assert!(guesses.by.lock().unwrap().len() <= MOST_REMEMBERED + 2);
     }

@@ -23,7 +23,7 @@ static TURNS: Semaphore = Semaphore::const_new(2);
 /// A password as it was typed. Its text appears in no log.
 #[derive(Clone, Deserialize, JsonSchema)]
 #[serde(transparent)]
-pub(crate) struct Password(String);
+pub(crate) struct Password(#[schemars(example = &"a sentence that nobody else says")] String);
 
 impl Password {
     /// Refuses one that is too short for an account of this name.

@@ -58,7 +58,7 @@ pub(crate) async fn set_up(
     if app.auth.has_accounts() {
         return Err(Error::conflict("set_up_already", "there is an account already: sign in"));
     }
-    app.auth.guesses.begin("setup token", (&caller.address, false), Instant::now())?;
+    app.auth.guesses.count_try("setup token", (&caller.address, false), Instant::now())?;
     if !app.auth.is_setup_token(setup_token) {
         return Err(Error::http(
             axum::http::StatusCode::UNAUTHORIZED,

@@ -29,7 +29,7 @@ pub(crate) async fn sign_in(
 ) -> Result<(Account, Secret)> {
     let name_key = accounts::name_key(name);
     let from = (address, accounts::knows_address(app.store.read(), name, address).await?);
-    app.auth.guesses.begin(&name_key, from, Instant::now())?;
+    app.auth.guesses.count_try(&name_key, from, Instant::now())?;
     let account = accounts::by_name(app.store.read(), name).await?;
     let now = utc::now();
     let good =

@@ -4,6 +4,7 @@ use futures_util::TryStreamExt;
 use lodestep_engine::measure::height::pressure_height_m;
 use lodestep_engine::sample::ImuSample;
 use lodestep_engine::stream::Readings;
+use schemars::JsonSchema;
 use serde::Serialize;
 use tokio::runtime::Handle;
 use uuid::Uuid;
@@ -36,7 +37,8 @@ pub(crate) struct Window {
 }
 
 /// The answer.
-#[derive(Debug, Serialize)]
+#[derive(Debug, Serialize, JsonSchema)]
+#[schemars(rename = "SessionCharts")]
 pub(crate) struct Charts {
     session_id: Uuid,
     from_s: f64,
@@ -46,9 +48,12 @@ pub(crate) struct Charts {
 }
 
 /// One line: value `i` is of the time from `start_s + i · step_s` on, for `step_s`.
-#[derive(Debug, PartialEq, Serialize)]
+#[derive(Debug, PartialEq, Serialize, JsonSchema)]
+#[schemars(rename = "ChartLine")]
 struct Line {
+    #[schemars(example = &"height")]
     chart: String,
+    #[schemars(example = &"main")]
     series: String,
     start_s: f64,
     step_s: f64,

@@ -1,16 +1,20 @@
 //! The lines that a chart's values are held against.
 
 use lodestep_engine::session::SessionConfig;
+use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::recorder::innovation_chart;
 
 /// A level in a chart.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
+#[schemars(rename = "ChartLimit")]
 pub(crate) struct Limit {
     /// Which chart.
+    #[schemars(example = &"innovation_zupt")]
     pub(crate) chart: String,
     /// What it means: `expected_95` (19 of 20 lie below), `gate`, `weakest`, `strongest`, `usual`.
+    #[schemars(example = &"expected_95")]
     pub(crate) name: &'static str,
     /// In the chart's unit.
     pub(crate) value: f64,

@@ -27,16 +27,20 @@ pub(crate) struct FaultPatch {
     /// How bad it is.
     pub(crate) severity: Option<Severity>,
     /// What is wrong.
+    #[schemars(example = &"leak")]
     pub(crate) kind: Option<String>,
     /// What is to be said of it.
+    #[schemars(example = &"Oil on the rail")]
     pub(crate) text: Option<String>,
     /// The actuator; null: not known any more.
     #[serde(default, deserialize_with = "given")]
+    #[schemars(example = &"A17")]
     pub(crate) marker: Option<Option<String>>,
     /// Who is to see to it; null: nobody.
     #[serde(default, deserialize_with = "given")]
     pub(crate) assignee_id: Option<Option<Uuid>>,
     /// What is said with it, or nothing but that.
+    #[schemars(example = &"Spare part ordered")]
     pub(crate) comment: Option<String>,
     /// The version that was seen.
     pub(crate) version: Option<i64>,

@@ -13,10 +13,12 @@ use crate::wire::Motion;
 
 /// Somebody who could go.
 #[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
+#[schemars(rename = "NearbyInspector")]
 pub(crate) struct Helper {
     /// Who.
     pub(crate) inspector_id: Uuid,
     /// As the inspector is called.
+    #[schemars(example = &"Li Na")]
     pub(crate) name: String,
     /// The walk.
     pub(crate) session_id: Uuid,

@@ -41,12 +41,15 @@ pub(crate) struct NewFault {
     /// When, seconds since the session's start.
     pub(crate) t_s: Option<f64>,
     /// What is wrong, in a word.
+    #[schemars(example = &"leak")]
     pub(crate) kind: String,
     /// How bad it is.
     pub(crate) severity: Severity,
     /// What the inspector wrote.
+    #[schemars(example = &"Oil on the rail")]
     pub(crate) text: Option<String>,
     /// The actuator the inspector named.
+    #[schemars(example = &"A17")]
     pub(crate) marker: Option<String>,
 }
 

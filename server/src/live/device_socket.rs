@@ -5,7 +5,6 @@ use std::time::Duration;
 
 use axum::extract::State;
 use axum::extract::ws::{CloseFrame, Message, WebSocket, WebSocketUpgrade, close_code};
-use axum::response::Response;
 use bytes::Bytes;
 use futures_util::SinkExt;
 use lodestep_engine::parse::frame;
@@ -20,6 +19,7 @@ use super::device::{self, Device, MOST_ANSWERS_WAITING, ToDevice};
 use super::opening::{self, Opened};
 use crate::auth::{Caller, by_token, not_signed_in, until_unknown};
 use crate::error::{Error, Result};
+use crate::http::Upgraded;
 use crate::state::App;
 use crate::utc;
 
@@ -40,17 +40,17 @@ const STUCK_AFTER: Duration = Duration::from_secs(10);
 const MOST_WRONG_IN_A_ROW: u32 = 20;
 
 /// Upgrades to the device socket.
-pub(crate) async fn open(State(app): State<App>, caller: Caller, upgrade: WebSocketUpgrade) -> Response {
+pub(crate) async fn open(State(app): State<App>, caller: Caller, upgrade: WebSocketUpgrade) -> Upgraded {
     let upgrade = upgrade
         .max_message_size(LARGEST_MESSAGE_BYTES)
         .max_frame_size(LARGEST_MESSAGE_BYTES)
         .read_buffer_size(READ_BUFFER_BYTES);
-    upgrade.on_upgrade(|socket| async move {
+    Upgraded(upgrade.on_upgrade(|socket| async move {
         let devices = metrics::gauge!("lodestep_live_devices");
         devices.increment(1);
         Connection { app, caller, socket }.serve().await;
         devices.decrement(1);
-    })
+    }))
 }
 
 struct Connection {

@@ -5,13 +5,13 @@ use std::time::Duration;
 
 use axum::extract::State;
 use axum::extract::ws::{CloseFrame, Message, Utf8Bytes, WebSocket, WebSocketUpgrade, close_code};
-use axum::response::Response;
 use serde::Deserialize;
 use tokio::time::{MissedTickBehavior, interval, timeout};
 
 use super::hub::{Hub, Next};
 use crate::auth::{By, Caller, by_token, not_signed_in, until_unknown};
 use crate::error::Error;
+use crate::http::Upgraded;
 use crate::rights::Right;
 use crate::state::App;
 
@@ -39,12 +39,12 @@ enum FromClient {
 }
 
 /// Upgrades to the feed.
-pub(crate) async fn open(State(app): State<App>, caller: Caller, upgrade: WebSocketUpgrade) -> Response {
+pub(crate) async fn open(State(app): State<App>, caller: Caller, upgrade: WebSocketUpgrade) -> Upgraded {
     let upgrade = upgrade
         .max_message_size(LARGEST_MESSAGE_BYTES)
         .max_frame_size(LARGEST_MESSAGE_BYTES)
         .read_buffer_size(LARGEST_MESSAGE_BYTES);
-    upgrade.on_upgrade(|socket| async move {
+    Upgraded(upgrade.on_upgrade(|socket| async move {
         let clients = metrics::gauge!("lodestep_feed_clients");
         clients.increment(1);
         let mut client = Client { hub: Arc::clone(&app.hub), app, caller, socket, seen: 0 };
@@ -52,7 +52,7 @@ pub(crate) async fn open(State(app): State<App>, caller: Caller, upgrade: WebSoc
             tracing::debug!(%reason, "a feed client has gone");
         }
         clients.decrement(1);
-    })
+    }))
 }
 
 struct Client {

@@ -6,7 +6,7 @@
 //! log by [`rebuild`]; what it seldom needs lies in the [`input_file`]. What is on disk goes as [`changes`] to the [`hub`], which keeps the [`board`] with its
 //! [`trail`]s and is what the [`feed`] sends to dashboards.
 
-use crate::api::{Needs, Routes};
+use crate::http::{Needs, Routes};
 use crate::rights::Right;
 
 pub mod board;
@@ -37,7 +37,7 @@ pub(crate) use input_file::InputFile;
 pub(crate) fn routes() -> Routes {
     Routes::new()
         .get("/live", Needs::Socket(Right::Walk), device_socket::open)
-        .about("The websocket of a device: docs/wire.md")
+        .about("open_device_socket", "The websocket of a device: docs/wire.md")
         .get("/feed", Needs::Socket(Right::Read), feed::open)
-        .about("The websocket of a dashboard: docs/wire.md")
+        .about("open_feed", "The websocket of a dashboard: docs/wire.md")
 }

@@ -12,6 +12,7 @@ use crate::store::markers::Place;
 
 /// One marker that the file changes.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[schemars(rename = "MarkerDifference")]
 pub(crate) struct Difference {
     /// What becomes of it.
     pub(crate) change: Change,
@@ -29,7 +30,7 @@ pub(crate) struct Difference {
 /// What becomes of a marker.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
-#[schemars(rename = "DifferenceKind")]
+#[schemars(rename = "MarkerDifferenceKind")]
 pub(crate) enum Change {
     /// It is not there yet.
     Added,

@@ -24,6 +24,7 @@ pub(super) const FARTHEST_M: f64 = 100_000.0;
 /// A marker as it is told: in the site's frame, or on the ellipsoid.
 #[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
+#[schemars(example = serde_json::json!({"name": "A17", "e_m": 1.5, "n_m": -2.25, "u_m": 3.0, "reason": "survey of November"}))]
 pub(crate) struct NewMarker {
     /// Its name; may be left out where the path has it.
     pub(crate) name: Option<String>,

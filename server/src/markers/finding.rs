@@ -14,16 +14,20 @@ const MOST_OF_A_KIND: usize = 50;
 
 /// One thing that is odd.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[schemars(rename = "MarkerFinding")]
 pub(crate) struct Finding {
     /// One word for programs and for the page's own words.
+    #[schemars(example = &"far_move")]
     pub(crate) code: String,
     /// Whether the file can be applied all the same.
     pub(crate) level: Level,
     /// The line of the file, where it is about one.
     pub(crate) line: Option<u64>,
     /// The marker, where it is about one.
+    #[schemars(example = &"A17")]
     pub(crate) marker: Option<String>,
     /// Expected, found, what to do.
+    #[schemars(example = &"A17 moves by 12.4 m: is this the same marker?")]
     pub(crate) detail: String,
     /// The figures and names of that sentence; `None` in a plan that was stored before they were kept.
     #[serde(default)]
@@ -50,7 +54,7 @@ impl Finding {
 /// How bad a finding is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
-#[schemars(rename = "FindingLevel")]
+#[schemars(rename = "MarkerFindingLevel")]
 pub(crate) enum Level {
     /// Nothing of the file can be applied.
     Error,

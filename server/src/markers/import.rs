@@ -24,6 +24,7 @@ const MOST_TRIES: u32 = 5;
 
 /// What a file changed.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[schemars(rename = "ImportedMarkers")]
 pub(crate) struct Imported {
     /// Markers that were not there.
     pub(crate) added: u64,

@@ -38,6 +38,7 @@ const NAMED: usize = 20;
 
 /// A file with what it would do, or did.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[schemars(rename = "MarkerImportView")]
 pub(crate) struct ImportView {
     /// The file.
     #[serde(flatten)]
@@ -50,7 +51,7 @@ pub(crate) struct ImportView {
 /// How a file is to be read.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-#[schemars(rename = "ImportReading")]
+#[schemars(rename = "MarkerImportReading")]
 pub(crate) struct Reading {
     /// Which column is what; guessed where it is left out.
     pub(crate) mapping: Option<Mapping>,
@@ -62,9 +63,10 @@ pub(crate) struct Reading {
 /// The go-ahead of whoever applies a file.
 #[derive(Clone, Debug, Default, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-#[schemars(rename = "ApplyImport")]
+#[schemars(rename = "ApplyMarkerImport")]
 pub(crate) struct Apply {
     /// Why.
+    #[schemars(example = &"survey of November")]
     pub(crate) reason: Option<String>,
     /// Whether the warnings were seen.
     #[serde(default)]
@@ -74,9 +76,10 @@ pub(crate) struct Apply {
 /// The go-ahead of whoever takes a file back.
 #[derive(Clone, Debug, Default, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-#[schemars(rename = "RevertImport")]
+#[schemars(rename = "RevertMarkerImport")]
 pub(crate) struct Revert {
     /// Why.
+    #[schemars(example = &"the wrong file")]
     pub(crate) reason: Option<String>,
     /// Whether markers that were changed since stay as they are now.
     #[serde(default)]

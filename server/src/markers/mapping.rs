@@ -6,6 +6,7 @@ use serde::{Deserialize, Serialize};
 /// Which column is what, by number from 0.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(tag = "frame", rename_all = "snake_case", deny_unknown_fields)]
+#[schemars(rename = "MarkerColumns")]
 pub(crate) enum Mapping {
     /// In the site's frame, m.
     Local {

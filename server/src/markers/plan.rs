@@ -25,10 +25,13 @@ const SAMPLE_ROWS: usize = 5;
 #[schemars(rename = "ImportPlan")]
 pub(crate) struct Plan {
     /// How its text is written: `UTF-8` or `GBK`.
+    #[schemars(example = &"UTF-8")]
     pub(crate) encoding: String,
     /// The names of its columns.
+    #[schemars(example = ["name", "e_m", "n_m", "u_m"])]
     pub(crate) columns: Vec<String>,
     /// Its first rows, cell by cell.
+    #[schemars(example = [["A17", "1.0", "2.0", "3.0"]])]
     pub(crate) sample: Vec<Vec<String>>,
     /// How many rows it has.
     pub(crate) rows: u64,

@@ -29,6 +29,7 @@ const MEDIAN_DISTANCE: f64 = 1.177_410_022_515_474_6;
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub(crate) struct MarkerResiduals {
     /// Its name.
+    #[schemars(example = &"A17")]
     pub(crate) marker: String,
     /// Visits that were weighed, accepted or not.
     pub(crate) visits: u64,
@@ -54,6 +55,7 @@ pub(crate) struct MarkerResiduals {
 
 /// What the walks found at all markers.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[schemars(rename = "SurveyResiduals")]
 pub(crate) struct Residuals {
     /// What one visit is off by on one axis, one sigma over all, m; `None` without visits.
     pub(crate) sigma_m: Option<f64>,

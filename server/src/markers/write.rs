@@ -19,6 +19,7 @@ use crate::utc;
 #[schemars(rename = "MarkerStep")]
 pub(crate) struct Step {
     /// The marker's name.
+    #[schemars(example = &"A17")]
     pub(crate) name: String,
     /// Where it stands; `None`: there is none.
     pub(crate) before: Option<Place>,

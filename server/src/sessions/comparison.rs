@@ -32,6 +32,7 @@ struct Figure {
 /// Which value of a figure is the better one.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
+#[schemars(rename = "RunFigureAim")]
 pub(crate) enum Aim {
     /// The smaller.
     Small,
@@ -82,6 +83,7 @@ const FIGURES: &[Figure] = &[
 
 /// Runs side by side.
 #[derive(Debug, Serialize, JsonSchema)]
+#[schemars(rename = "LabComparison")]
 pub(crate) struct Comparison {
     /// What is compared, in order.
     pub(crate) figures: Vec<FigureView>,
@@ -91,10 +93,13 @@ pub(crate) struct Comparison {
 
 /// A figure by which runs are compared.
 #[derive(Debug, Serialize, JsonSchema)]
+#[schemars(rename = "RunFigure")]
 pub(crate) struct FigureView {
     /// Its name, with its unit at the end where it has one.
+    #[schemars(example = &"closure_m")]
     pub(crate) name: &'static str,
     /// Its unit; `1` for a number without one.
+    #[schemars(example = &"m")]
     pub(crate) unit: &'static str,
     /// Which value is the better one.
     pub(crate) aim: Aim,
@@ -102,9 +107,12 @@ pub(crate) struct FigureView {
 
 /// One run.
 #[derive(Debug, Serialize, JsonSchema)]
+#[schemars(rename = "ComparedRun")]
 pub(crate) struct Row {
     pub(crate) session_id: Uuid,
+    #[schemars(example = &"Ring road, north")]
     pub(crate) title: String,
+    #[schemars(example = &"Li Na")]
     pub(crate) inspector: String,
     #[serde(with = "time::serde::rfc3339")]
     #[schemars(with = "utc::Instant")]
@@ -112,11 +120,12 @@ pub(crate) struct Row {
     /// `None`: the session's own track.
     pub(crate) run_id: Option<Uuid>,
     /// As it is shown; for the session's own track the set that was the site's, or `default`.
+    #[schemars(example = &"main")]
     pub(crate) run: String,
     /// What differs from the default.
     pub(crate) parameters: BTreeMap<String, f64>,
     /// The aids that were chosen; `None`: all that the data allow.
-    #[schemars(with = "Option<Vec<String>>")]
+    #[schemars(with = "Option<Vec<String>>", example = ["zupt", "heading"])]
     pub(crate) aids: Option<Vec<AidKind>>,
     /// By name; a figure that the run does not have is left out.
     pub(crate) values: BTreeMap<&'static str, f64>,

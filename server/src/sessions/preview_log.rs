@@ -8,6 +8,7 @@ use lodestep_engine::parse::mapping::{Delimiter, Mapping};
 use lodestep_engine::parse::{ParseError, Reading, StreamReader};
 use lodestep_engine::stream::Kind;
 use lodestep_engine::system::StreamRule;
+use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::unpack::{Unpack, UnpackError, UnpackLimits};
@@ -18,7 +19,8 @@ const PIECE_BYTES: usize = 64 << 10;
 
 /// What was found. Where something is wrong with the log, `problem` says so, and the rest is what was
 /// found before that.
-#[derive(Debug, Serialize)]
+#[derive(Debug, Serialize, JsonSchema)]
+#[schemars(rename = "LogPreview")]
 pub(crate) struct Preview {
     /// Its format; `None` when it is none that is known.
     format: Option<LogFormat>,
@@ -29,8 +31,10 @@ pub(crate) struct Preview {
     /// What stands between the fields of its table.
     delimiter: Option<Delimiter>,
     /// The columns of its table.
+    #[schemars(example = ["t_s", "gyr_x_rad_s"])]
     columns: Vec<String>,
     /// The first rows of its table, as they stand in the file.
+    #[schemars(example = [["0.00", "0.001"], ["0.01", "0.002"]])]
     rows: Vec<Vec<String>>,
     /// What the log's own clock shows at its first and last sample, ns.
     clock_ns: Option<[i64; 2]>,
@@ -39,10 +43,12 @@ pub(crate) struct Preview {
     /// Whether the field is told in counts, as nobody said how much one is.
     field_in_counts: bool,
     /// What was done to read it, as far as it was looked at, in sentences.
+    #[schemars(example = ["line 5002 was left out: expected 7 numbers, found 3"])]
     remarks: Vec<String>,
     /// What its samples are worth.
     survey: Survey,
     /// What is wrong with it.
+    #[schemars(example = None::<()>)]
     problem: Option<Problem>,
 }
 

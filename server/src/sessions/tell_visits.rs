@@ -30,7 +30,7 @@ pub(crate) struct Told {
 
 /// What became of a list of visits.
 #[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
-pub(crate) struct TellVisits {
+pub(crate) struct AddedVisits {
     /// How many are new.
     pub(crate) added: u64,
     /// How many the session had already.
@@ -43,10 +43,13 @@ pub(crate) struct TellVisits {
 
 /// Two visits that overlap.
 #[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
+#[schemars(rename = "VisitOverlap")]
 pub(crate) struct Overlap {
     /// The earlier one's marker.
+    #[schemars(example = &"A17")]
     pub(crate) marker: String,
     /// The later one's marker.
+    #[schemars(example = &"A18")]
     pub(crate) other_marker: String,
     /// When the overlap begins, ns.
     pub(crate) t_start_ns: i64,
@@ -60,7 +63,7 @@ pub(crate) async fn tell(
     caller: &Caller,
     session_id: Uuid,
     told: Vec<Told>,
-) -> Result<TellVisits> {
+) -> Result<AddedVisits> {
     if sessions::get(app.store.read(), session_id).await?.is_none() {
         return Err(Error::not_found("session", session_id));
     }
@@ -113,7 +116,7 @@ pub(crate) async fn tell(
     app.hub.publish_all(added.iter().cloned().map(Change::Visit));
     app.live.tell_visits(session_id, added).await;
     let visits = visits::of_session(app.store.read(), session_id).await?;
-    Ok(TellVisits { added: new, unchanged: of_list - new, overlaps: overlaps(&visits), visits })
+    Ok(AddedVisits { added: new, unchanged: of_list - new, overlaps: overlaps(&visits), visits })
 }
 
 async fn check(app: &App, told: &[Told]) -> Result<()> {

@@ -5,7 +5,9 @@ use std::io::{self, Write};
 use lodestep_engine::event::{TrackPoint, VisitOutcome};
 use lodestep_engine::geo::{Geodetic, LocalFrame};
 use lodestep_engine::system::Declaration;
+use lodestep_engine::systems::catalogue;
 use lodestep_engine::track::{TrackPlace, csv, geojson, gpx, kml};
+use schemars::JsonSchema;
 
 use crate::site::Site;
 use crate::store::sessions::Session;
@@ -23,16 +25,6 @@ pub(crate) enum Format {
 }
 
 impl Format {
-    pub(crate) fn content_type(self) -> &'static str {
-        match self {
-            Format::Json => "application/json",
-            Format::Csv => "text/csv; charset=utf-8",
-            Format::GeoJson => "application/geo+json",
-            Format::Gpx => "application/gpx+xml",
-            Format::Kml => "application/vnd.google-earth.kml+xml",
-        }
-    }
-
     pub(crate) fn extension(self) -> &'static str {
         match self {
             Format::Json => "json",
@@ -98,6 +90,24 @@ pub(crate) fn write(
     }
 }
 
+/// A track as `write_json` writes it, point by point.
+#[derive(JsonSchema)]
+#[expect(
+    dead_code,
+    reason = "a track is written as it is read from the store, and never held whole in this shape"
+)]
+pub(crate) struct TrackPoints {
+    /// `main`, `filtered`, `without_markers` or the id of a lab run.
+    #[schemars(example = &"main")]
+    run: String,
+    /// What stands in each row: times in seconds since the session's start, positions in metres east, north and up of the
+    /// site's origin, headings in radians from north to east.
+    #[schemars(example = csv::columns(catalogue::usual()))]
+    columns: Vec<String>,
+    /// A point a row, `null` where a column has no value.
+    rows: Vec<Vec<Option<f64>>>,
+}
+
 /// The rows of the CSV track as arrays, `null` for an empty field.
 fn write_json(
     system: &Declaration,
@@ -130,10 +140,8 @@ fn write_json(
 
 #[cfg(test)]
 mod tests {
-    use lodestep_engine::event::Part;
-    use lodestep_engine::systems::catalogue;
-
     use super::*;
+    use lodestep_engine::event::Part;
 
     #[test]
     fn the_page_gets_numbers_and_nulls() {

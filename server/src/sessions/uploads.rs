@@ -19,6 +19,7 @@ use uuid::Uuid;
 use super::upload_file::{self, UploadFile};
 use super::upload_turns::Turn;
 use crate::error::{Error, Result};
+use crate::http::MaybeNew;
 use crate::state::App;
 use crate::store::StoreError;
 use crate::store::health::Health;
@@ -44,32 +45,26 @@ const MOST_UNFINISHED_OF_ONE: u64 = 64;
 /// How an upload begins.
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
+#[schemars(rename = "NewLog")]
 pub(crate) struct BeginLog {
     /// The stream that the log was recorded on.
-    #[schemars(with = "String")]
+    #[schemars(with = "String", example = &"left")]
     pub(crate) stream: StreamId,
     /// The file's name, to be shown.
+    #[schemars(example = &"left.csv")]
     pub(crate) file_name: Option<String>,
     /// How many bytes will be sent.
     pub(crate) size_bytes: Option<u64>,
     /// SHA-256 of these bytes, hex.
+    #[schemars(example = crate::examples::SHA256)]
     pub(crate) sha256: Option<String>,
     /// What the log does not say itself.
     #[serde(default)]
-    #[schemars(with = "serde_json::Value")]
     pub(crate) reading: Reading,
 }
 
-/// What beginning an upload came to.
-pub(crate) enum Begun {
-    /// A new upload.
-    New(Log),
-    /// These very bytes are held, or on their way: go on from there.
-    Known(Log),
-}
-
-/// Begins an upload, or finds the one that was begun with the same hash before.
-pub(crate) async fn begin(app: &App, session_id: Uuid, asked: BeginLog) -> Result<Begun> {
+/// Begins an upload, or finds the one of these very bytes that was begun before, to go on from there.
+pub(crate) async fn begin(app: &App, session_id: Uuid, asked: BeginLog) -> Result<MaybeNew<Log>> {
     let session = sessions::get(app.store.read(), session_id).await?;
     let session = session.ok_or_else(|| Error::not_found("session", session_id))?;
     if !session.streams.contains(&asked.stream) {
@@ -94,7 +89,7 @@ pub(crate) async fn begin(app: &App, session_id: Uuid, asked: BeginLog) -> Resul
         if log.state == LogState::Unchanged {
             same_reading(&log, &asked.reading)?;
         }
-        return Ok(Begun::Known(log));
+        return Ok(MaybeNew::Known(log));
     }
     if begun.iter().filter(|log| log.state == LogState::Receiving).count() >= MOST_UNFINISHED {
         return Err(Error::conflict(
@@ -149,7 +144,7 @@ pub(crate) async fn begin(app: &App, session_id: Uuid, asked: BeginLog) -> Resul
     if first {
         publish_session(app, session_id).await?;
     }
-    Ok(Begun::New(log))
+    Ok(MaybeNew::New(log))
 }
 
 /// The log with these bytes that this stream has, accepted or on its way.

@@ -18,6 +18,7 @@ pub struct Account {
     /// Its id.
     pub id: Uuid,
     /// What its owner signs in with.
+    #[schemars(example = &"li wei")]
     pub name: String,
     /// What its owner may do.
     pub role: Role,

@@ -1,5 +1,6 @@
 //! Trouble with sensors or their data.
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use sqlx::sqlite::SqliteRow;
 use sqlx::{FromRow, Row, SqliteConnection, SqliteExecutor};
@@ -13,12 +14,13 @@ use super::many_rows::{placeholders, shaped, shapes};
 use super::{StoreError, columns};
 
 /// An anomaly of a session.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Anomaly {
     /// The walk.
     pub session_id: Uuid,
     /// What was found. Its kind stands as `anomaly`, for `kind` names the change that carries it.
     #[serde(flatten, with = "found")]
+    #[schemars(with = "found::Shape")]
     pub found: anomaly::Anomaly,
     /// How many of the kind are told by this one: it is the first of them, with the time and the samples of all.
     #[serde(default = "once")]
@@ -49,19 +51,29 @@ impl Gathered {
 mod found {
     use lodestep_engine::anomaly::{Anomaly, AnomalyKind};
     use lodestep_engine::figures::Figures;
+    use schemars::JsonSchema;
     use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
     use crate::stream_field::OptionalStreamField;
 
-    #[derive(Serialize, Deserialize)]
-    struct Shape {
+    #[derive(Serialize, Deserialize, JsonSchema)]
+    pub(super) struct Shape {
+        /// Which kind of anomaly.
+        #[schemars(with = "String", example = &"gap")]
         anomaly: AnomalyKind,
+        /// Whose readings; null where it is not one stream's.
         #[serde(flatten)]
         stream: OptionalStreamField,
+        /// From when, ns since the session's start.
         t_start_ns: i64,
+        /// Until when, ns.
         t_end_ns: i64,
+        /// How many samples it concerns.
         samples: u64,
+        /// In a sentence.
+        #[schemars(example = &"no samples for 1.2 s")]
         detail: String,
+        /// The figures of the sentence by their names; null in findings of earlier versions.
         figures: Option<Figures>,
     }
 

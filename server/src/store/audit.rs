@@ -13,6 +13,7 @@ use crate::utc;
 
 /// One change.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[schemars(rename = "AuditEntry")]
 pub struct Entry {
     /// Counts up.
     pub id: i64,
@@ -23,16 +24,22 @@ pub struct Entry {
     /// The account behind it, where there is one.
     pub account_id: Option<Uuid>,
     /// Who, in words of then.
+    #[schemars(example = &"li wei")]
     pub who: String,
     /// From where.
+    #[schemars(example = &"10.1.2.3")]
     pub address: String,
     /// What was done, such as `marker.moved`.
+    #[schemars(example = &"marker.changed")]
     pub action: String,
     /// The id or name of what was changed.
+    #[schemars(example = &"A17")]
     pub subject: String,
     /// What was there.
+    #[schemars(example = serde_json::json!({"e_m": 1.0}))]
     pub before: Option<Value>,
     /// What is there now.
+    #[schemars(example = serde_json::json!({"e_m": 1.02}))]
     pub after: Option<Value>,
 }
 

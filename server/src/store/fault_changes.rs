@@ -20,14 +20,18 @@ pub struct FaultChange {
     #[schemars(with = "crate::utc::Instant")]
     pub changed_at: OffsetDateTime,
     /// Who; `None` where nobody had to sign in.
+    #[schemars(example = &"li wei")]
     pub changed_by: Option<String>,
     /// What.
     pub what: What,
     /// What it was: a word, an id or a text.
+    #[schemars(example = &"open")]
     pub before: Option<String>,
     /// What it became.
+    #[schemars(example = &"acknowledged")]
     pub after: Option<String>,
     /// What was said with it; may be empty.
+    #[schemars(example = &"Spare part ordered")]
     pub comment: String,
 }
 

@@ -12,22 +12,26 @@ use crate::utc;
 
 /// A photo, without its bytes.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[schemars(rename = "FaultPhoto")]
 pub struct Photo {
     /// Its id.
     pub id: Uuid,
     /// The fault.
     pub fault_id: Uuid,
     /// `image/jpeg`, `image/png` or `image/webp`.
+    #[schemars(example = &"image/jpeg")]
     pub content_type: String,
     /// Its size, bytes.
     pub size_bytes: u64,
     /// Of its bytes, lower-case hex.
+    #[schemars(example = crate::examples::SHA256)]
     pub sha256: String,
     /// When it came.
     #[serde(with = "time::serde::rfc3339")]
     #[schemars(with = "crate::utc::Instant")]
     pub created_at: OffsetDateTime,
     /// Who sent it; `None` where nobody had to sign in.
+    #[schemars(example = &"li wei")]
     pub created_by: Option<String>,
 }
 

@@ -26,12 +26,15 @@ pub struct Fault {
     /// The same moment on the session's clock, ns.
     pub t_ns: Option<i64>,
     /// What is wrong, in a word. (`fault_kind` would repeat itself: a change carries it under `fault`.)
+    #[schemars(example = &"leak")]
     pub kind: String,
     /// How bad it is.
     pub severity: Severity,
     /// What the inspector wrote.
+    #[schemars(example = &"Oil on the rail")]
     pub text: String,
     /// The actuator the inspector named.
+    #[schemars(example = &"A17")]
     pub marker: Option<String>,
     /// Where the inspector was, east-north-up, m; `None` when that is not known.
     pub position_m: Option<[f64; 3]>,
@@ -65,8 +68,10 @@ pub struct Fault {
 
 /// One actuator that a fault may be about.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[schemars(rename = "FaultCandidate")]
 pub struct Candidate {
     /// Its name; `None` stands for "none of them".
+    #[schemars(example = &"A17")]
     pub marker: Option<String>,
     /// How likely it is, 0 to 1.
     pub probability: f64,
@@ -77,6 +82,7 @@ pub struct Candidate {
 /// How bad a fault is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
+#[schemars(rename = "FaultSeverity")]
 pub enum Severity {
     /// It can wait.
     Low,

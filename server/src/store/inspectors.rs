@@ -16,6 +16,7 @@ pub struct Inspector {
     /// Its id.
     pub id: Uuid,
     /// As it is shown; one person, one name.
+    #[schemars(example = &"Li Na")]
     pub name: String,
     /// When it was added.
     #[serde(with = "time::serde::rfc3339")]

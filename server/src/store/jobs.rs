@@ -23,11 +23,13 @@ pub struct Job {
     /// How far it has come.
     pub state: JobState,
     /// What it is doing, in a word.
+    #[schemars(example = &"filter")]
     pub stage: String,
     /// From 0 to 1.
     pub progress: f64,
     /// Why it failed.
     #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(example = None::<&str>)]
     pub error: Option<String>,
     /// How often it was begun and neither ended nor was asked to stop: the server died under it.
     #[serde(default)]

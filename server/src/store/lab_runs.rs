@@ -26,22 +26,24 @@ pub struct LabRun {
     /// The walk.
     pub session_id: Uuid,
     /// As it is shown.
+    #[schemars(example = &"less noise")]
     pub name: String,
     /// The set of parameters that it was asked for with, while that exists.
     pub parameter_set_id: Option<Uuid>,
     /// By key, what differs from the default.
     pub parameters: BTreeMap<String, f64>,
     /// The aids that it uses; `None`: all that the data allow.
-    #[schemars(with = "Option<Vec<String>>")]
+    #[schemars(with = "Option<Vec<String>>", example = ["zupt", "heading"])]
     pub aids: Option<Vec<AidKind>>,
     /// What is told of it: each point as it was known at its time, or smoothed.
-    #[schemars(with = "String")]
+    #[schemars(with = "String", example = &"smoothed")]
     pub solution: Solution,
     /// When it was asked for.
     #[serde(with = "time::serde::rfc3339")]
     #[schemars(with = "utc::Instant")]
     pub created_at: OffsetDateTime,
     /// By whom; `None` where nobody had to sign in.
+    #[schemars(example = &"li wei")]
     pub created_by: Option<String>,
     /// The job that computes it.
     pub job_id: Uuid,
@@ -49,6 +51,7 @@ pub struct LabRun {
     pub state: JobState,
     /// Why it failed.
     #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(example = None::<&str>)]
     pub error: Option<String>,
     /// What it came to; `None` until it has been computed.
     pub figures: Option<Figures>,
@@ -58,6 +61,7 @@ pub struct LabRun {
 
 /// What a run came to, in the figures by which runs are compared.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[schemars(rename = "RunFigures")]
 pub struct Figures {
     /// Epochs that were told.
     pub epochs: u64,
@@ -103,8 +107,10 @@ pub struct Figures {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Provenance {
     /// The engine's version.
+    #[schemars(example = &"0.1.0")]
     pub engine_version: String,
     /// Over the engine's source, lower-case hex.
+    #[schemars(example = crate::examples::SHA256)]
     pub engine_sha256: String,
     /// Every parameter that is not the default.
     pub parameters: BTreeMap<String, f64>,
@@ -112,25 +118,29 @@ pub struct Provenance {
     #[serde(default)]
     pub parameter_set: Option<SetVersion>,
     /// The aids that were used, as far as the data allowed.
-    #[schemars(with = "Vec<String>")]
+    #[schemars(with = "Vec<String>", example = ["zupt", "heading"])]
     pub aids: Vec<AidKind>,
     /// What was told.
-    #[schemars(with = "String")]
+    #[schemars(with = "String", example = &"smoothed")]
     pub solution: Solution,
     /// What was read, a stream each.
     pub inputs: Vec<Input>,
     /// Over the visits with the places of their markers, lower-case hex.
+    #[schemars(example = crate::examples::SHA256)]
     pub visits_sha256: String,
     /// How many visits these are.
     pub visits: u64,
     /// Over all that the engine was told before the first sample but the markers to choose from, lower-case hex.
+    #[schemars(example = crate::examples::SHA256)]
     pub config_sha256: String,
     /// Over every epoch that came out, lower-case hex.
+    #[schemars(example = crate::examples::SHA256)]
     pub track_sha256: String,
 }
 
 /// The samples of one stream.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[schemars(rename = "RunInput")]
 pub struct Input {
     /// Which stream.
     #[serde(flatten)]
@@ -138,6 +148,7 @@ pub struct Input {
     /// Where they came from.
     pub source: Source,
     /// Of a log, over its bytes as they were sent; of a stream, over its samples as the store lays them out.
+    #[schemars(example = crate::examples::SHA256)]
     pub sha256: String,
     /// How many samples.
     pub samples: u64,
@@ -146,6 +157,7 @@ pub struct Input {
 /// How samples came.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
+#[schemars(rename = "SampleSource")]
 pub enum Source {
     /// As a file at the dock.
     Log,

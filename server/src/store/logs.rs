@@ -27,21 +27,21 @@ pub struct Log {
     /// How far it has come.
     pub state: LogState,
     /// As the sender calls it; shown, never used as a path.
+    #[schemars(example = &"left.csv")]
     pub file_name: Option<String>,
     /// Bytes received and on disk, as sent.
     pub offset_bytes: u64,
     /// Bytes announced.
     pub size_bytes: Option<u64>,
     /// Of the bytes as sent, lower-case hex; `None` until announced or finished.
+    #[schemars(example = crate::examples::SHA256)]
     pub sha256: Option<String>,
     /// How the bytes were packed; `None` until they were read.
     pub codec: Option<Codec>,
     /// Its format; `None` until it was read.
-    #[schemars(with = "Option<String>")]
     pub format: Option<LogFormat>,
     /// What was said of it that it does not say itself.
     #[serde(default, skip_serializing_if = "Reading::is_empty")]
-    #[schemars(with = "Option<serde_json::Value>")]
     pub reading: Reading,
     /// Samples found in it.
     pub samples: u64,
@@ -51,6 +51,7 @@ pub struct Log {
     pub t_last_ns: Option<i64>,
     /// Why it failed.
     #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(example = None::<&str>)]
     pub error: Option<String>,
     /// When it was begun.
     #[serde(with = "time::serde::rfc3339")]
@@ -79,6 +80,7 @@ pub enum LogState {
 /// How a log was packed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
+#[schemars(rename = "LogCodec")]
 pub enum Codec {
     /// Not at all.
     Plain,

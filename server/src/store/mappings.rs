@@ -1,6 +1,7 @@
 //! Mappings of columns to channels that people keep under a name.
 
 use lodestep_engine::parse::mapping::Mapping;
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use sqlx::sqlite::SqliteRow;
 use sqlx::{FromRow, Row, SqliteExecutor};
@@ -11,11 +12,12 @@ use super::{StoreError, columns};
 use crate::utc;
 
 /// A mapping under a name.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct NamedMapping {
     /// Its id.
     pub id: Uuid,
     /// As it is shown; unique.
+    #[schemars(example = &"the blue loggers")]
     pub name: String,
     /// Which column is which channel.
     pub mapping: Mapping,
@@ -24,9 +26,11 @@ pub struct NamedMapping {
     pub created_by: Option<Uuid>,
     /// When it was first kept.
     #[serde(with = "time::serde::rfc3339")]
+    #[schemars(with = "utc::Instant")]
     pub created_at: OffsetDateTime,
     /// When it was last changed.
     #[serde(with = "time::serde::rfc3339")]
+    #[schemars(with = "utc::Instant")]
     pub updated_at: OffsetDateTime,
 }
 

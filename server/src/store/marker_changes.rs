@@ -16,6 +16,7 @@ use crate::utc;
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct MarkerChange {
     /// The marker's name.
+    #[schemars(example = &"A17")]
     pub marker: String,
     /// The table's revision after it.
     pub revision: i64,
@@ -24,8 +25,10 @@ pub struct MarkerChange {
     #[schemars(with = "crate::utc::Instant")]
     pub changed_at: OffsetDateTime,
     /// Who; `None` where nobody had to sign in.
+    #[schemars(example = &"li wei")]
     pub changed_by: Option<String>,
     /// Why; may be empty.
+    #[schemars(example = &"survey of November")]
     pub reason: String,
     /// The file that it came with, or whose revert it is.
     pub import_id: Option<Uuid>,

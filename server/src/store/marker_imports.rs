@@ -18,6 +18,7 @@ pub struct MarkerImport {
     /// How far it has come.
     pub state: ImportState,
     /// As its sender calls it.
+    #[schemars(example = &"anchors.csv")]
     pub file_name: Option<String>,
     /// Whether markers that it does not name are removed.
     pub whole_table: bool,
@@ -31,24 +32,28 @@ pub struct MarkerImport {
     /// The revision that its revert made.
     pub reverted_revision: Option<i64>,
     /// Why, as whoever applied it said.
+    #[schemars(example = &"survey of November")]
     pub reason: String,
     /// When it came.
     #[serde(with = "time::serde::rfc3339")]
     #[schemars(with = "crate::utc::Instant")]
     pub created_at: OffsetDateTime,
     /// Who sent it; `None` where nobody had to sign in.
+    #[schemars(example = &"li wei")]
     pub created_by: Option<String>,
     /// When it was applied.
     #[serde(with = "time::serde::rfc3339::option")]
     #[schemars(with = "Option<crate::utc::Instant>")]
     pub applied_at: Option<OffsetDateTime>,
     /// Who applied it.
+    #[schemars(example = &"li wei")]
     pub applied_by: Option<String>,
     /// When it was reverted.
     #[serde(with = "time::serde::rfc3339::option")]
     #[schemars(with = "Option<crate::utc::Instant>")]
     pub reverted_at: Option<OffsetDateTime>,
     /// Who reverted it.
+    #[schemars(example = &"li wei")]
     pub reverted_by: Option<String>,
 }
 
@@ -69,6 +74,7 @@ pub struct Counts {
 /// How far a file has come.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
+#[schemars(rename = "MarkerImportState")]
 pub enum ImportState {
     /// Its difference is known, and nothing of it is in the table.
     Compared,

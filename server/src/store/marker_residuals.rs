@@ -14,6 +14,7 @@ use crate::utc;
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct VisitResidual {
     /// The marker.
+    #[schemars(example = &"A17")]
     pub marker: String,
     /// The walk.
     pub session_id: Uuid,

@@ -14,6 +14,7 @@ use crate::utc;
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Marker {
     /// Its name, such as A17; case matters.
+    #[schemars(example = &"A17")]
     pub name: String,
     /// East, m.
     pub e_m: f64,

@@ -18,8 +18,10 @@ pub struct ParameterSet {
     /// Its id.
     pub id: Uuid,
     /// As it is shown; unique.
+    #[schemars(example = &"less noise")]
     pub name: String,
     /// What it is for; may be empty.
+    #[schemars(example = &"for the new soles")]
     pub about: String,
     /// By key; only what differs from the default.
     pub parameters: BTreeMap<String, f64>,
@@ -30,6 +32,7 @@ pub struct ParameterSet {
     #[schemars(with = "utc::Instant")]
     pub created_at: OffsetDateTime,
     /// By whom; `None` where nobody had to sign in.
+    #[schemars(example = &"li wei")]
     pub created_by: Option<String>,
     /// When it was last changed.
     #[serde(with = "time::serde::rfc3339")]

@@ -46,6 +46,7 @@ pub struct Wanted {
 /// How a walk came, and how its visits are made.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
+#[schemars(rename = "SessionMode")]
 pub enum Mode {
     /// As files at the dock.
     Log,
@@ -76,6 +77,7 @@ pub enum Flag {
 /// By what walks are ordered.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
+#[schemars(rename = "SessionOrder")]
 pub enum Sort {
     /// When they began.
     #[default]
@@ -120,11 +122,13 @@ impl Flag {
 
 /// A walk that was found.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[schemars(rename = "FoundSession")]
 pub struct Found {
     /// The walk itself.
     #[serde(flatten)]
     pub session: Session,
     /// Who walked.
+    #[schemars(example = &"Li Na")]
     pub inspector: String,
     /// Whether its samples came as files.
     pub from_log: bool,
@@ -143,8 +147,10 @@ pub struct Found {
     /// Whether somebody marked it.
     pub starred: bool,
     /// What somebody wrote of it; may be empty.
+    #[schemars(example = &"repeat this one")]
     pub note: String,
     /// Who marked it or wrote that.
+    #[schemars(example = &"li wei")]
     pub noted_by: Option<String>,
     /// When.
     #[serde(with = "time::serde::rfc3339::option")]
@@ -174,6 +180,7 @@ impl FromRow<'_, SqliteRow> for Found {
 
 /// A page of walks.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[schemars(rename = "SessionPage")]
 pub struct Page {
     /// How many there are, on all pages.
     pub total: u64,
@@ -263,11 +270,13 @@ pub async fn page(db: &SqlitePool, wanted: &Wanted) -> Result<Page, StoreError> 
 
 /// What was said of a walk.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[schemars(rename = "SessionNote")]
 pub struct Note {
     /// Whether it is marked.
     pub starred: bool,
     /// A short text; may be empty.
     #[serde(default)]
+    #[schemars(example = &"repeat this one")]
     pub note: String,
 }
 

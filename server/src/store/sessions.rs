@@ -25,6 +25,7 @@ pub struct Session {
     /// Who walks.
     pub inspector_id: Uuid,
     /// Free words; may be empty.
+    #[schemars(example = &"Ring road, north")]
     pub title: String,
     /// How far it has come.
     pub state: SessionState,
@@ -38,14 +39,15 @@ pub struct Session {
     pub ended_at: Option<OffsetDateTime>,
     /// The system that computes it.
     #[serde(default = "usual_system")]
+    #[schemars(example = &"pedestrian")]
     pub system: String,
     /// The streams of its readings, by number.
     #[serde(default)]
-    #[schemars(with = "Vec<String>")]
+    #[schemars(with = "Vec<String>", example = ["left", "right"])]
     pub streams: Vec<StreamId>,
     /// The streams under the key of clients that know none.
     #[serde(flatten, skip_deserializing)]
-    #[schemars(skip)]
+    #[schemars(with = "BTreeMap<String, Vec<String>>")]
     pub former: BTreeMap<String, Vec<StreamId>>,
     /// Where it started.
     pub start: Start,
@@ -53,6 +55,7 @@ pub struct Session {
     pub initial_heading_deg: Option<f64>,
     /// What the instrument is like, TOML; `None` where its system takes none.
     #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(example = None::<String>)]
     pub instrument: Option<String>,
     /// Whether a stand that is nearly certain is taken for a visit.
     #[serde(default)]
@@ -73,9 +76,11 @@ pub struct Session {
     /// Metres walked since then.
     pub since_marker_m: f64,
     /// Hash over every epoch of the main run, lower-case hex.
+    #[schemars(example = crate::examples::SHA256)]
     pub track_sha256: Option<String>,
     /// Why it failed.
     #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(example = None::<&str>)]
     pub error: Option<String>,
     /// When it was made.
     #[serde(with = "time::serde::rfc3339")]
@@ -85,10 +90,12 @@ pub struct Session {
 
 /// Where a walk started.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[schemars(rename = "SessionStart")]
 pub struct Start {
     /// The marker's name; `None` when coordinates were given.
+    #[schemars(example = &"A17")]
     pub marker: Option<String>,
-    /// Where the middle of the streams stood, east-north-up, m.
+    /// Where its point stood, east-north-up, m.
     pub position_m: [f64; 3],
 }
 

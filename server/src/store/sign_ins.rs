@@ -19,8 +19,10 @@ pub struct SignIn {
     /// Who has signed in.
     pub account_id: Uuid,
     /// From where.
+    #[schemars(example = &"10.1.2.3")]
     pub address: String,
     /// What the browser calls itself.
+    #[schemars(example = &"Mozilla/5.0")]
     pub agent: String,
     /// When.
     #[serde(with = "time::serde::rfc3339")]

@@ -19,6 +19,7 @@ pub struct SetVersion {
     /// Its id.
     pub id: Uuid,
     /// Its name at that time.
+    #[schemars(example = &"less noise")]
     pub name: String,
     /// Its version at that time.
     pub version: i64,
@@ -38,6 +39,7 @@ pub struct SiteParameters {
     #[schemars(with = "Option<utc::Instant>")]
     pub chosen_at: Option<OffsetDateTime>,
     /// By whom; `None` where nobody had to sign in.
+    #[schemars(example = &"li wei")]
     pub chosen_by: Option<String>,
 }
 

@@ -20,6 +20,7 @@ pub struct Token {
     /// Who made it.
     pub account_id: Uuid,
     /// What it is for.
+    #[schemars(example = &"gateway 3")]
     pub name: String,
     /// What may be done with it, as far as its owner may.
     pub rights: Vec<Right>,

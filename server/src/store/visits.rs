@@ -19,6 +19,7 @@ pub struct Visit {
     /// The walk.
     pub session_id: Uuid,
     /// The marker's name at that time.
+    #[schemars(example = &"A17")]
     pub marker: String,
     /// When the inspector arrived, ns.
     pub t_start_ns: i64,
@@ -39,6 +40,7 @@ pub struct Visit {
 /// Who said that it was this marker.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
+#[schemars(rename = "VisitOrigin")]
 pub enum Origin {
     /// Somebody keyed it in.
     #[default]
@@ -65,6 +67,7 @@ pub struct Outcome {
     /// Position after the correction minus the marker's, east-north-up, m.
     pub after_minus_marker_m: [f64; 3],
     /// Why it was not used; empty when it was.
+    #[schemars(example = &"")]
     pub reason: String,
 }
 

@@ -19,6 +19,7 @@ const NAMED_ANOMALIES: usize = 50;
 
 /// One event on its way to one webhook.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[schemars(rename = "WebhookDelivery")]
 pub struct Delivery {
     /// Its number, in the order of the events.
     pub id: i64,
@@ -29,6 +30,7 @@ pub struct Delivery {
     /// What it tells of.
     pub event: EventKind,
     /// JSON, as it is signed and sent.
+    #[schemars(example = &"{}")]
     pub body: String,
     /// How far it has come.
     pub state: DeliveryState,
@@ -47,6 +49,7 @@ pub struct Delivery {
     /// HTTP status of the last answer; `None` where there was none.
     pub status: Option<u16>,
     /// The first bytes of the last answer, or why there was none.
+    #[schemars(example = &"ok")]
     pub answer: Option<String>,
     /// When the event happened.
     #[serde(with = "time::serde::rfc3339")]
@@ -57,6 +60,7 @@ pub struct Delivery {
 /// How far a delivery has come.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
+#[schemars(rename = "WebhookDeliveryState")]
 pub enum DeliveryState {
     /// It will be tried.
     Waiting,

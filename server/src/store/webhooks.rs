@@ -16,14 +16,17 @@ pub struct Webhook {
     /// Its id.
     pub id: Uuid,
     /// What it is for.
+    #[schemars(example = &"tickets")]
     pub name: String,
     /// Where events are posted to.
+    #[schemars(example = &"https://tickets.example/lodestep")]
     pub url: String,
     /// Which events it wants.
     pub events: Vec<EventKind>,
     /// Whether anything is sent.
     pub enabled: bool,
     /// Why it was switched off, where nothing arrived for long.
+    #[schemars(example = None::<&str>)]
     pub disabled_why: Option<String>,
     /// Since when every try has failed.
     #[serde(with = "time::serde::rfc3339::option")]
@@ -36,6 +39,7 @@ pub struct Webhook {
     #[schemars(with = "utc::Instant")]
     pub created_at: OffsetDateTime,
     /// By whom; `None` where nobody had to sign in.
+    #[schemars(example = &"li wei")]
     pub created_by: Option<String>,
     /// When it was last changed.
     #[serde(with = "time::serde::rfc3339")]
@@ -45,6 +49,7 @@ pub struct Webhook {
 
 /// What may be heard of.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize, JsonSchema)]
+#[schemars(rename = "WebhookEvent")]
 pub enum EventKind {
     /// A fault was reported.
     #[serde(rename = "fault.reported")]

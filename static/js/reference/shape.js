@@ -1,4 +1,5 @@
-// A JSON schema as a person reads it: names, kinds, what each is.
+// What the description of the API says, as a person reads it: a JSON schema by names, kinds, what each is; answers, by what
+// is given and by the codes of problems.
 
 /** Shapes within shapes deeper than this are named, not spelt out. */
 const DEEPEST = 3;
@@ -43,4 +44,27 @@ export function shapeLines(schema, document, depth = 0) {
     return of.length === 1 ? [`list of ${of[0]}`] : [`list of ${of[0]}`, ...of.slice(1)];
   }
   return [schema.format ? `${kind} (${schema.format})` : (kind ?? "anything")];
+}
+
+/**
+ * What is given when all is well: the body of the first such answer that has one.
+ * @param {Record<string, any>} responses
+ * @returns {Record<string, {schema: any}> | undefined}
+ */
+export const givesOf = (responses) =>
+  Object.entries(responses).find(([status, { content }]) => status < "300" && content)?.[1].content;
+
+/**
+ * The problems that may be answered, a line a status: `404 marker_not_found`.
+ * @param {Record<string, any>} responses
+ * @param {any} document the OpenAPI document, for what a reference names
+ * @returns {string[]}
+ */
+export function refusesOf(responses, document) {
+  return Object.entries(responses).flatMap(([status, answer]) => {
+    const shared = document.components?.responses?.[answer.$ref?.split("/").at(-1)];
+    const schema = (shared ?? answer).content?.["application/problem+json"]?.schema;
+    const codes = (schema?.allOf ?? []).flatMap((/** @type {any} */ part) => part.properties?.code?.enum ?? []);
+    return codes.length > 0 ? [`${status} ${codes.join(", ")}`] : [];
+  });
 }

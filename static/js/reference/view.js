@@ -6,9 +6,9 @@ import { html, one, render } from "../html.js";
 import { t, translate } from "../i18n.js";
 import { problemBox } from "../ui/problem.js";
 import { keyOf, systemNamed } from "../systems/index.js";
-import { shapeLines } from "./shape.js";
+import { givesOf, refusesOf, shapeLines } from "./shape.js";
 
-/** @typedef {{method: string, path: string, about: string, right: string, takes: any, gives: any, parameters: any[]}} Route */
+/** @typedef {{method: string, path: string, about: string, right: string, takes: any, gives: any, refuses: string[], parameters: any[]}} Route */
 
 /** @type {import("../ui/router.js").MakeView} */
 export function referenceView(_app, side) {
@@ -79,6 +79,11 @@ ${r.parameters.map((p) => `${p.name}${p.required ? "" : "?"}  ${shapeLines(p.sch
               html`<h3>${t("reference.gives")}</h3>
                 ${bodyOf(r.gives)}`
             }
+            ${
+              r.refuses.length > 0 &&
+              html`<h3>${t("reference.refuses")}</h3>
+                <pre class="mono" tabindex="0">${r.refuses.join("\n")}</pre>`
+            }
           </details>`,
       )}`,
     );
@@ -106,7 +111,8 @@ ${kind === "application/json" ? shapeLines(schema, document_).join("\n") : kind}
           right: o["x-right"] ?? "",
           parameters: o.parameters ?? [],
           takes: o.requestBody?.content,
-          gives: o.responses["2XX"]?.content,
+          gives: givesOf(o.responses),
+          refuses: refusesOf(o.responses, found),
         })),
       );
       show();

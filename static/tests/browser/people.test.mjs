@@ -129,6 +129,7 @@ describe("people and rights", { skip }, () => {
     await visit("#/api");
     await tab.page.locator("summary", { hasText: "/api/v1/markers/{name}" }).click();
     await tab.page.getByText("e_m?: number").waitFor();
+    await tab.page.getByText("404 marker_not_found").waitFor();
     await tab.page.getByText("see everything", { exact: false }).first().waitFor();
   });
 

@@ -220,12 +220,22 @@ export class MockStaff {
                   parameters: [{ name: "name", in: "path", required: true, schema: { type: "string" } }],
                   "x-right": "read",
                   responses: {
-                    "2XX": { content: { "application/json": { schema: { $ref: "#/components/schemas/Marker" } } } },
+                    200: { content: { "application/json": { schema: { $ref: "#/components/schemas/Marker" } } } },
+                    404: { $ref: "#/components/responses/404" },
                   },
                 },
               },
             },
             components: {
+              responses: {
+                404: {
+                  content: {
+                    "application/problem+json": {
+                      schema: { allOf: [{ properties: { code: { enum: ["marker_not_found"] } } }] },
+                    },
+                  },
+                },
+              },
               schemas: {
                 Marker: {
                   type: "object",

@@ -1,17 +1,16 @@
-//! How a route is declared: a method, a path, the right that it asks for, its handler; then what it is about, what it
-//! takes and what it gives. There is no way to add a route without saying who may ask for it, and a test asks for the rest.
+//! How a route is declared: a method, a path, the right that it asks for, its handler; then its name and what it is about.
+//! There is no way to add a route without saying who may ask for it, and none to add one whose handler does not tell by
+//! its types what it takes and gives.
 
 use std::collections::HashMap;
 
 use axum::Router;
-use axum::handler::Handler;
-use axum::http::Method;
+use axum::http::{Method, StatusCode};
 use axum::routing::{MethodFilter, on};
-use schemars::{JsonSchema, Schema, SchemaGenerator};
-use serde::de::DeserializeOwned;
 
-use super::query;
-use crate::error::Result;
+use super::operation::{Describe, Operation};
+use super::request::ReadsQuery;
+use super::schemas::Schemas;
 use crate::rights::Right;
 use crate::state::App;
 
@@ -36,6 +35,36 @@ pub enum Needs {
     SignedIn(Right),
 }
 
+impl Needs {
+    /// The problems of a path that names nothing, or what is not the caller's. That a right is missing, any route may say.
+    pub fn problems(self) -> &'static [(StatusCode, &'static str)] {
+        const OF_A_SESSION: [(StatusCode, &str); 4] = [
+            (StatusCode::NOT_FOUND, "not_an_id"),
+            (StatusCode::NOT_FOUND, "session_not_found"),
+            (StatusCode::FORBIDDEN, "not_your_walk"),
+            (StatusCode::NOT_FOUND, "log_not_found"),
+        ];
+        const OF_A_FAULT: [(StatusCode, &str); 3] = [
+            (StatusCode::NOT_FOUND, "not_an_id"),
+            (StatusCode::NOT_FOUND, "fault_not_found"),
+            (StatusCode::FORBIDDEN, "not_yours"),
+        ];
+        const OF_A_MAPPING: [(StatusCode, &str); 3] = [
+            (StatusCode::NOT_FOUND, "not_an_id"),
+            (StatusCode::NOT_FOUND, "mapping_not_found"),
+            (StatusCode::FORBIDDEN, "not_yours"),
+        ];
+        match self {
+            Needs::Right(_) | Needs::Socket(_) => &[],
+            Needs::OwnSession => &OF_A_SESSION[..3],
+            Needs::OwnLog => &OF_A_SESSION,
+            Needs::OwnFault | Needs::ReportedFault => &OF_A_FAULT,
+            Needs::OwnMapping => &OF_A_MAPPING,
+            Needs::SignedIn(_) => &[(StatusCode::FORBIDDEN, "not_by_token")],
+        }
+    }
+}
+
 impl From<Right> for Needs {
     fn from(right: Right) -> Needs {
         Needs::Right(right)
@@ -58,38 +87,26 @@ pub struct Declared {
     pub path: String,
     /// What it asks of its caller.
     pub needs: Needs,
+    /// Its name in the description, a verb and a noun: clients are made from it.
+    pub id: &'static str,
     /// What it is about, in a line.
     pub about: &'static str,
-    /// What comes after the question mark.
-    pub query: Option<AskedQuery>,
-    /// Its body.
-    pub takes: Option<Content>,
-    /// What is answered when all is well.
-    pub gives: Option<Content>,
+    /// Tells what its handler takes and gives.
+    pub describe: Describe,
 }
 
-/// The shape of a type, for the description of the API.
-pub type Shape = fn(&mut SchemaGenerator) -> Schema;
+impl Declared {
+    /// The problems that its types and its right tell, each with its status.
+    pub fn problems(&self) -> Vec<(StatusCode, &'static str)> {
+        let mut told = (self.describe)(&mut Schemas::new()).problems;
+        told.extend(self.needs.problems());
+        told
+    }
 
-/// Reads a query and says what is wrong with it.
-pub type ReadsQuery = fn(&str) -> Result<()>;
-
-/// What comes after a question mark.
-#[derive(Clone, Copy, Debug)]
-pub struct AskedQuery {
-    /// Its shape.
-    pub shape: Shape,
-    /// Reads one as the handler will.
-    pub reads: ReadsQuery,
-}
-
-/// A body.
-#[derive(Clone, Copy, Debug)]
-pub enum Content {
-    /// JSON of this shape.
-    Json(Shape),
-    /// Bytes of this media type.
-    Bytes(&'static str),
+    /// Reads a query of it, where it takes one.
+    pub fn query_reader(&self) -> Option<ReadsQuery> {
+        (self.describe)(&mut Schemas::new()).query.map(|query| query.reads)
+    }
 }
 
 impl Routes {
@@ -99,107 +116,72 @@ impl Routes {
     }
 
     /// A route that shows something.
-    pub fn get<H, T>(self, path: &str, needs: impl Into<Needs>, handler: H) -> Routes
+    pub fn get<H, P>(self, path: &str, needs: impl Into<Needs>, handler: H) -> Routes
     where
-        H: Handler<T, App>,
-        T: 'static,
+        H: Operation<P>,
+        P: 'static,
     {
         self.on(Method::GET, path, needs, handler)
     }
 
     /// A route that adds something, or does something.
-    pub fn post<H, T>(self, path: &str, needs: impl Into<Needs>, handler: H) -> Routes
+    pub fn post<H, P>(self, path: &str, needs: impl Into<Needs>, handler: H) -> Routes
     where
-        H: Handler<T, App>,
-        T: 'static,
+        H: Operation<P>,
+        P: 'static,
     {
         self.on(Method::POST, path, needs, handler)
     }
 
     /// A route that makes something so.
-    pub fn put<H, T>(self, path: &str, needs: impl Into<Needs>, handler: H) -> Routes
+    pub fn put<H, P>(self, path: &str, needs: impl Into<Needs>, handler: H) -> Routes
     where
-        H: Handler<T, App>,
-        T: 'static,
+        H: Operation<P>,
+        P: 'static,
     {
         self.on(Method::PUT, path, needs, handler)
     }
 
     /// A route that changes something.
-    pub fn patch<H, T>(self, path: &str, needs: impl Into<Needs>, handler: H) -> Routes
+    pub fn patch<H, P>(self, path: &str, needs: impl Into<Needs>, handler: H) -> Routes
     where
-        H: Handler<T, App>,
-        T: 'static,
+        H: Operation<P>,
+        P: 'static,
     {
         self.on(Method::PATCH, path, needs, handler)
     }
 
     /// A route that removes something.
-    pub fn delete<H, T>(self, path: &str, needs: impl Into<Needs>, handler: H) -> Routes
+    pub fn delete<H, P>(self, path: &str, needs: impl Into<Needs>, handler: H) -> Routes
     where
-        H: Handler<T, App>,
-        T: 'static,
+        H: Operation<P>,
+        P: 'static,
     {
         self.on(Method::DELETE, path, needs, handler)
     }
 
-    fn on<H, T>(mut self, method: Method, path: &str, needs: impl Into<Needs>, handler: H) -> Routes
+    fn on<H, P>(mut self, method: Method, path: &str, needs: impl Into<Needs>, handler: H) -> Routes
     where
-        H: Handler<T, App>,
-        T: 'static,
+        H: Operation<P>,
+        P: 'static,
     {
         let filter = MethodFilter::try_from(method.clone()).expect("the methods here have a filter");
         self.declared.push(Declared {
             method,
             path: path.to_owned(),
             needs: needs.into(),
+            id: "",
             about: "",
-            query: None,
-            takes: None,
-            gives: None,
+            describe: H::signature,
         });
         Routes { router: self.router.route(path, on(filter, handler)), declared: self.declared }
     }
 
-    /// What the route before is about, in a line.
-    pub fn about(mut self, about: &'static str) -> Routes {
-        self.last().about = about;
+    /// The name of the route before, a verb and a noun, and what it is about, in a line.
+    pub fn about(mut self, id: &'static str, about: &'static str) -> Routes {
+        let last = self.declared.last_mut().expect("what is said is said of a route before");
+        (last.id, last.about) = (id, about);
         self
-    }
-
-    /// The query that the route before takes.
-    pub fn query<Q: JsonSchema + DeserializeOwned>(mut self) -> Routes {
-        let reads: ReadsQuery = |query| query::read::<Q>(query).map(drop);
-        self.last().query = Some(AskedQuery { shape: Q::json_schema, reads });
-        self
-    }
-
-    /// The JSON that the route before takes.
-    pub fn takes<B: JsonSchema>(mut self) -> Routes {
-        self.last().takes = Some(Content::Json(|schemas| schemas.subschema_for::<B>()));
-        self
-    }
-
-    /// The bytes that the route before takes.
-    pub fn takes_bytes(mut self, kind: &'static str) -> Routes {
-        self.last().takes = Some(Content::Bytes(kind));
-        self
-    }
-
-    /// The JSON that the route before gives.
-    pub fn gives<B: JsonSchema>(mut self) -> Routes {
-        self.last().gives = Some(Content::Json(|schemas| schemas.subschema_for::<B>()));
-        self
-    }
-
-    /// The bytes that the route before gives.
-    pub fn gives_bytes(mut self, kind: &'static str) -> Routes {
-        self.last().gives = Some(Content::Bytes(kind));
-        self
-    }
-
-    fn last(&mut self) -> &mut Declared {
-        self.declared.last_mut().expect("what is said is said of a route before")
     }
 
     /// These and others.

@@ -7,7 +7,7 @@ use schemars::{JsonSchema, schema_for};
 use serde::de::DeserializeOwned;
 use serde_json::{Map, Number, Value};
 
-use super::misfit::{misfit, types};
+use super::schema_mismatch::{first_mismatch, types};
 use crate::error::{Error, Place, Result};
 
 /// Reads what stands after the question mark.
@@ -53,7 +53,7 @@ fn does_not_fit<T: JsonSchema>(uri: &Uri, told: &str) -> Error {
             );
         }
     }
-    match misfit(&Value::Object(asked), &schema) {
+    match first_mismatch(&Value::Object(asked), &schema) {
         Some(found) => {
             let words = format!("at {} in the query", found.field);
             wrong(&found.sentence(&words), Some(found.field))
@@ -111,6 +111,7 @@ mod tests {
     struct Asked {
         /// How many.
         limit: Option<u8>,
+        #[schemars(example = &"left")]
         stream: StreamId,
         with_track: Option<bool>,
         within_m: Option<f64>,

@@ -12,7 +12,7 @@ const SECRETS: [&str; 3] = ["password", "secret", "token"];
 
 /// The first thing that does not fit.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub(super) struct Misfit {
+pub(super) struct Mismatch {
     /// The field, as a path such as `visits[2].marker`; empty for the body itself.
     pub(super) field: String,
     /// What should be there.
@@ -23,16 +23,16 @@ pub(super) struct Misfit {
     advice: &'static str,
 }
 
-impl Misfit {
+impl Mismatch {
     /// Expected, found, what to do, with words for where it is in between.
     pub(super) fn sentence(&self, place: &str) -> String {
-        let Misfit { expected, found, advice, .. } = self;
+        let Mismatch { expected, found, advice, .. } = self;
         format!("expected {expected}, found {found} {place}: {advice}")
     }
 }
 
 /// The first thing of a value that does not fit the schema; `None` where the schema sees nothing wrong.
-pub(super) fn misfit(value: &Value, schema: &Value) -> Option<Misfit> {
+pub(super) fn first_mismatch(value: &Value, schema: &Value) -> Option<Mismatch> {
     Search { root: schema }.search(schema, "", value)
 }
 
@@ -48,7 +48,7 @@ impl<'s> Search<'s> {
         target.and_then(|pointer| self.root.pointer(pointer)).unwrap_or(schema)
     }
 
-    fn search(&self, schema: &'s Value, at: &str, value: &Value) -> Option<Misfit> {
+    fn search(&self, schema: &'s Value, at: &str, value: &Value) -> Option<Mismatch> {
         let schema = self.resolved(schema);
         let parts = |key: &str| schema.get(key).and_then(Value::as_array);
         if let Some(found) =
@@ -92,9 +92,9 @@ impl<'s> Search<'s> {
         }
     }
 
-    fn wrong(&self, schema: &'s Value, at: &str, value: &Value) -> Misfit {
+    fn wrong(&self, schema: &'s Value, at: &str, value: &Value) -> Mismatch {
         let advice = "correct it";
-        Misfit { field: at.to_owned(), expected: self.words(schema), found: shown(at, value), advice }
+        Mismatch { field: at.to_owned(), expected: self.words(schema), found: shown(at, value), advice }
     }
 
     fn of_object(
@@ -102,7 +102,7 @@ impl<'s> Search<'s> {
         schema: &'s Value,
         at: &str,
         fields: &serde_json::Map<String, Value>,
-    ) -> Option<Misfit> {
+    ) -> Option<Mismatch> {
         let path = |name: &str| if at.is_empty() { name.to_owned() } else { format!("{at}.{name}") };
         let known = schema.get("properties").and_then(Value::as_object);
         let required = schema.get("required").and_then(Value::as_array);
@@ -110,7 +110,7 @@ impl<'s> Search<'s> {
             required.into_iter().flatten().filter_map(Value::as_str).find(|name| !fields.contains_key(*name));
         if let Some(name) = missing {
             let what = known.and_then(|known| known.get(name)).map(|schema| self.words(schema));
-            return Some(Misfit {
+            return Some(Mismatch {
                 field: path(name),
                 expected: what.unwrap_or_else(|| "a value".to_owned()),
                 found: "none".to_owned(),
@@ -122,7 +122,7 @@ impl<'s> Search<'s> {
             (Some(schema), _) => self.search(schema, &path(name), value),
             (None, Some(Value::Bool(false))) => {
                 let names: Vec<&str> = known.into_iter().flatten().map(|(name, _)| name.as_str()).collect();
-                Some(Misfit {
+                Some(Mismatch {
                     field: path(name),
                     expected: match names.is_empty() {
                         true => "no field at all".to_owned(),
@@ -143,7 +143,7 @@ impl<'s> Search<'s> {
         alternatives: &'s [Value],
         at: &str,
         value: &Value,
-    ) -> Option<Misfit> {
+    ) -> Option<Mismatch> {
         if alternatives.iter().any(|one| self.search(one, at, value).is_none()) {
             return None;
         }
@@ -161,7 +161,7 @@ impl<'s> Search<'s> {
             let words: Vec<String> = all().filter_map(word).map(plain).collect();
             let field = if at.is_empty() { tag.clone() } else { format!("{at}.{tag}") };
             let found = fields.get(tag).map_or("none".to_owned(), |value| shown(&field, value));
-            return Some(Misfit {
+            return Some(Mismatch {
                 expected: format!("one of {}", words.join(", ")),
                 found,
                 field,

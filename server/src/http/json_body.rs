@@ -6,12 +6,12 @@ use serde::de::DeserializeOwned;
 use serde_json::Value;
 use serde_json::error::Category;
 
-use super::misfit::misfit;
+use super::schema_mismatch::first_mismatch;
 use crate::error::{Error, Place, Result};
 use crate::stream_field::with_stream_keys;
 
 /// Reads a body.
-pub(super) fn read<T: DeserializeOwned + JsonSchema>(body: &[u8]) -> Result<T> {
+pub(crate) fn read<T: DeserializeOwned + JsonSchema>(body: &[u8]) -> Result<T> {
     serde_json::from_slice(body).or_else(|error| {
         // A client that knows no streams says them in its own words.
         let said = serde_json::from_slice::<Value>(body).unwrap_or_default();
@@ -54,7 +54,7 @@ fn explained<T: JsonSchema>(body: &[u8], error: serde_json::Error) -> Error {
 /// Well-formed JSON that the route does not take.
 fn does_not_fit<T: JsonSchema>(value: &Value, error: &serde_json::Error, spot: &Spot) -> Error {
     let place = Place { line: Some(spot.line), character: Some(spot.character), ..Place::default() };
-    match misfit(value, schema_for!(T).as_value()) {
+    match first_mismatch(value, schema_for!(T).as_value()) {
         Some(found) => {
             let words = match found.field.as_str() {
                 "" => "in the body".to_owned(),
