@@ -97,6 +97,10 @@ pub enum SurveyError {
 
 /// Heading of which no point can be carried under a roof, rad.
 const LOST_HEADING_RAD: f64 = 0.035;
+/// A pole that leans by less about its standing tip has not been leaned, rad.
+const LEAST_LEAN_RAD: f64 = 0.04;
+/// A stand that is shorter is a step, ns.
+const SHORTEST_STAND_NS: i64 = 5_000_000_000;
 /// So large a share of the fixes cannot be refused by chance.
 const MOST_REFUSED: f64 = 0.3;
 /// Nor can the others fit so badly.
@@ -291,6 +295,17 @@ fn found_north(pass: &Pass, recording: &Recording, instrument: &Instrument) -> R
     if instrument.tip_b_m.is_none() || recording.stops.is_empty() {
         return Ok(());
     }
+    if let Some((lost_ns, _)) = pass.headings.first()
+        && pass.headings.len() > 1
+        && let Some(lean_rad) = leaned(&pass.poses, *lost_ns)
+        && lean_rad < LEAST_LEAN_RAD
+    {
+        return Err(SurveyError::Sentence(format!(
+            "expected a manoeuvre under open sky, found the pole held still (it leans by {:.1}°, root mean square) before the sky is lost at {:.1} s: lean it about its tip in all directions for a minute before",
+            lean_rad.to_degrees(),
+            *lost_ns as f64 * 1e-9
+        )));
+    }
     let Some((t_ns, sigma_rad)) = pass.headings.first().filter(|(_, sigma)| *sigma > LOST_HEADING_RAD) else {
         return Ok(());
     };
@@ -299,6 +314,24 @@ fn found_north(pass: &Pass, recording: &Recording, instrument: &Instrument) -> R
         sigma_rad.to_degrees(),
         *t_ns as f64 * 1e-9
     )))
+}
+
+/// How the pole leans about its mean in the longest stand before a time, root mean square, rad; `None` where there is none.
+fn leaned(poses: &[Pose], before_ns: i64) -> Option<f64> {
+    let before = &poses[..poses.partition_point(|pose| pose.t_ns <= before_ns)];
+    let stands = before.split(|pose| !pose.stands);
+    let longest = stands.max_by_key(|stand| stand.len())?;
+    let (first, last) = (longest.first()?, longest.last()?);
+    if last.t_ns - first.t_ns < SHORTEST_STAND_NS {
+        return None;
+    }
+    let leans: Vec<Vector3<f64>> = longest
+        .iter()
+        .filter_map(|pose| Some(pose.c_nb * (pose.antenna_b_m - pose.tip_b_m?).normalize()))
+        .collect();
+    let count = leans.len().max(1) as f64;
+    let mean: Vector3<f64> = leans.iter().sum::<Vector3<f64>>() / count;
+    Some((leans.iter().map(|lean| (lean - mean).xy().norm_squared()).sum::<f64>() / count).sqrt())
 }
 
 fn figures(pass: &Pass, aligned: &Aligned) -> Figures {
