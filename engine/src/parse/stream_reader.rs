@@ -32,7 +32,7 @@ pub struct ValuesReader {
 #[derive(Debug)]
 enum RowsParser {
     /// A table of the declared columns.
-    Table(ValuesCsv),
+    Table(Box<ValuesCsv>),
     /// Positions in any form that receivers and programs write: kept until the log is over.
     Positions(Vec<u8>),
 }
@@ -156,7 +156,7 @@ impl ValuesReader {
         Ok(ValuesReader {
             parser: match gnss_columns::are_of(rule.columns) {
                 true => RowsParser::Positions(Vec::new()),
-                false => RowsParser::Table(ValuesCsv::new(rule.columns)),
+                false => RowsParser::Table(Box::new(ValuesCsv::new(rule.columns))),
             },
             columns: rule.columns.len(),
             zero_ns: clock_zero_ns.unwrap_or(0),
