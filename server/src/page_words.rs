@@ -4,32 +4,43 @@ use std::collections::BTreeMap;
 
 use lodestep_engine::figures::Figures;
 
-/// What every system has in common, and what the pedestrian alone says, in each language.
-const LANGUAGES: [(&str, &str, &str); 2] = [
+/// What every system has in common, in each language.
+const LANGUAGES: [(&str, &str); 2] = [
+    ("en", include_str!("../../static/messages/en.json")),
+    ("zh-CN", include_str!("../../static/messages/zh-CN.json")),
+];
+
+/// What a system alone says, in the same languages.
+const OWN: [(&str, [&str; 2]); 2] = [
     (
-        "en",
-        include_str!("../../static/messages/en.json"),
-        include_str!("../../static/messages/pedestrian.en.json"),
+        "pedestrian",
+        [
+            include_str!("../../static/messages/pedestrian.en.json"),
+            include_str!("../../static/messages/pedestrian.zh-CN.json"),
+        ],
     ),
     (
-        "zh-CN",
-        include_str!("../../static/messages/zh-CN.json"),
-        include_str!("../../static/messages/pedestrian.zh-CN.json"),
+        "pole",
+        [
+            include_str!("../../static/messages/pole.en.json"),
+            include_str!("../../static/messages/pole.zh-CN.json"),
+        ],
     ),
 ];
 
-/// Holds that each language has a sentence for this, and that it names every figure there is and no other. What has no
-/// figures is told by the general sentence of its kind, and needs none of its own.
-pub(crate) fn assert_words(start: &str, code: &str, figures: &Figures) {
+/// Holds that each language has a sentence for this, the system's own or a general one, and that it names every figure there is
+/// and no other. What has no figures is told by the general sentence of its kind, and needs none of its own.
+pub(crate) fn assert_words(system: &str, start: &str, code: &str, figures: &Figures) {
     let named: Vec<&str> = figures.keys().map(String::as_str).collect();
     if named.is_empty() && start.ends_with(".told") {
         return;
     }
     let key = [&[start, code][..], &named[..]].concat().join(".");
-    for (language, general, own) in LANGUAGES {
+    let own = OWN.iter().find(|(name, _)| *name == system);
+    for (number, (language, general)) in LANGUAGES.into_iter().enumerate() {
         let messages = |text: &str| serde_json::from_str::<BTreeMap<String, String>>(text).unwrap();
         // A system's own sentence stands for the general one.
-        let own = messages(own).remove(&format!("pedestrian.{key}"));
+        let own = own.and_then(|(name, texts)| messages(texts[number]).remove(&format!("{name}.{key}")));
         let sentence = own
             .or_else(|| messages(general).remove(&key))
             .unwrap_or_else(|| panic!("static/messages/{language}.json has no {key:?}"));

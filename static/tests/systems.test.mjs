@@ -11,6 +11,7 @@ import {
   keyOf,
   learnSystems,
   loadSystem,
+  openSystem,
   streamName,
   systemNames,
   systemOf,
@@ -34,7 +35,7 @@ async function sharedFiles() {
     "index.html",
     "sw.js",
   ];
-  const shared = names.filter((name) => /\.(js|css|json|html)$/.test(name) && !/\/pedestrian[._]/.test(name));
+  const shared = names.filter((name) => /\.(js|css|json|html)$/.test(name) && !/\/(pedestrian|pole)[._]/.test(name));
   return Promise.all(shared.map(async (name) => /** @type {const} */ ([name, await read(name)])));
 }
 
@@ -180,4 +181,33 @@ test("a track is read with the columns of its system and no others", () => {
   const track = readTrack(table, generic(RAFT));
   assert.deepEqual([track.sigma_m[0], track.heading_rad[0], track.more], [0.5, NaN, {}]);
   assert.throws(() => readTrack(table, systemOf({})), /no column left_stance/);
+});
+
+test("what a system has beside its declaration comes with its words when a session of it is opened", async () => {
+  const { refined } = await import("../js/systems/pole.js");
+  const declared = generic({
+    ...RAFT,
+    name: "pole",
+    parts: [
+      { name: "tip", title: "Tip" },
+      { name: "antenna", title: "Antenna" },
+    ],
+    aids: [{ name: "fix" }, { name: "tip" }],
+  });
+  const pole = refined(declared);
+  assert.deepEqual([pole.uploadSlots, pole.instrument], [declared.uploadSlots, declared.instrument]);
+  const plots = pole.plots(kit);
+  assert.deepEqual(
+    plots.filter(({ group }) => group === "innovations").map(({ id }) => id),
+    ["nis_fix", "nis_tip", "nis_markers"],
+  );
+  assert.ok(plots.every(({ group }) => pole.plotGroups.includes(group)));
+  setLanguage("en", { ...(await words("en")), ...(await words("pole.en")) });
+  const at = (/** @type {number | null} */ value) =>
+    pole.readouts[0].words({ point: () => null, chart: (_, series) => (series === "tip" ? value : null) });
+  assert.deepEqual([1, 0, null].map(at), ["Tip on the ground", "Tip in the air", "Tip –"]);
+  assert.equal(word(pole, "anomaly.no_heading"), "North not found");
+  // One that is not known, or has nothing more, stays as it is.
+  await openSystem("raft");
+  assert.equal(systemOf({ system: "raft" }).name, "raft");
 });

@@ -65,10 +65,15 @@ impl TestServer {
     }
 
     /// Stops it in good order and starts another on the same folder.
-    pub async fn restart(mut self) -> TestServer {
+    pub async fn restart(self) -> TestServer {
+        self.restart_with(|_| ()).await
+    }
+
+    /// The same, with the other set up as `change` says.
+    pub async fn restart_with(mut self, change: impl FnOnce(&mut Config)) -> TestServer {
         let folder = Arc::clone(&self.folder);
         self.end().await;
-        TestServer::start_in(folder, |_| ()).await
+        TestServer::start_in(folder, change).await
     }
 
     /// Stops it in good order and waits until it has.

@@ -23,6 +23,23 @@ pub enum GnssQuality {
     Single,
 }
 
+impl GnssQuality {
+    /// As RTKLIB numbers it.
+    pub fn number(self) -> f64 {
+        match self {
+            GnssQuality::Fixed => 1.0,
+            GnssQuality::Float => 2.0,
+            GnssQuality::Single => 5.0,
+        }
+    }
+
+    /// The quality of a number of RTKLIB; what is no such number is believed least.
+    pub fn numbered(number: f64) -> GnssQuality {
+        let all = [GnssQuality::Fixed, GnssQuality::Float];
+        all.into_iter().find(|quality| quality.number() == number).unwrap_or(GnssQuality::Single)
+    }
+}
+
 /// A position of the antenna's phase centre.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct GnssRow {

@@ -10,6 +10,7 @@ mod encoding;
 pub mod error;
 pub mod frame;
 pub mod gnss;
+pub mod gnss_columns;
 pub mod gnss_csv;
 mod header;
 pub mod imu_csv;

@@ -2,6 +2,7 @@
 
 use crate::anomaly::Anomaly;
 use crate::parse::error::{ParseError, ParseErrorKind};
+use crate::parse::gnss_columns;
 use crate::parse::log_format::{LogFormat, Recognised};
 use crate::parse::log_reader::{LogReader, Reading};
 use crate::parse::table_head::{TableHead, TextHead};
@@ -21,11 +22,19 @@ pub enum StreamReader {
 /// Reads rows of numbers and puts them on the session's clock.
 #[derive(Debug)]
 pub struct ValuesReader {
-    parser: ValuesCsv,
+    parser: RowsParser,
     columns: usize,
     zero_ns: i64,
     clock_ns: Option<(i64, i64)>,
     head: Vec<u8>,
+}
+
+#[derive(Debug)]
+enum RowsParser {
+    /// A table of the declared columns.
+    Table(Box<ValuesCsv>),
+    /// Positions in any form that receivers and programs write: kept until the log is over.
+    Positions(Vec<u8>),
 }
 
 /// The beginning of a table that is kept to be shown.
@@ -145,7 +154,10 @@ impl ValuesReader {
             ));
         }
         Ok(ValuesReader {
-            parser: ValuesCsv::new(rule.columns),
+            parser: match gnss_columns::are_of(rule.columns) {
+                true => RowsParser::Positions(Vec::new()),
+                false => RowsParser::Table(Box::new(ValuesCsv::new(rule.columns))),
+            },
             columns: rule.columns.len(),
             zero_ns: clock_zero_ns.unwrap_or(0),
             clock_ns: None,
@@ -157,14 +169,23 @@ impl ValuesReader {
         let more = bytes.len().min(HEAD_BYTES - self.head.len());
         self.head.extend_from_slice(&bytes[..more]);
         let mut new = Rows::new(self.columns);
-        let parsed = self.parser.push(bytes, &mut new);
+        let parsed = match &mut self.parser {
+            RowsParser::Table(table) => table.push(bytes, &mut new),
+            RowsParser::Positions(kept) => {
+                kept.extend_from_slice(bytes);
+                Ok(())
+            }
+        };
         self.place(&new, rows);
         parsed
     }
 
     fn finish(&mut self, rows: &mut Rows) -> Result<(), ParseError> {
         let mut new = Rows::new(self.columns);
-        let end = self.parser.finish(&mut new);
+        let end = match &mut self.parser {
+            RowsParser::Table(table) => table.finish(&mut new),
+            RowsParser::Positions(kept) => gnss_columns::read(kept).map(|rows| new = rows),
+        };
         self.place(&new, rows);
         end
     }

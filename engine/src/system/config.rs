@@ -8,6 +8,7 @@ use serde::{Serialize, Serializer};
 
 use super::{Declaration, Solution, System};
 use crate::event::AidKind;
+use crate::geo::Geodetic;
 use crate::identify::Identification;
 use crate::replay::InputStore;
 use crate::stream::Stream;
@@ -30,6 +31,9 @@ pub struct SessionConfig {
     pub max_lead_ns: Option<i64>,
     /// Whether what is reported is smoothed.
     pub solution: Solution,
+    /// Where the session's metres count from, on WGS84; `None` where nobody said. What measures places on the Earth (a
+    /// receiver) needs it.
+    pub origin: Option<Geodetic>,
     /// What the instrument is like, TOML as the system documents it ([`super::InstrumentRule`]); `None` where nothing is said.
     pub instrument: Option<String>,
     /// The markers to choose from where somebody stands; without them stands are not reported.
@@ -94,6 +98,7 @@ impl SessionConfig {
             gravity_m_s2: 9.80665,
             max_lead_ns: None,
             solution: Solution::default(),
+            origin: None,
             instrument: None,
             identification: None,
             system,
@@ -135,6 +140,9 @@ impl Serialize for SessionConfig {
         map.serialize_entry("solution", &self.solution)?;
         if let Some(instrument) = &self.instrument {
             map.serialize_entry("instrument", instrument)?;
+            // An instrument may be of no place: then its results do not depend on it.
+            let origin = self.origin.map(|at| [at.latitude_deg, at.longitude_deg, at.height_m]);
+            map.serialize_entry("origin", &origin)?;
         }
         for (name, value) in &self.system.fields() {
             map.serialize_entry(name, value)?;

@@ -372,9 +372,9 @@ mod tests {
     #[test]
     fn the_page_has_words_for_each_in_both_languages() {
         for odd in one_of_each() {
-            assert_words("markers.told", odd.code(), &odd.figures());
+            assert_words("", "markers.told", odd.code(), &odd.figures());
             for general in ["markers.finding", "markers.todo"] {
-                assert_words(general, odd.code(), &Figures::new());
+                assert_words("", general, odd.code(), &Figures::new());
             }
         }
     }

@@ -10,7 +10,7 @@ use tokio::runtime::Handle;
 use uuid::Uuid;
 
 use super::parameters::Wanted;
-use super::process::{ProcessError, blocking, make_automatically};
+use super::process::{ProcessError, blocking, make_automatically, no_track};
 use super::provenance::provenance;
 use super::put_in_place::gone_when_dangling;
 use super::run;
@@ -82,7 +82,7 @@ fn work(
         return Err(ProcessError::Stopping);
     }
     if run.track.points.is_empty() {
-        return Err(ProcessError::NoTrack { samples: walk.samples() });
+        return Err(no_track(walk.samples(), &run.track.anomalies));
     }
     let finished = run.smooth(|share| {
         progress.tell("smoothing", FILTERED_AT + (SMOOTHED_AT - FILTERED_AT) * share);

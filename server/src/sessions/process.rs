@@ -3,6 +3,7 @@
 
 use std::time::Instant;
 
+use lodestep_engine::anomaly::Anomaly;
 use lodestep_engine::event::{TrackPoint, VisitOutcome};
 use lodestep_engine::identify::automatic_visits;
 use lodestep_engine::session::{ConfigError, Solution};
@@ -38,10 +39,8 @@ pub(crate) enum ProcessError {
         "there are no samples to compute a track from: upload a log of at least one stream, then process again"
     )]
     NoSamples,
-    #[error(
-        "{samples} samples gave no position: expected a standing start of some seconds and a walk; check that the right log was uploaded"
-    )]
-    NoTrack { samples: u64 },
+    #[error("{samples} samples gave no position: {why}")]
+    NoTrack { samples: u64, why: String },
     #[error(
         "working it out took longer than {limit_s} s and was ended: look at the times and the rate of the logs, or let it take longer with `serve --job-s`"
     )]
@@ -127,7 +126,7 @@ fn compute(
     }
     let filtered = run::thinned(&main.track.points, cell_ns);
     if filtered.is_empty() {
-        return Err(ProcessError::NoTrack { samples: walk.samples() });
+        return Err(no_track(walk.samples(), &main.track.anomalies));
     }
     let finished = main.smooth(|share| {
         progress.tell("smoothing", FILTERED_AT + (SMOOTHED_AT - FILTERED_AT) * share);
@@ -141,6 +140,16 @@ fn compute(
     let told = (&walk.chosen, Solution::Smoothed, &main.sha256[..]);
     let provenance = provenance(walk, store, runtime, told)?;
     Ok(((main, provenance), filtered))
+}
+
+/// Why there is no position: what the system says of the whole session, where it says something.
+pub(super) fn no_track(samples: u64, anomalies: &[Anomaly]) -> ProcessError {
+    let why = anomalies.iter().rfind(|anomaly| anomaly.stream.is_none());
+    let why = why.map_or(
+        "expected a standing start of some seconds and a walk; check that the right log was uploaded",
+        |why| &why.detail,
+    );
+    ProcessError::NoTrack { samples, why: why.to_owned() }
 }
 
 /// The same walk as if no marker had been visited: its points at the stored rate.

@@ -247,12 +247,15 @@ mod tests {
 
     #[test]
     fn the_page_has_words_for_every_anomaly_in_both_languages() {
-        let of_logs = LogCause::examples().into_iter().map(|cause| cause.anomaly(None, [0; 2], 1));
-        for anomaly in SYSTEMS.iter().flat_map(|system| (system.anomalies)()).chain(of_logs) {
+        let of_logs = LogCause::examples().into_iter().map(|cause| ("", cause.anomaly(None, [0; 2], 1)));
+        let of_systems = SYSTEMS
+            .iter()
+            .flat_map(|system| (system.anomalies)().into_iter().map(|anomaly| (system.name, anomaly)));
+        for (system, anomaly) in of_systems.chain(of_logs) {
             let kind = anomaly.kind.as_str();
-            assert_words("anomaly.told", kind, &anomaly.figures.unwrap_or_default());
+            assert_words(system, "anomaly.told", kind, &anomaly.figures.unwrap_or_default());
             for general in ["anomaly", "anomaly.about"] {
-                assert_words(general, kind, &Figures::new());
+                assert_words(system, general, kind, &Figures::new());
             }
         }
     }

@@ -9,7 +9,7 @@ import { readMoment, writeMoment } from "../replay/link.js";
 import { STORED, aidsOf, isOwn, pathLength, runByAids, runNamed } from "../replay/runs.js";
 import { makeReplay, walkOf } from "../replay/screen.js";
 import { standCards, standClicked } from "../stands/list.js";
-import { isUnknown, learnSystems, systemOf } from "../systems/index.js";
+import { isUnknown, learnSystems, openSystem, systemOf } from "../systems/index.js";
 import { problemBox } from "../ui/problem.js";
 import { readRoute } from "../ui/router.js";
 import { anomalyTable } from "./anomalies.js";
@@ -223,6 +223,7 @@ export function sessionView(app, side, id, asked, askAgain) {
       const charted = replay.charts.load(true);
       [known, visits, anomalies, stands] = await asked.words;
       if (isUnknown(known)) await learnSystems(api);
+      await openSystem(known.system);
       if (gone) return;
       if (systemOf(known) !== system) replay.setSystem((system = systemOf(known)));
       showWords();

@@ -5,8 +5,8 @@
 // A screen asks `systemOf(session)` for the object and `word(system, key)` for words: the system's own
 // (messages/NAME.en.json, every key beginning with the name) before the page's before those of the server's declaration.
 //
-// A new system is a file beside this one that exports `system`, a line in FILES, and its two message files. One without a
-// file is shown by what the server declares of it (`generic.js`).
+// A new system is a file beside this one that exports `refined`, a line in WHEN_OPENED, and its two message files; they are
+// fetched when a session of it is opened. One without a file is shown by what the server declares of it (`generic.js`).
 
 import { addWords, has, t } from "../i18n.js";
 import { generic } from "./generic.js";
@@ -67,6 +67,11 @@ const FILES = {
   pedestrian: () => import("./pedestrian.js"),
 };
 
+/** What the page has beside the declaration of a system, once a session of it is opened. @type {Record<string, () => Promise<{refined: (declared: System) => System}>>} */
+const WHEN_OPENED = {
+  pole: () => import("./pole.js"),
+};
+
 /** What a session is of that names no system. */
 export const FIRST = "pedestrian";
 
@@ -85,6 +90,22 @@ export async function loadSystem(name) {
   if (loaded.has(name) || !Object.hasOwn(FILES, name)) return;
   const [{ system }] = await Promise.all([FILES[name](), addWords(name)]);
   loaded.set(name, system);
+}
+
+/** @type {Set<string>} */
+const opened = new Set();
+
+/**
+ * A session of this system is opened: its file and its words, where it has some that nobody needs before.
+ * @param {string} [name]
+ */
+export async function openSystem(name = FIRST) {
+  const one = loaded.get(name);
+  if (!one || opened.has(name) || !Object.hasOwn(WHEN_OPENED, name)) return;
+  const [{ refined }] = await Promise.all([WHEN_OPENED[name](), addWords(name)]);
+  if (opened.has(name)) return;
+  opened.add(name);
+  loaded.set(name, refined(one));
 }
 
 /**

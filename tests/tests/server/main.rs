@@ -20,6 +20,7 @@ mod one_persons_mistake;
 mod ownership;
 mod paths;
 mod people;
+mod pole;
 mod processing;
 mod rights;
 mod sent_again;

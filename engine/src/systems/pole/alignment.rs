@@ -8,6 +8,7 @@
 
 use nalgebra::{Matrix3, SMatrix, SVector, Vector3};
 
+use super::causes::SurveyCause;
 use super::recording::Fix;
 use crate::ins::earth::Earth;
 use crate::rotation::cayley;
@@ -65,6 +66,21 @@ struct Pair {
     by_bias: Matrix3<f64>,
 }
 
+impl NotAligned {
+    /// As a cause.
+    pub(super) fn cause(self) -> SurveyCause {
+        match self {
+            NotAligned::NoFixes => SurveyCause::NoFixes,
+            NotAligned::NoManoeuvre { sigma_rad, residual_m_s2 } if residual_m_s2 > MOST_RESIDUAL_M_S2 => {
+                SurveyCause::OtherMotion { apart_m_s2: residual_m_s2, heading_deg: sigma_rad.to_degrees() }
+            }
+            NotAligned::NoManoeuvre { sigma_rad, .. } => {
+                SurveyCause::NoManoeuvre { heading_deg: sigma_rad.to_degrees() }
+            }
+        }
+    }
+}
+
 /// Finds the first window in which the heading becomes sure.
 pub(super) fn align(
     imu: &[ImuSample],
@@ -72,7 +88,6 @@ pub(super) fn align(
     antenna_b_m: &Vector3<f64>,
     earth: &Earth,
 ) -> Result<Aligned, NotAligned> {
-    let mut best = NotAligned::NoManoeuvre { sigma_rad: std::f64::consts::PI, residual_m_s2: f64::NAN };
     let inside = |fix: &&Fix| {
         imu.first().is_some_and(|first| fix.t_ns >= first.t_ns)
             && imu.last().is_some_and(|l| fix.t_ns <= l.t_ns)
@@ -81,31 +96,60 @@ pub(super) fn align(
     if fixes.len() < 3 {
         return Err(NotAligned::NoFixes);
     }
-    let (mut from, mut to) = (0, 0);
-    let mut looked_ns = i64::MIN / 2;
-    while to < fixes.len() {
-        to += 1;
-        let seconds = |from: usize, to: usize| (fixes[to].t_ns - fixes[from].t_ns) as f64 * 1e-9;
-        while seconds(from, to - 1) > LONGEST_S {
-            from += 1;
-        }
-        let end_ns = fixes[to - 1].t_ns;
-        if seconds(from, to - 1) < SHORTEST_S || ((end_ns - looked_ns) as f64) < GROWTH_S * 1e9 {
-            continue;
-        }
-        looked_ns = end_ns;
-        let Some(aligned) = solve(imu, &fixes[from..to], antenna_b_m, earth) else { continue };
-        let sigma_rad = aligned.covariance[(2, 2)].sqrt();
-        if sigma_rad < SURE_RAD && aligned.residual_m_s2 < MOST_RESIDUAL_M_S2 {
-            return Ok(aligned);
-        }
-        if let NotAligned::NoManoeuvre { sigma_rad: least, .. } = best
-            && sigma_rad < least
-        {
-            best = NotAligned::NoManoeuvre { sigma_rad, residual_m_s2: aligned.residual_m_s2 };
-        }
+    let mut search = Search::default();
+    search.go_on(imu, &fixes, antenna_b_m, earth).ok_or(search.best)
+}
+
+/// The search for that window, which goes on as fixes come in.
+#[derive(Clone, Debug)]
+pub(super) struct Search {
+    from: usize,
+    to: usize,
+    looked_ns: i64,
+    best: NotAligned,
+}
+
+impl Default for Search {
+    fn default() -> Search {
+        let best = NotAligned::NoManoeuvre { sigma_rad: std::f64::consts::PI, residual_m_s2: f64::NAN };
+        Search { from: 0, to: 0, looked_ns: i64::MIN / 2, best }
     }
-    Err(best)
+}
+
+impl Search {
+    /// Looks at the fixes that came since; all of them lie within the samples.
+    pub(super) fn go_on(
+        &mut self,
+        imu: &[ImuSample],
+        fixes: &[Fix],
+        antenna_b_m: &Vector3<f64>,
+        earth: &Earth,
+    ) -> Option<Aligned> {
+        while self.to < fixes.len() {
+            self.to += 1;
+            let seconds = |from: usize, to: usize| (fixes[to].t_ns - fixes[from].t_ns) as f64 * 1e-9;
+            while seconds(self.from, self.to - 1) > LONGEST_S {
+                self.from += 1;
+            }
+            let end_ns = fixes[self.to - 1].t_ns;
+            let grown_ns = (end_ns - self.looked_ns) as f64;
+            if seconds(self.from, self.to - 1) < SHORTEST_S || grown_ns < GROWTH_S * 1e9 {
+                continue;
+            }
+            self.looked_ns = end_ns;
+            let Some(aligned) = solve(imu, &fixes[self.from..self.to], antenna_b_m, earth) else { continue };
+            let sigma_rad = aligned.covariance[(2, 2)].sqrt();
+            if sigma_rad < SURE_RAD && aligned.residual_m_s2 < MOST_RESIDUAL_M_S2 {
+                return Some(aligned);
+            }
+            if let NotAligned::NoManoeuvre { sigma_rad: least, .. } = self.best
+                && sigma_rad < least
+            {
+                self.best = NotAligned::NoManoeuvre { sigma_rad, residual_m_s2: aligned.residual_m_s2 };
+            }
+        }
+        None
+    }
 }
 
 fn solve(imu: &[ImuSample], fixes: &[Fix], antenna_b_m: &Vector3<f64>, earth: &Earth) -> Option<Aligned> {

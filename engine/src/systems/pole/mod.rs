@@ -1,16 +1,30 @@
 //! Surveys under a roof: an inertial sensor on a positioning pole that is used as a walking stick. Paper 4, and what is
 //! better than it.
 
+mod aids;
 mod alignment;
+pub mod causes;
 mod checks;
 mod contact;
 mod coupling;
+mod declaration;
 mod filter;
-pub mod findings;
+mod findings;
+mod gnss_rows;
+mod live;
+mod outcome;
 mod pass;
 pub mod points;
+pub mod pole_file;
+pub mod recorder;
 pub mod recording;
+mod refusals;
 mod smoothing;
+mod start;
 mod states;
 pub mod survey;
+mod system;
 pub mod tuning;
+
+pub use declaration::DECLARATION;
+pub use system::track_point;

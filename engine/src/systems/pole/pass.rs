@@ -2,11 +2,13 @@
 
 use nalgebra::{Matrix3, Matrix4, SMatrix, Vector3};
 
+use super::aids::TIP;
 use super::contact::{Interval, Walking};
 use super::filter::Filter;
 use super::recording::{Fix, Quality};
 use super::states::{BLOCKS, STATES};
 use super::tuning::Tuning;
+use crate::event::AidOutcome;
 use crate::ins::earth::Earth;
 use crate::ins::eskf::Eskf;
 use crate::ins::layout::ErrorState::{Attitude, Velocity};
@@ -71,6 +73,8 @@ pub(super) enum Wanted {
     Start,
     /// The filter's own track.
     Filtered,
+    /// Nothing but the filter as it is.
+    Live,
     /// All that smoothing needs.
     Smoothed,
 }
@@ -108,6 +112,7 @@ pub(super) struct Look {
 /// A fix and what became of it.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Weighed {
+    pub(super) t_ns: i64,
     pub(super) nis: f64,
     pub(super) used: bool,
 }
@@ -120,6 +125,23 @@ pub(super) struct Landing {
     pub(super) restless: bool,
     /// The largest move that was seen, m.
     pub(super) moved_m: f64,
+    /// Sum of the normalised innovations squared.
+    pub(super) nis: f64,
+}
+
+impl Landing {
+    /// As the outcome of an aid, but for its time; `None` where there was no look.
+    pub(super) fn outcome(&self) -> Option<AidOutcome> {
+        Some(AidOutcome {
+            t_ns: 0,
+            stream: None,
+            aid: TIP,
+            nis: self.nis / self.looks as f64,
+            degrees_of_freedom: 3,
+            updates: u32::try_from(self.looks).ok().filter(|looks| *looks > 0)?,
+            accepted: !self.restless,
+        })
+    }
 }
 
 /// What a pass leaves.
@@ -155,49 +177,51 @@ pub(super) fn go(setting: &Setting<'_>, start: &Filter, first: usize, wanted: Wa
         if to.t_ns <= runner.t_ns {
             continue;
         }
-        runner.interval(from, to);
+        runner.interval(setting, from, to);
         if wanted != Wanted::Start && to.t_ns >= next_pose_ns {
             runner.pose();
             next_pose_ns = (to.t_ns + 1 + every_ns - 1).div_euclid(every_ns) * every_ns;
         }
     }
-    runner.look();
+    runner.look(setting);
     runner.finish()
 }
 
-struct Runner<'a> {
-    setting: &'a Setting<'a>,
+/// A pass under way. What it goes through is handed to it anew at each step, and may have grown.
+#[derive(Debug)]
+pub(super) struct Runner {
     wanted: Wanted,
-    filter: Filter,
+    pub(super) filter: Filter,
     walking: Walking,
-    t_ns: i64,
+    pub(super) t_ns: i64,
     /// The rate as last read, rad/s.
     w_ib_b: Vector3<f64>,
     next_fix: usize,
     next_contact: usize,
-    standing: Option<Standing>,
+    pub(super) standing: Option<Standing>,
     episode: Option<(Quality, Option<usize>)>,
     fixes_refused: usize,
     kept_ns: i64,
     /// An island that ends at this look.
     doubted: Option<usize>,
-    pass: Pass,
+    pub(super) pass: Pass,
 }
 
 /// The tip on the ground.
-struct Standing {
-    contact: usize,
+#[derive(Clone, Debug)]
+pub(super) struct Standing {
+    pub(super) contact: usize,
     looked_ns: i64,
     refused_ns: Vec<i64>,
 }
 
-impl<'a> Runner<'a> {
-    fn new(setting: &'a Setting<'a>, start: &Filter, first: usize, wanted: Wanted) -> Runner<'a> {
+impl Runner {
+    pub(super) fn new(setting: &Setting<'_>, start: &Filter, first: usize, wanted: Wanted) -> Runner {
         let landing = &setting.tuning.landing;
         let t_ns = setting.imu[first].t_ns;
         let mut filter = start.clone();
         filter.eskf.tape = Tape::default();
-        filter.eskf.tape.set_recording(wanted != Wanted::Filtered);
+        filter.eskf.tape.set_recording(wanted != Wanted::Filtered && wanted != Wanted::Live);
         let pass = Pass {
             start: start.clone(),
             end: start.clone(),
@@ -213,7 +237,6 @@ impl<'a> Runner<'a> {
             sample_gaps: Vec::new(),
         };
         Runner {
-            setting,
             wanted,
             filter,
             walking: Walking::new(setting.contacts, landing.walking_whole_s, landing.walking_gone_s),
@@ -231,39 +254,39 @@ impl<'a> Runner<'a> {
     }
 
     /// Goes on from one sample to the next, with a look at every fix in between and where it is time for one.
-    fn interval(&mut self, from: &ImuSample, to: &ImuSample) {
+    pub(super) fn interval(&mut self, setting: &Setting<'_>, from: &ImuSample, to: &ImuSample) {
         let gap_s = (to.t_ns - from.t_ns) as f64 * 1e-9;
-        while let Some(fix) = self.setting.fixes.get(self.next_fix).filter(|fix| fix.t_ns <= to.t_ns) {
+        while let Some(fix) = setting.fixes.get(self.next_fix).filter(|fix| fix.t_ns <= to.t_ns) {
             // A fix within half a millisecond of a sample is of that moment.
             let t_ns = if to.t_ns - fix.t_ns < 500_000 { to.t_ns } else { fix.t_ns };
-            self.advance(to, t_ns);
-            self.look();
+            self.advance(setting, to, t_ns);
+            self.look(setting);
             self.next_fix += 1;
         }
-        self.advance(to, to.t_ns);
+        self.advance(setting, to, to.t_ns);
         if gap_s > GAP_S {
             self.pass.sample_gaps.push((to.t_ns, gap_s));
-            self.filter.propagate(self.setting.tuning, self.setting.earth);
+            self.filter.propagate(setting.tuning, setting.earth);
             let [rate, force] = IN_A_GAP;
             let states = STATES.imu;
             let variance = |sigma: f64| Vector3::repeat((sigma * gap_s).powi(2));
             self.filter.eskf.add_noise(&[states.block(Attitude)], &variance(rate));
             self.filter.eskf.add_noise(&[states.block(Velocity)], &variance(force));
         }
-        let in_contact = self.contact_now();
+        let in_contact = self.contact_now(setting);
         let lands = in_contact.is_some() && self.standing.as_ref().map(|s| s.contact) != in_contact;
-        let [standing_s, moving_s] = self.setting.tuning.step_s;
-        let step_s = match (in_contact, self.setting.tuning.zero_velocity_m_s) {
+        let [standing_s, moving_s] = setting.tuning.step_s;
+        let step_s = match (in_contact, setting.tuning.zero_velocity_m_s) {
             (Some(_), Some(_)) => 0.0,
             (Some(_), None) => standing_s,
             (None, _) => moving_s,
         };
         if lands || self.filter.unpropagated_s() > (step_s - 1e-3).max(0.0) {
-            self.look();
+            self.look(setting);
         }
     }
 
-    fn advance(&mut self, sample: &ImuSample, t_ns: i64) {
+    fn advance(&mut self, setting: &Setting<'_>, sample: &ImuSample, t_ns: i64) {
         if t_ns <= self.t_ns {
             return;
         }
@@ -274,16 +297,16 @@ impl<'a> Runner<'a> {
             f_b: Vector3::from(sample.f_b_m_s2),
         };
         let walking = self.walking.at(t_ns);
-        self.filter.advance(self.setting.earth, &interval, walking);
+        self.filter.advance(setting.earth, &interval, walking);
         self.w_ib_b = interval.w_ib_b;
         self.t_ns = t_ns;
     }
 
     /// The contact that holds now, less what is left out of it.
-    fn contact_now(&mut self) -> Option<usize> {
-        let landing = &self.setting.tuning.landing;
+    fn contact_now(&mut self, setting: &Setting<'_>) -> Option<usize> {
+        let landing = &setting.tuning.landing;
         let ns = |s: f64| (s * 1e9) as i64;
-        let contacts = self.setting.contacts;
+        let contacts = setting.contacts;
         while contacts
             .get(self.next_contact)
             .is_some_and(|contact| contact.to_ns - ns(landing.before_lift_s) < self.t_ns)
@@ -292,14 +315,19 @@ impl<'a> Runner<'a> {
         }
         let contact = contacts.get(self.next_contact)?;
         let stands = contact.from_ns + ns(landing.after_strike_s) <= self.t_ns
-            && !self.setting.restless[self.next_contact]
+            && !setting.restless[self.next_contact]
             && !self.pass.landings[self.next_contact].restless;
         stands.then_some(self.next_contact)
     }
 
     /// Brings the errors up to date, and measures what can be measured now.
-    fn look(&mut self) {
-        self.filter.propagate(self.setting.tuning, self.setting.earth);
+    fn look(&mut self, setting: &Setting<'_>) {
+        self.filter.propagate(setting.tuning, setting.earth);
+        if self.wanted == Wanted::Live {
+            self.weigh_fix(setting);
+            self.weigh_stand(setting);
+            return;
+        }
         let shows = self.filter.shows();
         let full = self.wanted == Wanted::Smoothed;
         let covariance_of = |filter: &Filter| {
@@ -310,14 +338,16 @@ impl<'a> Runner<'a> {
         };
         let before = full.then(|| covariance_of(&self.filter));
         self.filter.eskf.tape.mark_moment();
-        if self.wanted != Wanted::Filtered && self.t_ns - self.kept_ns >= (KEPT_EVERY_S * 1e9) as i64 {
+        if !matches!(self.wanted, Wanted::Filtered | Wanted::Live)
+            && self.t_ns - self.kept_ns >= (KEPT_EVERY_S * 1e9) as i64
+        {
             self.kept_ns = self.t_ns;
             let tape = std::mem::take(&mut self.filter.eskf.tape);
             self.pass.kept.push((self.pass.looks.len(), self.filter.eskf.clone()));
             self.filter.eskf.tape = tape;
         }
-        self.weigh_fix();
-        self.weigh_stand();
+        self.weigh_fix(setting);
+        self.weigh_stand(setting);
         self.filter.eskf.tape.mark_moment();
         if let Some(island) = self.doubted.take() {
             let slow = STATES.slow.block();
@@ -336,18 +366,18 @@ impl<'a> Runner<'a> {
                 let rows = self.filter.eskf.covariance.seen_by(&shows);
                 shows.iter().map(|(block, jacobian)| jacobian * rows.block(*block).transpose()).sum()
             }
-            Wanted::Start | Wanted::Smoothed => Matrix4::zeros(),
+            Wanted::Start | Wanted::Live | Wanted::Smoothed => Matrix4::zeros(),
         };
         let (rows, covariance) = before.map_or((None, Matrix4::zeros()), |(rows, c)| (Some(rows), c));
         self.pass.looks.push(Look { t_ns: self.t_ns, covariance, rows, shows, after });
     }
 
-    fn weigh_fix(&mut self) {
-        let Some(fix) = self.setting.fixes.get(self.next_fix) else { return };
+    fn weigh_fix(&mut self, setting: &Setting<'_>) {
+        let Some(fix) = setting.fixes.get(self.next_fix) else { return };
         if (fix.t_ns - self.t_ns).abs() >= 500_000 {
             return;
         }
-        let gnss = &self.setting.tuning.gnss;
+        let gnss = &setting.tuning.gnss;
         let shares = |[plan, height]: [f64; 2]| Vector3::new(plan, plan, height);
         let at_least = |sigma: Vector3<f64>, least: f64| sigma.map(|sigma| sigma.max(least));
         let slow = at_least(fix.sigma_n_m.component_mul(&shares(gnss.slow_share)), gnss.least_slow_m);
@@ -357,8 +387,7 @@ impl<'a> Runner<'a> {
             least => at_least(fix.sigma_n_m * 2.0, least),
         };
         let number = self.next_fix;
-        let island = self
-            .setting
+        let island = setting
             .islands
             .iter()
             .position(|island| !island.trusted && (island.fixes[0]..island.fixes[1]).contains(&number));
@@ -373,12 +402,12 @@ impl<'a> Runner<'a> {
                 _ => self.filter.draw_slow_error(worst(gnss.float_m), gnss.float_time_s),
             }
         }
-        if fix.quality != Quality::Fixed && self.setting.tuning.zero_velocity_m_s.is_none() {
+        if fix.quality != Quality::Fixed && setting.tuning.zero_velocity_m_s.is_none() {
             white = at_least(fix.sigma_n_m * 0.5, 0.05);
         }
         let observation = self.filter.fix(&fix.p_n_m, &white);
         let (nis, used) = self.filter.weigh(&observation, gnss.gate);
-        self.pass.weighed.push(Weighed { nis, used });
+        self.pass.weighed.push(Weighed { t_ns: fix.t_ns, nis, used });
         if used {
             self.fixes_refused = 0;
         } else {
@@ -396,36 +425,34 @@ impl<'a> Runner<'a> {
                 self.filter.weigh(&self.filter.fix(&fix.p_n_m, &white), f64::INFINITY);
             }
         }
-        let last = self.setting.fixes.get(number + 1).is_none_or(|next| next.t_ns - fix.t_ns > LONG_GAP_NS);
+        let last = setting.fixes.get(number + 1).is_none_or(|next| next.t_ns - fix.t_ns > LONG_GAP_NS);
         if last {
             let states = STATES.imu;
             let attitude = self.filter.eskf.covariance.block(states.block(Attitude), states.block(Attitude));
             self.pass.headings.push((fix.t_ns, attitude[(2, 2)].sqrt()));
         }
         if let (Some(island), true) = (island, self.wanted == Wanted::Smoothed) {
-            let ends = self.setting.islands[island].fixes[1] == number + 1;
+            let ends = setting.islands[island].fixes[1] == number + 1;
             if ends {
                 self.doubted = Some(island);
             }
         }
     }
 
-    fn weigh_stand(&mut self) {
-        let Some(contact) = self.contact_now() else {
+    fn weigh_stand(&mut self, setting: &Setting<'_>) {
+        let Some(contact) = self.contact_now(setting) else {
             self.standing = None;
             return;
         };
-        if let Some(sigma_m_s) = self.setting.tuning.zero_velocity_m_s {
+        if let Some(sigma_m_s) = setting.tuning.zero_velocity_m_s {
             self.standing = Some(Standing { contact, looked_ns: self.t_ns, refused_ns: Vec::new() });
             self.pass.landings[contact].looks += 1;
-            if let Some(observation) =
-                self.filter.has_no_velocity(self.setting.earth, &self.w_ib_b, sigma_m_s)
-            {
+            if let Some(observation) = self.filter.has_no_velocity(setting.earth, &self.w_ib_b, sigma_m_s) {
                 self.filter.weigh(&observation, f64::INFINITY);
             }
             return;
         }
-        let landing = &self.setting.tuning.landing;
+        let landing = &setting.tuning.landing;
         let t_ns = self.t_ns;
         let new = self.standing.as_ref().is_none_or(|standing| standing.contact != contact);
         if new {
@@ -439,9 +466,10 @@ impl<'a> Runner<'a> {
             self.filter.creep(landing.creep_m_sqrt_s, dt_s);
         }
         let Some(observation) = self.filter.stands(landing.sigma_m) else { return };
-        let (_, used) = self.filter.weigh(&observation, landing.gate);
+        let (nis, used) = self.filter.weigh(&observation, landing.gate);
         let of = &mut self.pass.landings[contact];
         of.looks += 1;
+        of.nis += nis;
         if used {
             return;
         }
@@ -461,17 +489,48 @@ impl<'a> Runner<'a> {
     }
 
     fn pose(&mut self) {
-        let nav = &self.filter.strapdown.nav;
-        self.pass.poses.push(Pose {
-            t_ns: self.t_ns,
+        let pose = self.pose_of(&self.filter, self.t_ns);
+        self.pass.poses.push(pose);
+    }
+
+    fn pose_of(&self, filter: &Filter, t_ns: i64) -> Pose {
+        let nav = &filter.strapdown.nav;
+        Pose {
+            t_ns,
             c_nb: nav.c_nb,
             p_n: nav.p_n,
-            antenna_b_m: self.filter.antenna.arm_b_m,
-            tip_b_m: self.filter.tip.map(|tip| tip.arm_b_m),
-            roundness_m: self.filter.roundness_m,
+            antenna_b_m: filter.antenna.arm_b_m,
+            tip_b_m: filter.tip.map(|tip| tip.arm_b_m),
+            roundness_m: filter.roundness_m,
             after: self.pass.looks.len(),
             stands: self.standing.is_some(),
-        });
+        }
+    }
+
+    /// There are other contacts than before, or one has got its end; those that it has come past are the same.
+    pub(super) fn contacts_changed(&mut self, setting: &Setting<'_>) {
+        let landing = &setting.tuning.landing;
+        self.walking = Walking::new(setting.contacts, landing.walking_whole_s, landing.walking_gone_s);
+        self.pass.landings.resize(setting.contacts.len(), Landing::default());
+    }
+
+    /// The filter as it would be after more samples, of which nothing is measured; and its pose there.
+    pub(super) fn ahead(&self, tuning: &Tuning, earth: &Earth, samples: &[ImuSample]) -> (Filter, Pose) {
+        let mut filter = self.filter.clone();
+        let mut walking = self.walking.clone();
+        let mut t_ns = self.t_ns;
+        for sample in samples {
+            let interval = ImuInterval {
+                dt_s: (sample.t_ns - t_ns) as f64 * 1e-9,
+                w_ib_b: Vector3::from(sample.w_ib_b_rad_s),
+                f_b: Vector3::from(sample.f_b_m_s2),
+            };
+            t_ns = sample.t_ns;
+            filter.advance(earth, &interval, walking.at(t_ns));
+        }
+        filter.propagate(tuning, earth);
+        let pose = self.pose_of(&filter, t_ns);
+        (filter, pose)
     }
 
     fn finish(mut self) -> Pass {

@@ -3,6 +3,7 @@
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 
+use crate::anomaly::Anomaly;
 use crate::sample::ImuSample;
 
 /// The pole: what is fixed to the sensor, from it, in its axes.
@@ -72,4 +73,6 @@ pub struct Recording {
     pub switch: Option<Vec<(i64, bool)>>,
     /// When the tip was held on which point.
     pub stops: Vec<Stop>,
+    /// What was left out of the samples and the positions.
+    pub left_out: Vec<Anomaly>,
 }

@@ -1,4 +1,5 @@
 use super::*;
+use crate::anomaly::Cause as _;
 use crate::geo::Geodetic;
 use crate::sample::ImuSample;
 
@@ -7,7 +8,7 @@ fn frame() -> LocalFrame {
 }
 
 fn options() -> Options {
-    Options { tuning: Tuning::default(), smoothed: true, rate_hz: 20.0 }
+    Options { tuning: Tuning::default(), smoothed: true, rate_hz: 20.0, lands: true }
 }
 
 fn pole() -> Instrument {
@@ -34,11 +35,12 @@ fn upright() -> Recording {
         fixes: (1..150).map(fix).collect(),
         switch: None,
         stops: Vec::new(),
+        left_out: Vec::new(),
     }
 }
 
 fn sentence(recording: &Recording, instrument: &Instrument) -> String {
-    compute(recording, instrument, &frame(), &options()).unwrap_err().to_string()
+    compute(recording, instrument, &frame(), &options()).unwrap_err().sentence()
 }
 
 #[test]

@@ -348,6 +348,31 @@ fn second_order(state: &State, u: &Vector3<f64>, distance: f64) -> (f64, f64) {
     (0.5 * bp.trace(), 0.5 * (bp * bp).trace())
 }
 
+/// Where a search for the tag begins, east and north: around the anchors, amid them, and where the circles of each two meet. Across the
+/// line of two anchors lies a place that fits these two as well, and a search that begins outside may end in no other.
+fn starts(anchors: &[CoupledAnchor], middles: &[(usize, f64)], center: &Vector3<f64>) -> Vec<[f64; 2]> {
+    let mut all = vec![[center.x, center.y]];
+    for k in 0..16 {
+        let (sin, cos) = libm::sincos(std::f64::consts::TAU * f64::from(k) / 16.0);
+        all.push([center.x + middles[0].1 * sin, center.y + middles[0].1 * cos]);
+    }
+    for (i, &(a, from_a)) in middles.iter().enumerate() {
+        for &(b, from_b) in &middles[i + 1..] {
+            let line = (anchors[b].p_n - anchors[a].p_n).xy();
+            let length = line.norm().max(0.1);
+            // From a along the line, and off it.
+            let along = (length * length + from_a * from_a - from_b * from_b) / (2.0 * length);
+            let off = (from_a * from_a - along * along).max(0.0).sqrt();
+            let unit = line / length;
+            for side in [-off, off] {
+                let foot = anchors[a].p_n.xy() + unit * along;
+                all.push([foot.x - side * unit.y, foot.y + side * unit.x]);
+            }
+        }
+    }
+    all
+}
+
 /// Where ranges alone put the tag: the best of many starts around the anchors, at a height near theirs. None of fewer than three anchors.
 pub fn locate(coupling: &Coupling, ranges: &[CoupledRange], height_m: Option<f64>) -> Option<Vector3<f64>> {
     let anchors = coupling.anchors();
@@ -366,9 +391,8 @@ pub fn locate(coupling: &Coupling, ranges: &[CoupledRange], height_m: Option<f64
     let center = anchors.iter().map(|anchor| anchor.p_n).sum::<Vector3<f64>>() / anchors.len() as f64;
     let height = height_m.unwrap_or(center.z);
     let mut best: Option<(f64, Vector3<f64>)> = None;
-    for start in 0..16 {
-        let (sin, cos) = libm::sincos(std::f64::consts::TAU * f64::from(start) / 16.0);
-        let mut p = Vector3::new(center.x + middles[0].1 * sin, center.y + middles[0].1 * cos, height);
+    for [e, n] in starts(anchors, &middles, &center) {
+        let mut p = Vector3::new(e, n, height);
         for _ in 0..25 {
             let mut n = nalgebra::Matrix2::<f64>::identity() * 1e-4;
             let mut g = nalgebra::Vector2::<f64>::zeros();
@@ -392,4 +416,32 @@ pub fn locate(coupling: &Coupling, ranges: &[CoupledRange], height_m: Option<f64
         }
     }
     best.map(|(_, p)| p - coupling.offset_n)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::instrument::Tag;
+    use super::*;
+
+    #[test]
+    fn a_tag_amid_three_anchors_is_not_taken_for_its_mirror_image() {
+        let places = [[9.57, -16.57, 2.84], [3.87, 3.82, 2.89], [-14.52, -2.53, 1.23]];
+        let anchors: Vec<CoupledAnchor> = places
+            .iter()
+            .map(|place| CoupledAnchor { name: format!("{}", place[0]), p_n: Vector3::from(*place) })
+            .collect();
+        let coupling = Coupling::new(anchors.clone(), &Tag::default());
+        for k in 0..20 {
+            let truth = Vector3::new(f64::from(k) - 8.0, -1.0 - 0.3 * f64::from(k), -0.2);
+            let ranges: Vec<CoupledRange> = (0..3)
+                .map(|anchor| CoupledRange {
+                    t_s: 0.0,
+                    anchor,
+                    range_m: (truth - anchors[anchor].p_n).norm() + 0.2,
+                })
+                .collect();
+            let found = locate(&coupling, &ranges, None).expect("three anchors");
+            assert!((found - truth).xy().norm() < 1.5, "{truth:?} {found:?}");
+        }
+    }
 }

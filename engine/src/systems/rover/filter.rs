@@ -22,6 +22,8 @@ const Q_PLAN: f64 = 0.1;
 const Q_UP: f64 = 0.03;
 /// So long after the last satellite a rover is still near the door, s.
 const DOOR_S: f64 = 3.0;
+/// A plan that few satellites hold better than this is not asked of ranges anew, m.
+const LOST_SIGMA_M: f64 = 0.1;
 /// Walk of the height where no satellite says how high, m/√s.
 const HEIGHT_WALK: f64 = 0.02;
 /// Plan sigma under which whole cycles are called fixed, m. Whoever reads the word counts on 5 cm: that has to be two sigmas.
@@ -199,7 +201,9 @@ impl Filter {
         };
         let fixed = self.fixed && self.satellites_in_sight();
         let outcome = self.coupling.weigh(&mut self.state, range, fixed, bend);
-        if !self.satellites_in_sight() {
+        // With few satellites, too, a start on the wrong side of two anchors is only left when the third is asked.
+        let few = self.directions < 6 && !fixed && self.plan_sigma_m() > LOST_SIGMA_M;
+        if !self.satellites_in_sight() || few {
             self.lost.take(range, outcome, &mut self.state, &self.coupling);
         }
         outcome

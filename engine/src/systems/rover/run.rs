@@ -103,6 +103,9 @@ impl<'a> BaseEpochs<'a> {
     }
 }
 
+/// So many rejected ranges of an anchor, and more than used ones, are told.
+const MANY_REJECTED: usize = 20;
+
 /// A time at which a row is due.
 struct Due<'a> {
     time: GpsTime,
@@ -182,7 +185,7 @@ fn by_paper(inputs: &Inputs<'_>) -> Outcome {
         let to = ranges.partition_point(|(time, _)| due.time.since(*time) > -0.5 * interval_s);
         let near: Vec<CoupledRange> = ranges[from..to].iter().map(|(_, range)| *range).collect();
         let near = paper::nearest(&near, inputs.anchors.len(), due.time.tow_s(), &mut last_ranges);
-        let start = at.or_else(|| start(inputs, &base, &due, &coupling, &ranges).map(|(place, _)| place));
+        let start = at.or_else(|| start(inputs, &base, &due, &coupling, &ranges).map(|begin| begin.p_n));
         let Some(start) = start else { continue };
         let pair =
             due.epoch.and_then(|rover| bases.at(rover).map(|from_base| Pair { rover, base: from_base }));
@@ -225,8 +228,14 @@ fn once(inputs: &Inputs<'_>, known: Known, smoothed: bool) -> (Outcome, Known) {
         }
         if filter.as_ref().is_none_or(|filter| filter.plan_sigma_m() > 100.0) {
             let coupling = Coupling::new(inputs.anchors.to_vec(), &inputs.instrument.uwb);
-            let Some((p_n, sigma_n)) = start(inputs, &base, &due, &coupling, &ranges) else { continue };
-            next_range = ranges.partition_point(|(time, _)| due.time.since(*time) > interval_s);
+            let Some(Begin { p_n, sigma_n, by_satellites }) = start(inputs, &base, &due, &coupling, &ranges)
+            else {
+                continue;
+            };
+            // Where satellites say where the rover is they come first: a few ranges over metres of error, linearised, would put it
+            // on the mirror image across two anchors, surer than any code.
+            let earlier_s = if by_satellites { 0.0 } else { interval_s };
+            next_range = ranges.partition_point(|(time, _)| due.time.since(*time) > earlier_s);
             let time = ranges.get(next_range).map_or(due.time, |(time, _)| (*time).min(due.time));
             let setting =
                 Setting { instrument: inputs.instrument, two_bands, interval_s, systems: inputs.systems };
@@ -296,6 +305,15 @@ fn once(inputs: &Inputs<'_>, known: Known, smoothed: bool) -> (Outcome, Known) {
             ));
         }
         for (k, anchor) in inputs.anchors.iter().enumerate() {
+            let (used, rejected) = (filter.coupling.used[k], filter.coupling.rejected[k]);
+            if rejected > used && rejected >= MANY_REJECTED {
+                outcome.anomalies.push(format!(
+                    "{rejected} of {} ranges to anchor {} fit neither satellites nor the other anchors; check its place in the survey \
+                     and what stands in between",
+                    used + rejected,
+                    anchor.name
+                ));
+            }
             outcome.anchors.push(AnchorOutcome {
                 anchor: anchor.name.clone(),
                 bias_m: filter.state.x[RANGES + 3 * k],
@@ -363,15 +381,24 @@ fn single(
 }
 
 /// Where the filter begins, and how sure that is.
+struct Begin {
+    p_n: [f64; 3],
+    sigma_n: [f64; 3],
+    /// Satellites of this moment say where.
+    by_satellites: bool,
+}
+
+/// Finds where the filter begins.
 fn start(
     inputs: &Inputs<'_>,
     base: &Base,
     due: &Due<'_>,
     coupling: &Coupling,
     ranges: &[(GpsTime, CoupledRange)],
-) -> Option<([f64; 3], [f64; 3])> {
+) -> Option<Begin> {
+    let begin = |p_n, sigma_n, by_satellites| Some(Begin { p_n, sigma_n, by_satellites });
     if let Some(given) = inputs.initial_position_m {
-        return Some((given, [1.0; 3]));
+        return begin(given, [1.0; 3], false);
     }
     let single = due
         .epoch
@@ -385,10 +412,10 @@ fn start(
     match (single, coupling::locate(coupling, &near, tag.antenna_height_m)) {
         // Ranges put the plan where they agree with the satellites.
         (Some(single), Some(place)) if libm::hypot(single[0] - place.x, single[1] - place.y) < 20.0 => {
-            Some((place.into(), [3.0, 3.0, up.max(3.0)]))
+            begin(place.into(), [3.0, 3.0, up.max(3.0)], true)
         }
-        (Some(single), _) => Some((single, [30.0; 3])),
-        (None, Some(place)) => Some((place.into(), [3.0, 3.0, up])),
+        (Some(single), _) => begin(single, [30.0; 3], true),
+        (None, Some(place)) => begin(place.into(), [3.0, 3.0, up], false),
         (None, None) => None,
     }
 }

@@ -2,7 +2,6 @@
 //! never was.
 
 mod files;
-mod instrument;
 mod process;
 mod report;
 mod simulate;

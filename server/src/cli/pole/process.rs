@@ -6,12 +6,15 @@ use std::time::Instant;
 
 use anyhow::Result;
 use clap::{ArgMatches, Args, Command, FromArgMatches as _, ValueEnum};
-use lodestep_engine::systems::pole::recording::Recording;
+use lodestep_engine::anomaly::Cause as _;
+use lodestep_engine::systems::pole::pole_file;
+use lodestep_engine::systems::pole::recorder::Recorder;
 use lodestep_engine::systems::pole::survey::{self, Options, Survey};
 use lodestep_engine::systems::pole::tuning::Tuning;
 
-use super::{files, instrument, report, surveyed, track};
+use super::{files, report, surveyed, track};
 use crate::cli::failure::Failure;
+use crate::cli::log_file;
 use crate::cli::process::parse_rate;
 use crate::cli::site_file;
 use crate::cli::track_output::write_text;
@@ -110,7 +113,8 @@ pub(super) fn command() -> Command {
 pub(super) fn run(matches: &ArgMatches) -> Result<()> {
     let args = PoleArgs::from_arg_matches(matches)?;
     let began = Instant::now();
-    let (instrument, own_site) = instrument::read(&args.instrument)?;
+    let (instrument, own_site) = pole_file::read(&log_file::read_text(&args.instrument)?)
+        .map_err(|error| Failure::bad_input(&args.instrument, error))?;
     let site = match (&args.site, own_site) {
         (Some(path), _) => site_file::read(path, None)?,
         (None, Some(site)) => site,
@@ -122,22 +126,26 @@ pub(super) fn run(matches: &ArgMatches) -> Result<()> {
         }
     };
     let frame = site.local_frame();
-    let imu = files::samples(&args.imu)?;
-    let ends = [imu.first().map_or(0, |sample| sample.t_ns), imu.last().map_or(0, |sample| sample.t_ns)];
-    let fixes = files::fixes(&args.gnss, &frame, ends)?;
-    let switch = args.contact.as_deref().map(files::switch).transpose()?;
+    let mut recorder = Recorder::default();
+    files::samples(&args.imu, &mut recorder)?;
+    files::positions(&args.gnss, &mut recorder)?;
+    if let Some(path) = &args.contact {
+        files::switch(path, &mut recorder)?;
+    }
     let stops = args.points.as_deref().map(files::stops).transpose()?.unwrap_or_default();
+    let recording = recorder.recording(&frame, stops.iter().map(|stop| stop.stop.clone()).collect());
+    let imu = &recording.imu;
+    let ends = [imu.first().map_or(0, |sample| sample.t_ns), imu.last().map_or(0, |sample| sample.t_ns)];
     let samples = imu.len();
-    let recording =
-        Recording { imu, fixes, switch, stops: stops.iter().map(|stop| stop.stop.clone()).collect() };
     let tuning = match (args.estimator, instrument.tip_b_m) {
         (Estimator::Paper, _) => Tuning::paper(),
         (Estimator::Own, Some(_)) => Tuning::default(),
         (Estimator::Own, None) => Tuning::handheld(),
     };
-    let options = Options { tuning, smoothed: args.solution == Solution::Smoothed, rate_hz: args.rate_hz };
+    let smoothed = args.solution == Solution::Smoothed;
+    let options = Options { tuning, smoothed, rate_hz: args.rate_hz, lands: true };
     let survey = survey::compute(&recording, &instrument, &frame, &options)
-        .map_err(|error| Failure::BadInput(error.to_string()))?;
+        .map_err(|cause| Failure::BadInput(cause.sentence()))?;
     track::write(&args.out, &survey.rows)?;
     if let Some(path) = &args.points_out {
         surveyed::write(path, &survey.points, &stops, &frame)?;

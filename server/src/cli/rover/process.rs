@@ -169,6 +169,7 @@ pub(in crate::cli) fn run(matches: &ArgMatches) -> Result<()> {
     for anomaly in &done.anomalies {
         let _ = writeln!(std::io::stderr(), "lodestep: {anomaly}");
     }
+    let _ = writeln!(std::io::stderr(), "{}", report.sentence(&args.out));
     Ok(())
 }
 

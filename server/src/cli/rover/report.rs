@@ -25,6 +25,24 @@ pub(super) struct Report<'a> {
 }
 
 impl Report<'_> {
+    /// What was done, for the person who typed the command.
+    pub(super) fn sentence(&self, out: &std::path::Path) -> String {
+        let counts: Vec<String> = Quality::ALL
+            .iter()
+            .filter_map(|quality| {
+                let count = self.rows.iter().filter(|row| row.quality == *quality).count();
+                (count > 0).then(|| format!("{count} {}", quality.word()))
+            })
+            .collect();
+        format!(
+            "{} epochs in {:.2} s: {}; track in {}",
+            self.rows.len(),
+            self.process_seconds,
+            counts.join(", "),
+            out.display()
+        )
+    }
+
     /// The report as JSON.
     pub(super) fn json(&self) -> Value {
         let mut by_quality = Map::new();

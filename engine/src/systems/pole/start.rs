@@ -1,0 +1,96 @@
+//! How a survey begins: when the tip is on the ground, and the filter at its start.
+
+use nalgebra::Vector3;
+
+use super::alignment::Aligned;
+use super::contact::{self, Interval};
+use super::filter::{Certainty, Filter};
+use super::pass::{self, Pass, Setting, Wanted};
+use super::recording::{Instrument, Recording};
+use super::smoothing;
+use super::states::STATES;
+use super::tuning::Tuning;
+use crate::ins::earth::Earth;
+use crate::ins::layout::ErrorState::{Attitude, GyroBias, Position, Velocity};
+use crate::ins::nav_state::NavState;
+use crate::rotation::cayley;
+
+/// When the tip is on the ground.
+pub(super) fn contacts(
+    recording: &Recording,
+    instrument: &Instrument,
+    earth: &Earth,
+    aligned: &Aligned,
+) -> Vec<Interval> {
+    let end_ns = recording.imu.last().map_or(0, |sample| sample.t_ns);
+    match (&recording.switch, instrument.tip_b_m) {
+        (_, None) => Vec::new(),
+        (Some(rows), Some(_)) => contact::by_switch(rows, end_ns),
+        (None, Some(_)) => {
+            let gravity_m_s2 = earth.gravity_n(&aligned.antenna_n_m).norm();
+            contact::by_feel(&recording.imu, instrument, gravity_m_s2, &aligned.gyro_bias_b)
+        }
+    }
+}
+
+/// The filter at the aligned sample. The first attitude may be some degrees off: what was recorded up to it says it better,
+/// about itself.
+pub(super) fn begin(
+    recording: &Recording,
+    instrument: &Instrument,
+    earth: &Earth,
+    tuning: &Tuning,
+    aligned: &Aligned,
+    contacts: &[Interval],
+) -> Filter {
+    let start = starting(aligned, instrument, tuning);
+    if tuning.zero_velocity_m_s.is_some() {
+        return start;
+    }
+    let (imu, fixes) = (&recording.imu, &recording.fixes);
+    let until_ns = aligned.window_ns[1];
+    let opening = Setting {
+        tuning,
+        earth,
+        imu: &imu[..imu.partition_point(|sample| sample.t_ns <= until_ns)],
+        fixes: &fixes[..fixes.partition_point(|fix| fix.t_ns <= until_ns)],
+        islands: &[],
+        contacts,
+        restless: &vec![false; contacts.len()],
+    };
+    let pass = pass::go(&opening, &start, aligned.sample, Wanted::Start, i64::MAX / 4);
+    restarted(&start, pass)
+}
+
+/// The filter at its start.
+fn starting(aligned: &Aligned, instrument: &Instrument, tuning: &Tuning) -> Filter {
+    let c_nb = aligned.c_nb;
+    let nav = NavState {
+        c_nb,
+        v_n: aligned.antenna_n_m_s,
+        p_n: aligned.antenna_n_m - c_nb * instrument.antenna_b_m,
+        gyro_bias_b: aligned.gyro_bias_b,
+        accelerometer_bias_b: Vector3::zeros(),
+    };
+    // What the accelerometer reads too much tilts the attitude.
+    let mut attitude = aligned.covariance.fixed_view::<3, 3>(0, 0).into_owned();
+    for (axis, sigma) in [0.02, 0.02, 0.03].into_iter().enumerate() {
+        attitude[(axis, axis)] += sigma * sigma;
+    }
+    let certainty = Certainty { attitude, position_m: 0.1 };
+    Filter::new(tuning, nav, &certainty, instrument.antenna_b_m, instrument.tip_b_m)
+}
+
+/// The same start, as everything that came later corrects it: about that the errors are small enough to be linear.
+pub(super) fn restarted(start: &Filter, pass: Pass) -> Filter {
+    let mut again = start.clone();
+    let Some(errors) = smoothing::errors_at_start(pass) else { return again };
+    let states = STATES.imu;
+    let nav = &mut again.strapdown.nav;
+    nav.c_nb = cayley(&errors[states.block(Attitude)]) * nav.c_nb;
+    nav.p_n -= errors[states.block(Position)];
+    nav.v_n -= errors[states.block(Velocity)];
+    nav.gyro_bias_b += errors[states.block(GyroBias)];
+    again.walking_b += errors[STATES.walking.block()];
+    again
+}

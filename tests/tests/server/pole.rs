@@ -1,0 +1,260 @@
+//! A survey with the pole goes through every door: command line, upload and device socket.
+
+use std::ffi::OsString;
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+use std::time::Duration;
+
+use lodestep_engine::parse::batch::{Batch, StreamKey};
+use lodestep_engine::parse::live_message::{Answer, DeviceMessage, Hello};
+use lodestep_engine::parse::{Reading, StreamReader, frame};
+use lodestep_engine::stream::{Readings, StreamId};
+use lodestep_engine::systems::pole::DECLARATION;
+use lodestep_server::cli;
+use lodestep_tests::device::TestDevice;
+use lodestep_tests::hand_in::{Answer as Told, ask, sha256};
+use lodestep_tests::server::TestServer;
+use serde_json::{Value, json};
+use tempfile::TempDir;
+
+/// The streams with their files.
+const STREAMS: [(&str, &str); 3] = [("imu", "imu.csv"), ("gnss", "gnss.csv"), ("switch", "contact.csv")];
+
+async fn run(arguments: &[&str]) -> ExitCode {
+    let line: Vec<OsString> =
+        std::iter::once("lodestep").chain(arguments.iter().copied()).map(Into::into).collect();
+    tokio::task::spawn_blocking(move || cli::run(line)).await.unwrap()
+}
+
+/// A survey that never was, with its site in a file of its own.
+struct Survey {
+    folder: TempDir,
+}
+
+impl Survey {
+    async fn simulated() -> Survey {
+        let survey = Survey { folder: tempfile::tempdir().unwrap() };
+        let out = survey.folder.path().to_str().unwrap().to_owned();
+        assert_eq!(run(&["simulate", "pole", "--route", "I20", "--out", &out]).await, ExitCode::SUCCESS);
+        let pole = survey.pole();
+        let (site, _) = pole.split_once("[pole]").unwrap();
+        std::fs::write(survey.path("site.toml"), site.replace("[site]", "")).unwrap();
+        survey
+    }
+
+    fn path(&self, name: &str) -> PathBuf {
+        self.folder.path().join(name)
+    }
+
+    fn bytes(&self, name: &str) -> Vec<u8> {
+        std::fs::read(self.path(name)).unwrap()
+    }
+
+    fn pole(&self) -> String {
+        String::from_utf8(self.bytes("pole.toml")).unwrap()
+    }
+
+    /// The report of the command line.
+    async fn by_command_line(&self) -> Value {
+        let of = |name: &str| self.path(name).to_str().unwrap().to_owned();
+        let [imu, gnss, contact] = STREAMS.map(|(_, file)| of(file));
+        let done = run(&[
+            "process",
+            "pole",
+            "--imu",
+            &imu,
+            "--gnss",
+            &gnss,
+            "--contact",
+            &contact,
+            "--instrument",
+            &of("pole.toml"),
+            "--out",
+            &of("track.csv"),
+            "--report",
+            &of("report.json"),
+        ])
+        .await;
+        assert_eq!(done, ExitCode::SUCCESS);
+        serde_json::from_slice(&self.bytes("report.json")).unwrap()
+    }
+
+    /// The readings of a stream, as its file has them.
+    fn readings(&self, stream: &str, file: &str) -> Readings {
+        let stream = DECLARATION.stream(StreamId::read(stream).unwrap()).unwrap();
+        let rule = DECLARATION.rule_of(&stream).unwrap();
+        let mut reader = StreamReader::new(rule, Reading::default()).unwrap();
+        let mut readings = reader.none();
+        reader.push(&self.bytes(file), &mut readings).unwrap();
+        reader.finish(&mut readings).unwrap();
+        readings
+    }
+
+    async fn server(&self) -> TestServer {
+        let site = self.path("site.toml");
+        TestServer::start_with(|config| config.site = Some(site)).await
+    }
+
+    async fn upload(&self, server: &TestServer, pole: &str) -> String {
+        let names: Vec<&str> = STREAMS.iter().map(|(name, _)| *name).collect();
+        let session = json!({ "system": "pole", "streams": names, "instrument": pole });
+        let session_id = server.session(session).await;
+        for (stream, file) in STREAMS {
+            let accepted = hand_in(server, &session_id, stream, self.bytes(file)).await;
+            assert_eq!(accepted.body["state"], "accepted", "{accepted:?}");
+        }
+        session_id
+    }
+}
+
+async fn hand_in(server: &TestServer, session_id: &str, stream: &str, bytes: Vec<u8>) -> Told {
+    let begun = server.begin_log(session_id, json!({ "stream": stream })).await;
+    assert_eq!(begun.status, 201, "{begun:?}");
+    let hash = sha256(&bytes);
+    assert_eq!(server.append(begun.id(), 0, bytes).await.status, 204);
+    server.finish_log(begun.id(), &hash).await
+}
+
+/// The readings of all streams in batches of a second.
+fn batches(survey: &Survey) -> Vec<Batch> {
+    let mut batches = Vec::new();
+    for (stream, file) in STREAMS {
+        let mut left = survey.readings(stream, file);
+        let mut sequence = 0;
+        while !left.is_empty() {
+            let first_ns = left.get(0).unwrap().t_ns();
+            let second = first_ns.div_euclid(1_000_000_000);
+            let same = |reading: &lodestep_engine::stream::Reading<'_>| {
+                reading.t_ns().div_euclid(1_000_000_000) == second
+            };
+            let rest = left.split_off(left.iter().take_while(same).count());
+            let of = StreamId::read(stream).unwrap();
+            batches.push((first_ns, Batch { stream: StreamKey::Id(of), sequence, readings: left }));
+            sequence += 1;
+            left = rest;
+        }
+    }
+    batches.sort_by_key(|(t_ns, _)| *t_ns);
+    batches.into_iter().map(|(_, batch)| batch).collect()
+}
+
+async fn send(device: &mut TestDevice, batches: &[Batch]) {
+    for batch in batches {
+        let StreamKey::Id(id) = batch.stream else { panic!("{batch:?}") };
+        let mut bytes = Vec::new();
+        frame::encode(DECLARATION.stream(id).unwrap().number, batch, &mut bytes).unwrap();
+        device.send_bytes(bytes).await;
+        match device.next().await {
+            Answer::Ack { stream, sequence } => assert_eq!((stream, sequence), (id, batch.sequence)),
+            other => panic!("expected an acknowledgement, found {other:?}"),
+        }
+    }
+}
+
+async fn finished(server: &TestServer, session_id: &str) -> String {
+    loop {
+        let session = server.look(&format!("/sessions/{session_id}")).await.body;
+        if session["state"] == "finished" {
+            return session["track_sha256"].as_str().unwrap().to_owned();
+        }
+        assert_ne!(session["state"], "failed", "{session}");
+        tokio::time::sleep(Duration::from_millis(5)).await;
+    }
+}
+
+/// Where the live trail ends: time, s, east, north and sigma, m.
+async fn newest(server: &TestServer, session_id: &str) -> Vec<f64> {
+    let track = server.url(&format!("/api/v1/sessions/{session_id}/track.csv"));
+    let text = server.client.get(track).send().await.unwrap().text().await.unwrap();
+    let head: Vec<&str> = text.lines().next().unwrap().split(',').collect();
+    let last: Vec<&str> = text.lines().last().unwrap().split(',').collect();
+    let of = |name: &str| {
+        let at =
+            head.iter().position(|column| *column == name).unwrap_or_else(|| panic!("{name} in {head:?}"));
+        last[at].parse().unwrap_or(f64::NAN)
+    };
+    ["t_s", "e_m", "n_m", "sigma_e_m"].map(of).to_vec()
+}
+
+fn truth_at(path: &Path, t_s: f64) -> [f64; 2] {
+    let text = std::fs::read_to_string(path).unwrap();
+    let rows = text.lines().skip(1).map(|line| {
+        let numbers: Vec<f64> = line.split(',').map(|cell| cell.parse().unwrap()).collect();
+        (numbers[0], [numbers[1], numbers[2]])
+    });
+    rows.min_by(|a, b| (a.0 - t_s).abs().total_cmp(&(b.0 - t_s).abs())).unwrap().1
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn a_survey_is_the_same_by_every_door_also_when_the_server_starts_anew_in_the_middle() {
+    let survey = Survey::simulated().await;
+    let report = survey.by_command_line().await;
+    let line = report["track_sha256"].as_str().unwrap();
+
+    let server = survey.server().await;
+    let uploaded = survey.upload(&server, &survey.pole()).await;
+    let job = server.process(&uploaded).await;
+    assert_eq!(job["state"], "finished", "{job}");
+    assert_eq!(finished(&server, &uploaded).await, line, "upload");
+
+    let mut device = TestDevice::connect(&server).await;
+    let hello = Hello::Begin {
+        inspector_id: server.inspector().await,
+        start: None,
+        system: Some("pole".to_owned()),
+        streams: None,
+        initial_heading_deg: None,
+        instrument: Some(survey.pole()),
+    };
+    device.send(&DeviceMessage::Hello(hello)).await;
+    let Answer::Welcome { session_id, .. } = device.next().await else { panic!("no welcome") };
+    let batches = batches(&survey);
+    let (before, after) = batches.split_at(batches.len() / 2);
+    send(&mut device, before).await;
+    let site = survey.path("site.toml");
+    let server = server.restart_with(|config| config.site = Some(site)).await;
+    let (mut device, _) = TestDevice::go_on(&server, &session_id).await;
+    send(&mut device, after).await;
+    // The tip is known while the device is still there, and how sure it is.
+    let mut told = newest(&server, &session_id).await;
+    for _ in 0..400 {
+        if told[0] > 20.0 {
+            break;
+        }
+        tokio::time::sleep(Duration::from_millis(10)).await;
+        told = newest(&server, &session_id).await;
+    }
+    let truth = truth_at(&survey.path("truth.csv"), told[0]);
+    let off_m = (told[1] - truth[0]).hypot(told[2] - truth[1]);
+    assert!(told[0] > 20.0 && off_m < 0.3 && told[3] < 0.3, "{told:?} {truth:?}");
+    device.finish().await;
+    assert_eq!(finished(&server, &session_id).await, line, "stream");
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn a_pole_that_cannot_be_is_refused_in_a_sentence_and_gives_no_point() {
+    let survey = Survey::simulated().await;
+    let server = survey.server().await;
+    for (wrong, said) in [
+        (None, "the pole's file"),
+        (Some("[pole]\nantenna_b_m = [0, 1]\n"), "tip_b_m"),
+        (Some("[pole]\ntip_b_m = [0, 0, -1]\n"), "antenna_b_m"),
+    ] {
+        let new = json!({
+            "inspector_id": server.inspector().await,
+            "system": "pole",
+            "streams": ["imu", "gnss"],
+            "instrument": wrong,
+        });
+        let refused = ask(server.client.post(server.api("/sessions")).json(&new)).await;
+        assert_eq!((refused.status, refused.code()), (422, "wrong_instrument"), "{refused:?}");
+        assert!(refused.detail().contains(said), "{refused:?}");
+    }
+    let pole = survey.pole();
+    let swapped =
+        pole.replace("antenna_b_m", "x").replace("tip_b_m", "antenna_b_m").replace("x =", "tip_b_m =");
+    let session_id = survey.upload(&server, &swapped).await;
+    let job = server.process(&session_id).await;
+    assert_eq!(job["state"], "failed", "{job}");
+    assert!(job.to_string().contains("swapped"), "{job}");
+}
