@@ -59,6 +59,9 @@ const UPS: &[&str] =
     &["u", "up", "z", "h", "height", "elevation", "alt", "altitude", "高", "高程", "标高", "天"];
 const LATITUDES: &[&str] = &["lat", "latitude", "b", "纬度"];
 const LONGITUDES: &[&str] = &["lon", "lng", "long", "longitude", "l", "经度"];
+/// Those of them that mean nothing else.
+const LATITUDE_WORDS: &[&str] = &["lat", "latitude", "纬度"];
+const LONGITUDE_WORDS: &[&str] = &["lon", "lng", "longitude", "经度"];
 const HEIGHTS: &[&str] =
     &["height", "h", "ellipsoidheight", "alt", "altitude", "大地高", "椭球高", "高程", "高"];
 /// Units that stand behind a column's name.
@@ -82,6 +85,17 @@ impl Mapping {
             && is_of_surveyors(columns)
         {
             return Some(Mapping::Local { name, e_m: y, n_m: x, u_m: other(find(UPS)) });
+        }
+        // A survey that says both was perhaps made from another origin: degrees are the same everywhere.
+        if let (Some(latitude_deg), Some(longitude_deg)) =
+            (other(find(LATITUDE_WORDS)), other(find(LONGITUDE_WORDS)))
+        {
+            return Some(Mapping::Geographic {
+                name,
+                latitude_deg,
+                longitude_deg,
+                height_m: other(find(HEIGHTS)),
+            });
         }
         match (other(find(EASTS)), other(find(NORTHS))) {
             (Some(e_m), Some(n_m)) => Some(Mapping::Local { name, e_m, n_m, u_m: other(find(UPS)) }),
@@ -216,6 +230,14 @@ mod tests {
         let east_first = guess("name,x,y,z").unwrap();
         assert_eq!(east_first, Mapping::Local { name: 0, e_m: 1, n_m: 2, u_m: Some(3) });
         assert!(!east_first.is_by_custom(&columns("name,x,y,z")));
+    }
+
+    #[test]
+    fn the_points_of_a_survey_are_read_by_their_degrees_whatever_origin_their_metres_have() {
+        let header = "name,lat_deg,lon_deg,height_m,e_m,n_m,u_m,sigma_e_m,sigma_n_m,sigma_u_m,Code,Description,Lateral RMS";
+        let geographic =
+            Mapping::Geographic { name: 0, latitude_deg: 1, longitude_deg: 2, height_m: Some(3) };
+        assert_eq!(guess(header), Some(geographic));
     }
 
     #[test]

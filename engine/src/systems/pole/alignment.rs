@@ -9,6 +9,7 @@
 use nalgebra::{Matrix3, SMatrix, SVector, Vector3};
 
 use super::causes::SurveyCause;
+use super::pass::LONG_GAP_NS;
 use super::recording::Fix;
 use crate::ins::earth::Earth;
 use crate::rotation::cayley;
@@ -55,6 +56,9 @@ const LONGEST_S: f64 = 20.0;
 const SURE_RAD: f64 = 0.15;
 /// Positions and forces that agree no better than this are not of one pole, m/s².
 const MOST_RESIDUAL_M_S2: f64 = 0.5;
+/// An attitude is taken back so far at most, and over no longer interval between samples, ns.
+const FARTHEST_BACK_NS: i64 = 60_000_000_000;
+const MOST_INTERVAL_NS: i64 = 50_000_000;
 /// Sigma of the bias of a gyro that has just been switched on, rad/s.
 const BIAS_RAD_S: f64 = 0.02;
 
@@ -140,7 +144,7 @@ impl Search {
             let Some(aligned) = solve(imu, &fixes[self.from..self.to], antenna_b_m, earth) else { continue };
             let sigma_rad = aligned.covariance[(2, 2)].sqrt();
             if sigma_rad < SURE_RAD && aligned.residual_m_s2 < MOST_RESIDUAL_M_S2 {
-                return Some(aligned);
+                return Some(taken_back(aligned, imu, fixes));
             }
             if let NotAligned::NoManoeuvre { sigma_rad: least, .. } = self.best
                 && sigma_rad < least
@@ -149,6 +153,48 @@ impl Search {
             }
         }
         None
+    }
+}
+
+/// The same attitude at the first fix of the stretch that the window lies in: a pole that was held before it was leaned has
+/// shown its biases meanwhile.
+fn taken_back(aligned: Aligned, imu: &[ImuSample], fixes: &[Fix]) -> Aligned {
+    let at_ns = imu[aligned.sample].t_ns;
+    let mut first = fixes.partition_point(|fix| fix.t_ns < at_ns).min(fixes.len() - 1);
+    while first > 0
+        && fixes[first].t_ns - fixes[first - 1].t_ns < LONG_GAP_NS
+        && at_ns - fixes[first - 1].t_ns < FARTHEST_BACK_NS
+    {
+        first -= 1;
+    }
+    let mut sample = imu.partition_point(|sample| sample.t_ns < fixes[first].t_ns);
+    // Over a gap in the samples nobody knows how it was turned.
+    let gap = |k: usize| imu[k].t_ns - imu[k - 1].t_ns > MOST_INTERVAL_NS;
+    if let Some(after) = (sample + 1..=aligned.sample).rev().find(|k| gap(*k)) {
+        first = fixes.partition_point(|fix| fix.t_ns < imu[after].t_ns).min(fixes.len() - 1);
+        sample = imu.partition_point(|sample| sample.t_ns < fixes[first].t_ns);
+    }
+    if sample >= aligned.sample {
+        return aligned;
+    }
+    let mut turned = Matrix3::identity();
+    for k in sample + 1..=aligned.sample {
+        let dt_s = (imu[k].t_ns - imu[k - 1].t_ns) as f64 * 1e-9;
+        turned *= cayley(&((Vector3::from(imu[k].w_ib_b_rad_s) - aligned.gyro_bias_b) * dt_s));
+    }
+    let (antenna_n_m, antenna_n_m_s) = line(&fixes[first..]);
+    let mut covariance = aligned.covariance;
+    let back_s = (at_ns - imu[sample].t_ns) as f64 * 1e-9;
+    for axis in 0..3 {
+        covariance[(axis, axis)] += covariance[(axis + 3, axis + 3)] * back_s * back_s;
+    }
+    Aligned {
+        sample,
+        c_nb: aligned.c_nb * turned.transpose(),
+        covariance,
+        antenna_n_m,
+        antenna_n_m_s,
+        ..aligned
     }
 }
 

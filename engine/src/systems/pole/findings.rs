@@ -13,6 +13,8 @@ use crate::anomaly::{Anomaly, Cause as _};
 
 /// A lever arm that is off by so many of its sigmas was measured wrong.
 const MOST_ARM_SIGMAS: f64 = 3.0;
+/// What is felt for a shorter time may have been no landing, ns: the window alone is as long as two thirds of it.
+const SHORTEST_LANDING_NS: i64 = 620_000_000;
 /// Visits of a point that differ by so many sigmas contradict each other.
 const MOST_APART_SIGMAS: f64 = 2.5;
 
@@ -31,6 +33,10 @@ pub(super) fn of(
     for (number, (contact, landing)) in contacts.iter().zip(&pass.landings).enumerate() {
         let t_ns = [contact.from_ns, contact.to_ns];
         let at_s = seconds(contact.from_ns);
+        // Nobody has missed a landing that was none.
+        if recording.switch.is_none() && contact.to_ns - contact.from_ns < SHORTEST_LANDING_NS {
+            continue;
+        }
         if restless[number] || landing.restless {
             found(SurveyCause::MovingGround { at_s }, t_ns);
         } else if landing.refused > 0 {

@@ -177,6 +177,7 @@ impl Live {
             islands: &[],
             contacts: if means.options.lands { &self.contacts } else { &[] },
             restless,
+            felt: recorder.switch.is_empty(),
         }
     }
 

@@ -25,6 +25,8 @@ const IN_A_GAP: [f64; 2] = [0.3, 1.0];
 const KEPT_EVERY_S: f64 = 4.0;
 /// A landing of which so many looks within a second are refused does not stand still.
 const MOST_REFUSED: usize = 3;
+/// A tip that is felt to stand is known not to move to this, m/s, when it has rung out.
+const STANDS_M_S: f64 = 0.15;
 /// So many fixes in a row that are refused are not chance.
 const MOST_FIXES_REFUSED: usize = 3;
 
@@ -44,6 +46,8 @@ pub(super) struct Setting<'a> {
     pub(super) contacts: &'a [Interval],
     /// Which of the contacts are left out.
     pub(super) restless: &'a [bool],
+    /// Whether contacts are felt: then a tip that is carried evenly may be taken for one that stands.
+    pub(super) felt: bool,
 }
 
 /// A stretch of fixes with no other before and after it for some time.
@@ -455,6 +459,16 @@ impl Runner {
         let landing = &setting.tuning.landing;
         let t_ns = self.t_ns;
         let new = self.standing.as_ref().is_none_or(|standing| standing.contact != contact);
+        if new && setting.felt {
+            let still = self.filter.has_no_velocity(setting.earth, &self.w_ib_b, STANDS_M_S);
+            // A gate that lets nothing through: it is only asked.
+            let nis = still.map_or(0.0, |still| self.filter.weigh(&still, -1.0).0);
+            if nis > landing.gate {
+                self.pass.landings[contact].restless = true;
+                self.standing = None;
+                return;
+            }
+        }
         if new {
             self.filter.land();
             self.standing = Some(Standing { contact, looked_ns: t_ns, refused_ns: Vec::new() });

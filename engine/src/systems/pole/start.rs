@@ -57,6 +57,7 @@ pub(super) fn begin(
         islands: &[],
         contacts,
         restless: &vec![false; contacts.len()],
+        felt: recording.switch.is_none(),
     };
     let pass = pass::go(&opening, &start, aligned.sample, Wanted::Start, i64::MAX / 4);
     restarted(&start, pass)

@@ -130,6 +130,7 @@ pub fn compute(
             islands,
             contacts: &contacts,
             restless,
+            felt: recording.switch.is_none(),
         };
         pass::go(&setting, start, aligned.sample, wanted, every_ns)
     };

@@ -116,14 +116,17 @@ impl Tuning {
         tuning
     }
 
-    /// For a sensor in the hand: of its class nothing is known, and it is shaken.
+    /// For a sensor in the hand: of its class nothing is known, it is shaken, and where its antenna is has been told roughly.
     pub fn handheld() -> Tuning {
         let mut tuning = Tuning::default();
         tuning.imu.angle_random_walk_rad_sqrt_s = 4e-4;
-        tuning.imu.velocity_random_walk_m_s_sqrt_s = 2e-2;
+        tuning.imu.velocity_random_walk_m_s_sqrt_s = 1e-2;
         tuning.start.accelerometer_bias_m_s2 = 0.05;
         tuning.start.gyro_bias_rad_s = 0.005;
-        tuning.start.lever_arm_m = 1e-2;
+        tuning.start.lever_arm_m = 0.1;
+        // A receiver in the hand moves between obstacles: what its solutions are off by is new each time.
+        tuning.gnss.white_share = [1.0, 1.0];
+        tuning.gnss.slow_share = [0.5, 0.35];
         tuning.gnss.gate = 60.0;
         tuning
     }

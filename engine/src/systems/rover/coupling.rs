@@ -365,8 +365,8 @@ fn starts(anchors: &[CoupledAnchor], middles: &[(usize, f64)], center: &Vector3<
             let off = (from_a * from_a - along * along).max(0.0).sqrt();
             let unit = line / length;
             for side in [-off, off] {
-                let foot = anchors[a].p_n.xy() + unit * along;
-                all.push([foot.x - side * unit.y, foot.y + side * unit.x]);
+                let meeting = anchors[a].p_n.xy() + unit * along;
+                all.push([meeting.x - side * unit.y, meeting.y + side * unit.x]);
             }
         }
     }

@@ -2,6 +2,7 @@
 
 mod height;
 mod height_sweep;
+mod survey;
 
 use anyhow::Result;
 use clap::{Args, Subcommand};
@@ -17,11 +18,14 @@ pub(super) struct PredictArgs {
 enum What {
     /// How well the height is known with zero velocity and an altimeter, and when (paper 2)
     Height(height::HeightArgs),
+    /// What sigma a point under the roof will have that is surveyed with the pole (paper 4)
+    Survey(survey::SurveyArgs),
 }
 
 /// Predicts.
 pub(super) fn predict(args: &PredictArgs) -> Result<()> {
     match &args.what {
         What::Height(args) => height::height(args),
+        What::Survey(args) => survey::survey(args),
     }
 }
