@@ -11,56 +11,9 @@
 import { addWords, has, t } from "../i18n.js";
 import { generic } from "./generic.js";
 
-/**
- * One stream of a session, as somebody hands its log in.
- * @typedef {{
- *   stream: string, id: string, kind: "imu" | "values", required: boolean, columns: {name: string, required: boolean}[],
- * }} UploadSlot `id` names its card for tests; the server looks at a log of `imu` beforehand, of `values` the columns are named, each with its unit at the end
- */
-
-/**
- * A figure at the cursor of a replay, which only this system has. `point` is a column of the track at the cursor, NaN for an empty
- * field and null when no point is close to the cursor; `chart` is the value of a chart's line there, null in a hole.
- * @typedef {{point: (column: string) => number | null, chart: (chart: string, series: string) => number | null}} Moment
- * @typedef {{name: string, charts: string[], words: (moment: Moment) => string}} Readout
- */
-
-/**
- * @typedef {{
- *   name: string, carrierKind: string, icon: string,
- *   uploadSlots: UploadSlot[], exchangeable: boolean, slotOf: (fileName: string) => string | null,
- *   instrument: {about: string, example: string} | null,
- *   sessionBody: (streams: string[]) => Record<string, unknown>, logBody: (stream: string) => Record<string, unknown>,
- *   streamOf: (row: any) => string | null,
- *   parts: {name: string, ink: string}[], pointColumns: string[],
- *   aids: string[], ladder: string[][],
- *   plots: (kit: typeof import("../replay/plots.js")) => import("../replay/plots.js").Plot[],
- *   plotGroups: string[], firstPlotGroups: string[],
- *   readouts: Readout[], reportFigures: (report: any) => {value: string, label: string}[],
- *   clients: (() => Promise<{clients: (origin: string) => [string, string][]}>) | null,
- *   words: Record<string, string>,
- * }} System
- *
- * `name`             as sessions name it
- * `carrierKind`      what is positioned, such as `person`
- * `icon`             the disc of its sign on the map: SVG about the origin, within 9 units of it, of class `disc`
- * `uploadSlots`      the streams to hand in, in order
- * `exchangeable`     whether its two logs are easily mistaken for each other: then they can be exchanged
- * `slotOf`           the stream that a file's name tells; null when it tells none
- * `instrument`       what is asked of it, with an example in TOML
- * `sessionBody`      what `POST /sessions` is told of the system and the streams that there are logs of
- * `logBody`          what `POST /sessions/{id}/logs` is told of the stream
- * `streamOf`         the stream that a row of the server (log, anomaly, input) is of; null: of none
- * `parts`            what has a place of its own beside the carrier's, and its ink
- * `pointColumns`     columns of a track that are read beside those of every system
- * `aids`, `ladder`   what helps the filter, in the order in which it is built up; and steps of it worth showing
- * `plots`            the charts of a replay, made of the kit that the replay brings along
- * `plotGroups`, …    groups of charts to switch, and those shown at first
- * `readouts`         more figures at the cursor
- * `reportFigures`    more figures of the report
- * `clients`          example programs for the page of the API
- * `words`            what the server's declaration says, by key, where the page has no message
- */
+/** @typedef {import("./system.js").UploadSlot} UploadSlot */
+/** @typedef {import("./system.js").Readout} Readout */
+/** @typedef {import("./system.js").System} System `system.js` says what is what */
 
 /** Systems with a file of their own. @type {Record<string, () => Promise<{system: System}>>} */
 const FILES = {

@@ -66,7 +66,7 @@ export function footOf(fileName) {
 
 /**
  * Whether each foot stands at the cursor.
- * @param {import("./index.js").Moment} moment
+ * @param {import("./system.js").Moment} moment
  */
 function stances({ point, chart }) {
   return FEET.map(({ name }) => {

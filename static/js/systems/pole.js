@@ -25,7 +25,7 @@ export const refined = (declared) => ({
 
 /**
  * Whether the tip is on the ground at the cursor.
- * @param {import("./index.js").Moment} moment
+ * @param {import("./system.js").Moment} moment
  */
 function onGround({ chart }) {
   const landed = chart(LANDED, "tip");
