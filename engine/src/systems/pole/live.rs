@@ -20,7 +20,7 @@ use crate::ins::earth::Earth;
 use crate::sample::ImuSample;
 use crate::stream::StreamId;
 
-use super::aids::{FIX, GNSS, IMU, SWITCH};
+use super::aids::{IMU, SWITCH};
 
 /// A fix that comes later than this is left out of what is told live, ns. Longer than what a landing is felt by.
 const LAG_NS: i64 = 400_000_000;
@@ -223,17 +223,7 @@ impl Live {
             }
         }
         let settled_ns = running.runner.t_ns;
-        for fix in running.runner.pass.weighed.drain(..) {
-            events.push(Event::Aid(AidOutcome {
-                t_ns: fix.t_ns,
-                stream: Some(GNSS),
-                aid: FIX,
-                nis: fix.nis,
-                degrees_of_freedom: 3,
-                updates: 1,
-                accepted: fix.used,
-            }));
-        }
+        events.extend(running.runner.pass.weighed.drain(..).map(|fix| Event::Aid(fix.outcome())));
         running.runner.pass.headings.clear();
         while let Some(contact) = self.contacts.get(running.told).filter(|contact| contact.to_ns < settled_ns)
         {

@@ -11,6 +11,7 @@ mod declaration;
 mod filter;
 mod findings;
 mod gnss_rows;
+mod landing;
 mod live;
 mod outcome;
 mod pass;

@@ -2,12 +2,11 @@
 
 use nalgebra::{Matrix3, Matrix4, Vector3};
 
-use super::aids::{FIX, GNSS};
 use super::alignment::{self, Aligned, NotAligned};
 use super::causes::SurveyCause;
 use super::contact::Interval;
 use super::filter::Filter;
-use super::pass::{self, Island, LONG_GAP_NS, Pass, Setting, Wanted};
+use super::pass::{self, Island, LONG_GAP_NS, Pass, Setting, Wanted, Weighed};
 use super::points::{self, Point};
 use super::recording::{Fix, Instrument, Recording};
 use super::smoothing::{self, Smoothed};
@@ -211,15 +210,7 @@ fn agrees(off_n_m: &Vector3<f64>, covariance: &Matrix3<f64>) -> bool {
 
 /// What became of each fix and of each landing.
 fn aids(pass: &Pass, contacts: &[Interval]) -> Vec<AidOutcome> {
-    let fixes = pass.weighed.iter().map(|fix| AidOutcome {
-        t_ns: fix.t_ns,
-        stream: Some(GNSS),
-        aid: FIX,
-        nis: fix.nis,
-        degrees_of_freedom: 3,
-        updates: 1,
-        accepted: fix.used,
-    });
+    let fixes = pass.weighed.iter().map(Weighed::outcome);
     let landings = contacts
         .iter()
         .zip(&pass.landings)

@@ -1,0 +1,125 @@
+//! The tip on the ground: when it is taken to stand, what is measured then, and what becomes of a landing that does not stand.
+
+use super::aids::TIP;
+use super::pass::{Runner, Setting};
+use crate::event::AidOutcome;
+
+/// A landing of which so many looks within a second are refused does not stand still.
+const MOST_REFUSED: usize = 3;
+/// A tip that is felt to stand is known not to move to this, m/s, when it has rung out.
+const STANDS_M_S: f64 = 0.15;
+
+/// What became of a contact.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(super) struct Landing {
+    pub(super) looks: usize,
+    pub(super) refused: usize,
+    pub(super) restless: bool,
+    /// The largest move that was seen, m.
+    pub(super) moved_m: f64,
+    /// Sum of the normalised innovations squared.
+    pub(super) nis: f64,
+}
+
+impl Landing {
+    /// As the outcome of an aid, but for its time; `None` where there was no look.
+    pub(super) fn outcome(&self) -> Option<AidOutcome> {
+        Some(AidOutcome {
+            t_ns: 0,
+            stream: None,
+            aid: TIP,
+            nis: self.nis / self.looks as f64,
+            degrees_of_freedom: 3,
+            updates: u32::try_from(self.looks).ok().filter(|looks| *looks > 0)?,
+            accepted: !self.restless,
+        })
+    }
+}
+
+/// The tip on the ground.
+#[derive(Clone, Debug)]
+pub(super) struct Standing {
+    pub(super) contact: usize,
+    looked_ns: i64,
+    refused_ns: Vec<i64>,
+}
+
+impl Runner {
+    /// The contact that holds now, less what is left out of it.
+    pub(super) fn contact_now(&mut self, setting: &Setting<'_>) -> Option<usize> {
+        let landing = &setting.tuning.landing;
+        let ns = |s: f64| (s * 1e9) as i64;
+        let contacts = setting.contacts;
+        while contacts
+            .get(self.next_contact)
+            .is_some_and(|contact| contact.to_ns - ns(landing.before_lift_s) < self.t_ns)
+        {
+            self.next_contact += 1;
+        }
+        let contact = contacts.get(self.next_contact)?;
+        let stands = contact.from_ns + ns(landing.after_strike_s) <= self.t_ns
+            && !setting.restless[self.next_contact]
+            && !self.pass.landings[self.next_contact].restless;
+        stands.then_some(self.next_contact)
+    }
+
+    /// Measures that the tip stands, where it does.
+    pub(super) fn weigh_stand(&mut self, setting: &Setting<'_>) {
+        let Some(contact) = self.contact_now(setting) else {
+            self.standing = None;
+            return;
+        };
+        if let Some(sigma_m_s) = setting.tuning.zero_velocity_m_s {
+            self.standing = Some(Standing { contact, looked_ns: self.t_ns, refused_ns: Vec::new() });
+            self.pass.landings[contact].looks += 1;
+            if let Some(observation) = self.filter.has_no_velocity(setting.earth, &self.w_ib_b, sigma_m_s) {
+                self.filter.weigh(&observation, f64::INFINITY);
+            }
+            return;
+        }
+        let landing = &setting.tuning.landing;
+        let t_ns = self.t_ns;
+        let new = self.standing.as_ref().is_none_or(|standing| standing.contact != contact);
+        if new && setting.felt {
+            let still = self.filter.has_no_velocity(setting.earth, &self.w_ib_b, STANDS_M_S);
+            // A gate that lets nothing through: it is only asked.
+            let nis = still.map_or(0.0, |still| self.filter.weigh(&still, -1.0).0);
+            if nis > landing.gate {
+                self.pass.landings[contact].restless = true;
+                self.standing = None;
+                return;
+            }
+        }
+        if new {
+            self.filter.land();
+            self.standing = Some(Standing { contact, looked_ns: t_ns, refused_ns: Vec::new() });
+        }
+        let Some(standing) = &mut self.standing else { return };
+        if !new {
+            let dt_s = (t_ns - standing.looked_ns) as f64 * 1e-9;
+            standing.looked_ns = t_ns;
+            self.filter.creep(landing.creep_m_sqrt_s, dt_s);
+        }
+        let Some(observation) = self.filter.stands(landing.sigma_m) else { return };
+        let (nis, used) = self.filter.weigh(&observation, landing.gate);
+        let of = &mut self.pass.landings[contact];
+        of.looks += 1;
+        of.nis += nis;
+        if used {
+            return;
+        }
+        of.refused += 1;
+        of.moved_m = of.moved_m.max(observation.innovation.norm());
+        standing.refused_ns.retain(|refused_ns| t_ns - refused_ns < 1_000_000_000);
+        standing.refused_ns.push(t_ns);
+        if standing.refused_ns.len() >= MOST_REFUSED {
+            of.restless = true;
+            self.standing = None;
+            return;
+        }
+        self.filter.land();
+        if let Some(observation) = self.filter.stands(landing.sigma_m) {
+            self.filter.weigh(&observation, f64::INFINITY);
+        }
+    }
+}
