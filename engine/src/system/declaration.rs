@@ -29,6 +29,8 @@ pub struct Declaration {
     pub parts: &'static [PartRule],
     /// Whether its points have roll and pitch.
     pub has_tilt: bool,
+    /// Whether its streams say where it is. Then nobody is asked for a start, a first heading or visits of markers.
+    pub places_itself: bool,
     /// What it measures with beside the strapdown.
     pub aids: &'static [AidRule],
     /// What an engineer may turn.

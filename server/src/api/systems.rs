@@ -39,6 +39,8 @@ struct SystemView {
     parts: Vec<PartView>,
     /// Whether its points have roll and pitch.
     has_tilt: bool,
+    /// Whether its streams say where it is: then a session needs no start, no first heading and no visits.
+    places_itself: bool,
     aids: Vec<AidView>,
     /// Charts of its own.
     charts: Vec<ChartView>,
@@ -192,6 +194,7 @@ impl SystemView {
                 .map(|rule| InstrumentView { about: rule.about, example: rule.example }),
             parts: parts.collect(),
             has_tilt: system.has_tilt,
+            places_itself: system.places_itself,
             aids: system.aids.iter().map(aid).collect(),
             charts: system
                 .charts

@@ -8,7 +8,7 @@
  * }} StreamDeclaration streams of one role: from `least` to `most`, called NAME_1, NAME_2 and so on where there may be several
  * @typedef {{
  *   name: string, title: string, carrier_kind: string, streams: StreamDeclaration[], parts: {name: string, title: string}[],
- *   instrument?: {about: string, example: string} | null,
+ *   instrument?: {about: string, example: string} | null, places_itself?: boolean,
  *   aids: {name: string}[], charts: {name: string, unit: string}[], anomalies: string[],
  * }} Declaration of one system, as `GET /systems` lists them
  */
@@ -20,7 +20,19 @@ const INKS = ["0", "1", "3", "5", "4", "6"];
  * @param {Declaration} declaration
  * @returns {import("./index.js").System}
  */
-export function generic({ name, title, carrier_kind, streams: rules, instrument, parts, aids, charts, anomalies }) {
+export function generic(declaration) {
+  const {
+    name,
+    title,
+    carrier_kind,
+    streams: rules,
+    instrument,
+    places_itself,
+    parts,
+    aids,
+    charts,
+    anomalies,
+  } = declaration;
   const streams = rules.flatMap(each);
   const names = aids.map((aid) => aid.name);
   return {
@@ -38,6 +50,7 @@ export function generic({ name, title, carrier_kind, streams: rules, instrument,
     exchangeable: streams.length === 2 && streams.every(({ kind, role }) => kind === "imu" && role === streams[0].role),
     slotOf: (fileName) => namedIn(fileName.toLowerCase(), streams),
     instrument: instrument ?? null,
+    placesItself: places_itself ?? false,
     sessionBody: (handedIn) => ({ system: name, streams: handedIn }),
     logBody: (stream) => ({ stream }),
     streamOf: (row) => row.stream ?? null,

@@ -27,6 +27,7 @@ export const system = {
   exchangeable: true,
   slotOf: footOf,
   instrument: null,
+  placesItself: false,
   sessionBody: (feet) => ({ feet }),
   logBody: (foot) => ({ foot }),
   streamOf: (row) => row.stream ?? row.foot ?? null,

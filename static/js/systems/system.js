@@ -18,7 +18,7 @@
  * @typedef {{
  *   name: string, carrierKind: string, icon: string,
  *   uploadSlots: UploadSlot[], exchangeable: boolean, slotOf: (fileName: string) => string | null,
- *   instrument: {about: string, example: string} | null,
+ *   instrument: {about: string, example: string} | null, placesItself: boolean,
  *   sessionBody: (streams: string[]) => Record<string, unknown>, logBody: (stream: string) => Record<string, unknown>,
  *   streamOf: (row: any) => string | null,
  *   parts: {name: string, ink: string}[], pointColumns: string[],
@@ -37,6 +37,7 @@
  * `exchangeable`     whether its two logs are easily mistaken for each other: then they can be exchanged
  * `slotOf`           the stream that a file's name tells; null when it tells none
  * `instrument`       what is asked of it, with an example in TOML
+ * `placesItself`     whether its streams say where it is: nobody is asked for a start, a first heading or visits
  * `sessionBody`      what `POST /sessions` is told of the system and the streams that there are logs of
  * `logBody`          what `POST /sessions/{id}/logs` is told of the stream
  * `streamOf`         the stream that a row of the server (log, anomaly, input) is of; null: of none

@@ -73,32 +73,7 @@ export function uploadForm(system, refused) {
             ><span data-t="upload.started_at"></span><input name="started_at" type="datetime-local"
           /></label>
         </div>
-        ${system.instrument && instrumentField(system.instrument)}
-        <fieldset>
-          <legend data-t="upload.start"></legend>
-          <div class="choices">
-            <label
-              ><input type="radio" name="start" value="marker" checked /><span data-t="upload.start_marker"></span
-            ></label>
-            <label
-              ><input type="radio" name="start" value="position" /><span data-t="upload.start_position"></span
-            ></label>
-            <label><input type="radio" name="start" value="origin" /><span data-t="upload.start_origin"></span></label>
-          </div>
-        </fieldset>
-        <div class="start-marker two">
-          <label class="field"
-            ><span data-t="upload.marker"></span
-            ><input name="marker" autocomplete="off" autocapitalize="characters" spellcheck="false"
-          /></label>
-          <p class="muted marker-check"></p>
-        </div>
-        <div class="start-position three" hidden>
-          ${["east", "north", "up"].map((axis) => html`<label class="field"><span data-t="axis.${axis}_m"></span><input name="${axis}" inputmode="decimal" autocomplete="off" value="${axis === "up" ? "0" : ""}" /></label>`)}
-        </div>
-        <label class="field"
-          ><span data-t="upload.heading"></span><input name="heading" inputmode="decimal" autocomplete="off"
-        /></label>
+        ${system.instrument && instrumentField(system.instrument)} ${!system.placesItself && START}
       </div>
       <div class="answer" aria-live="polite"></div>
       <div class="block working" hidden>
@@ -133,3 +108,28 @@ const instrumentField = ({ about, example }) =>
 /** @param {UploadSlot} slot */
 const columnWords = ({ columns }) =>
   ["t_s", ...columns.map(({ name, required }) => (required ? name : `${name}?`))].join(", ");
+
+/** Where it began, for a system that cannot tell by itself. */
+const START = html`<fieldset>
+    <legend data-t="upload.start"></legend>
+    <div class="choices">
+      <label
+        ><input type="radio" name="start" value="marker" checked /><span data-t="upload.start_marker"></span
+      ></label>
+      <label><input type="radio" name="start" value="position" /><span data-t="upload.start_position"></span></label>
+      <label><input type="radio" name="start" value="origin" /><span data-t="upload.start_origin"></span></label>
+    </div>
+  </fieldset>
+  <div class="start-marker two">
+    <label class="field"
+      ><span data-t="upload.marker"></span
+      ><input name="marker" autocomplete="off" autocapitalize="characters" spellcheck="false"
+    /></label>
+    <p class="muted marker-check"></p>
+  </div>
+  <div class="start-position three" hidden>
+    ${["east", "north", "up"].map((axis) => html`<label class="field"><span data-t="axis.${axis}_m"></span><input name="${axis}" inputmode="decimal" autocomplete="off" value="${axis === "up" ? "0" : ""}" /></label>`)}
+  </div>
+  <label class="field"
+    ><span data-t="upload.heading"></span><input name="heading" inputmode="decimal" autocomplete="off"
+  /></label>`;

@@ -59,7 +59,12 @@ export function makeLooking(app, side, system, fileOf) {
   function showPreview(name) {
     const preview = previews[name];
     const box = one(".preview", card(name));
-    render(box, preview ? html`${previewCard(preview, streamName(system, name))}${questions(name, preview)}` : html``);
+    render(
+      box,
+      preview
+        ? html`${previewCard(preview, streamName(system, name), !system.placesItself)}${questions(name, preview)}`
+        : html``,
+    );
     showAskMapping();
     showInTime();
   }

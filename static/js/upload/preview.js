@@ -95,14 +95,15 @@ export function logsInTime(previews) {
 /**
  * What a person should look at before handing in, worst first.
  * @param {Preview} preview
+ * @param {boolean} aligned whether the system is aligned by a stand
  * @returns {{key: string, values?: Record<string, string | number>}[]}
  */
-export function warnings(preview) {
+export function warnings(preview, aligned) {
   const { survey } = preview;
   if (survey.samples === 0) return [];
   /** @type {{key: string, values?: Record<string, string | number>}[]} */
   const found = [];
-  if (survey.still_s < STAND_S) found.push({ key: "still", values: { s: survey.still_s.toFixed(1) } });
+  if (aligned && survey.still_s < STAND_S) found.push({ key: "still", values: { s: survey.still_s.toFixed(1) } });
   if (survey.gaps > 0) found.push({ key: "gaps", values: { gaps: survey.gaps, s: survey.gaps_s.toFixed(2) } });
   if (survey.clipped_rates + survey.clipped_forces > 0) {
     found.push({ key: "clipped", values: { samples: survey.clipped_rates + survey.clipped_forces } });

@@ -13,8 +13,9 @@ const ROW_NAMES = ["t_s", "gyr_x", "gyr_y", "gyr_z", "acc_x", "acc_y", "acc_z", 
 /**
  * @param {Preview} preview
  * @param {string} stream in words: names the regions that scroll
+ * @param {boolean} aligned whether the system is aligned by a stand
  */
-export function previewCard(preview, stream) {
+export function previewCard(preview, stream, aligned) {
   const { survey } = preview;
   const some = survey.samples > 0;
   return html`<p class="format">
@@ -29,14 +30,14 @@ export function previewCard(preview, stream) {
           ${fact("duration", duration(survey.duration_s))}
           ${fact("gaps", survey.gaps === 0 ? t("preview.none") : `${survey.gaps} · ${number(survey.gaps_s, 2)} s`)}
           ${fact("clipped", survey.clipped_rates + survey.clipped_forces === 0 ? t("preview.none") : String(survey.clipped_rates + survey.clipped_forces))}
-          ${fact("still", `${number(survey.still_s, 1)} s ${survey.still_s >= STAND_S ? "✓" : "!"}`)}
+          ${fact("still", `${number(survey.still_s, 1)} s${aligned ? (survey.still_s >= STAND_S ? " ✓" : " !") : ""}`)}
           ${fact("field", field(preview))}
           ${fact("pressure", survey.pressure_share > 0 ? t("preview.yes") : t("preview.no"))}
           ${fact("samples", survey.samples.toLocaleString("en"))}
         </dl>
         ${chart("rate", survey.chart.rate_rad_s, "rad/s")}${chart("force", survey.chart.force_m_s2, "m/s²")}
         <ul class="warnings">
-          ${warnings(preview).map(({ key, values }) => html`<li data-warning="${key}">${t(`preview.warn.${key}`, values)}</li>`)}
+          ${warnings(preview, aligned).map(({ key, values }) => html`<li data-warning="${key}">${t(`preview.warn.${key}`, values)}</li>`)}
         </ul>`
     }
     ${

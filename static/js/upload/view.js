@@ -71,7 +71,7 @@ export function uploadView(app, side, argument) {
     }
     setText(
       one(".visits-file", side),
-      visits ? t("upload.visits_file", { file: visits.name }) : t("upload.visits_none"),
+      visits ? t("upload.visits_file", { file: visits.name }) : system.placesItself ? "" : t("upload.visits_none"),
     );
     const swap = /** @type {HTMLButtonElement | null} */ (side.querySelector(".swap"));
     if (swap) swap.disabled = busy || Object.keys(files).length === 0;
@@ -123,6 +123,7 @@ export function uploadView(app, side, argument) {
   }
 
   function showStart() {
+    if (system.placesItself) return;
     const kind = String(new FormData(form).get("start"));
     one(".start-marker", side).hidden = kind !== "marker";
     one(".start-position", side).hidden = kind !== "position";

@@ -27,6 +27,7 @@ export const RAFT = {
   name: "raft",
   title: "Raft",
   carrier_kind: "raft",
+  places_itself: true,
   streams: [
     { name: "bow", role: "body", title: "Sensor at the bow", kind: "imu", columns: [], least: 1, most: 1 },
     {

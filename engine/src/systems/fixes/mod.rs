@@ -39,6 +39,7 @@ pub const DECLARATION: Declaration = Declaration {
     instrument: None,
     parts: &[],
     has_tilt: false,
+    places_itself: true,
     aids: &[],
     parameters: &[],
     parameter_groups: &[],

@@ -24,6 +24,7 @@ pub const DECLARATION: Declaration = Declaration {
         PartRule { name: Side::Right.name(), title: "The sensor on the right foot", has_stance: true },
     ],
     has_tilt: false,
+    places_itself: false,
     aids: aids::RULES,
     parameters: parameters::TABLE,
     parameter_groups: parameters::GROUPS,

@@ -60,6 +60,7 @@ pub const DECLARATION: Declaration = Declaration {
         PartRule { name: "antenna", title: "Antenna", has_stance: false },
     ],
     has_tilt: false,
+    places_itself: true,
     aids: &[
         AidRule {
             kind: FIX,
