@@ -57,6 +57,17 @@ create table carriers (
     kind text not null default 'person'   -- person, instrument, …: as the system declares it
 ) strict;
 
+-- How the clock by which a walk's markers were keyed in stands to that of its logs.
+create table clock_ties (
+    session_id text not null primary key references sessions (id) on delete cascade,
+    state text not null,       -- 'same', 'tied', 'ambiguous', 'unmatched', 'too_few', or 'given' by somebody
+    offset_s real not null,    -- the log's time less the keyed one, s; 0 where it is not known
+    sigma_s real,              -- its sigma, s; null where it was not measured
+    keyed integer not null,    -- visits that were keyed in
+    matched integer not null,  -- of these, those that fall on a stand of the log where the track agrees
+    tied_at integer not null   -- UTC µs
+) strict, without rowid;
+
 -- The history of each fault, a row for each thing that changed. Never changed.
 create table fault_changes (
     id integer not null primary key,   -- in the order in which they were made
@@ -64,7 +75,7 @@ create table fault_changes (
     changed_at integer not null,       -- UTC µs
     changed_by text,                   -- who; null where nobody had to sign in
     -- what changed; a comment changes nothing else
-    what text not null check (what in ('state', 'assignee', 'severity', 'kind', 'text', 'marker', 'photo', 'comment')),
+    what text not null check (what in ('state', 'assignee', 'severity', 'kind', 'text', 'marker', 'photo', 'comment', 'place')),
     before text,                       -- as a word, an id or a text; null: nothing
     after text,                        -- the same after it
     comment text not null default ''   -- what was said with it
@@ -372,7 +383,8 @@ create table sessions (
     -- TOML, as the system documents it; null where the system takes none
     instrument text,
     shown_result text not null default '',              -- what the names of the runs that are shown end with: '' or '~'
-    removed_at integer                                  -- UTC µs; null while it is there
+    removed_at integer,                                 -- UTC µs; null while it is there
+    excluded integer not null default 0                 -- Left out of the statistics of markers.
 ) strict;
 create index sessions_by_inspector on sessions (carrier_id, started_at);
 create index sessions_by_start on sessions (started_at);
@@ -548,21 +560,21 @@ create table visits (
     session_id text not null references sessions (id) on delete cascade,
     -- its name at that time; no foreign key, for a marker may be renamed later
     marker text not null,
-    t_start_ns integer not null,              -- when the inspector arrived
-    t_end_ns integer not null,                -- when the inspector left
-    created_at integer not null,              -- UTC µs
+    t_start_ns integer not null,                -- when the inspector arrived
+    t_end_ns integer not null,                  -- when the inspector left
+    created_at integer not null,                -- UTC µs
     -- The outcome; null until a run has weighed it.
-    t_applied_ns integer,                     -- the moment at which it was applied
-    accepted integer,                         -- whether it was used
-    nis real,                                 -- normalised innovation squared
-    degrees_of_freedom integer,               -- axes measured: 2 where the marker has no height
-    before_e_m real,                          -- position before the correction minus the marker's, m
+    t_applied_ns integer,                       -- the moment at which it was applied
+    accepted integer,                           -- whether it was used
+    nis real,                                   -- normalised innovation squared
+    degrees_of_freedom integer,                 -- axes measured: 2 where the marker has no height
+    before_e_m real,                            -- position before the correction minus the marker's, m
     before_n_m real,
     before_u_m real,
-    after_e_m real,                           -- position after the correction minus the marker's, m
+    after_e_m real,                             -- position after the correction minus the marker's, m
     after_n_m real,
     after_u_m real,
-    reason text,                              -- why it was not used, in a sentence; empty when it was
+    reason text,                                -- why it was not used, in a sentence; empty when it was
     -- Who said that it was this marker: somebody keyed it in, chose it among a stand's candidates, or automatic mode
     -- was nearly certain.
     origin text not null default 'keyed' check (origin in ('keyed', 'chosen', 'automatic')),
@@ -571,6 +583,8 @@ create table visits (
     marker_e_m real,
     marker_n_m real,
     marker_u_m real,
+    -- What was added to a keyed visit's times to have the log's, ns; without it they are as they were keyed in.
+    keyed_shift_ns integer not null default 0,
     unique (session_id, marker, t_start_ns)
 ) strict;
 create index visits_by_marker on visits (marker);

@@ -10,8 +10,15 @@ const LANGUAGES: [(&str, &str); 2] = [
     ("zh-CN", include_str!("../../static/messages/zh-CN.json")),
 ];
 
-/// What a system alone says, in the same languages.
-const OWN: [(&str, [&str; 2]); 2] = [
+/// What a system or a screen alone says, in the same languages.
+const OWN: [(&str, [&str; 2]); 3] = [
+    (
+        "markers",
+        [
+            include_str!("../../static/messages/markers.en.json"),
+            include_str!("../../static/messages/markers.zh-CN.json"),
+        ],
+    ),
     (
         "pedestrian",
         [
@@ -43,6 +50,7 @@ pub(crate) fn assert_words(system: &str, start: &str, code: &str, figures: &Figu
         let own = own.and_then(|(name, texts)| messages(texts[number]).remove(&format!("{name}.{key}")));
         let sentence = own
             .or_else(|| messages(general).remove(&key))
+            .or_else(|| OWN.iter().find_map(|(_, texts)| messages(texts[number]).remove(&key)))
             .unwrap_or_else(|| panic!("static/messages/{language}.json has no {key:?}"));
         let mut places: Vec<&str> = sentence
             .split('{')

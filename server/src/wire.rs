@@ -7,6 +7,7 @@ use time::OffsetDateTime;
 use uuid::Uuid;
 
 use crate::store::anomalies::Anomaly;
+use crate::store::clock_ties::ClockTie;
 use crate::store::faults::Fault;
 use crate::store::inspectors::Inspector;
 use crate::store::jobs::Job;
@@ -27,6 +28,8 @@ pub struct SessionView {
     pub visits: u64,
     /// How many anomalies were found.
     pub anomalies: u64,
+    /// How the clock of what was keyed in stands to that of the logs; null where there was nothing to tie.
+    pub clock_tie: Option<ClockTie>,
 }
 
 /// One thing that has changed: what the feed sends on. Published after it is on disk, never before.

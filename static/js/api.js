@@ -170,6 +170,12 @@ export const sessionNote = (id) => get(`/sessions/${seg(id)}/note`);
  */
 export const setSessionNote = (id, note) => send("PUT", `/sessions/${seg(id)}/note`, note);
 export const sessions = () => get("/sessions").then(rows);
+/** @param {URLSearchParams} query what is known of the log @returns {Promise<import("./upload/waiting.js").WaitingWalk[]>} */
+export const waitingSessions = (query) => get(`/sessions/waiting?${query}`).then(rows);
+/** @param {string} id */
+export const endSession = (id) => post(`/sessions/${seg(id)}/end`);
+/** @param {string} sha256 @returns {Promise<import("./upload/waiting.js").KnownLog[]>} */
+export const knownLogs = (sha256) => get(`/known-logs?sha256=${sha256}`).then(rows);
 /** @param {string} id */
 export const session = (id) => get(`/sessions/${seg(id)}`);
 /** @param {Record<string, unknown>} body */
@@ -196,11 +202,12 @@ export const chooseMarker = (id, stand, marker) =>
 export const takeChoiceBack = (id, stand) =>
   request(`/sessions/${seg(id)}/stands/${stand}/choice`, { method: "DELETE" });
 /**
+ * What is left out stays.
  * @param {string} id
- * @param {boolean} automatic
+ * @param {{automatic_visits?: boolean, title?: string, inspector_id?: string, start?: {marker: string} | null,
+ *   clock_offset_s?: number | null, excluded?: boolean}} change
  */
-export const setAutomaticVisits = (id, automatic) =>
-  send("PATCH", `/sessions/${seg(id)}`, { automatic_visits: automatic });
+export const changeSession = (id, change) => send("PATCH", `/sessions/${seg(id)}`, change);
 /** @param {string} id */
 export const anomalies = (id) => get(`/sessions/${seg(id)}/anomalies`).then(rows);
 /**

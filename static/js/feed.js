@@ -1,8 +1,8 @@
 // The dashboard feed: opens it, asks for what was missed, notices when it has died, tries again.
 // First load, reconnect and lag are one path: say hello, apply what comes.
 
-/** Silence longer than this is a dead link; the server sends a heartbeat every 5 s. */
-export const DEAD_AFTER_MS = 12_000;
+/** Silence longer than this is a dead link; the server sends a heartbeat every 2 s. */
+export const DEAD_AFTER_MS = 5_000;
 export const FIRST_RETRY_MS = 500;
 export const LAST_RETRY_MS = 15_000;
 

@@ -1,5 +1,5 @@
-// Words in two languages: a message file each, and one each for what a system alone has to say, whose keys begin with the
-// system's name. A key is the same in both languages.
+// Words in two languages: a message file each, and one each for what a system or a screen alone has to say, whose keys begin
+// with its name. A key is the same in both languages.
 
 /** @typedef {Record<string, string>} Messages */
 
@@ -54,7 +54,7 @@ export async function loadLanguage(name) {
 }
 
 /**
- * The words of a system, in this language and in each that is chosen from now on.
+ * The words of a system or a screen, in this language and in each that is chosen from now on.
  * @param {string} scope
  */
 export async function addWords(scope) {

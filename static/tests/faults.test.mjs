@@ -23,5 +23,10 @@ test("a filter narrows by state, severity, person and words", () => {
   assert.ok(shown({ severity: "high" }) && !shown({ severity: "low" }));
   assert.ok(shown({ assignee: "i1" }) && !shown({ assignee: "i2" }) && !shown({ assignee: "nobody" }));
   assert.ok(shown({ assignee: "nobody" }, { ...fault, assignee_id: null }));
+  const nowhere = { ...fault, position_m: null, marker: null };
+  assert.ok(
+    shown({ state: "to_be_placed" }, nowhere) && !shown({ state: "to_be_placed" }, { ...nowhere, marker: "A1" }),
+  );
+  assert.ok(!shown({ state: "to_be_placed" }, { ...nowhere, state: "verified" }));
   assert.ok(shown({ text: " a17" }) && shown({ text: "王" }) && !shown({ text: "b17" }));
 });

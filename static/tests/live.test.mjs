@@ -1,6 +1,6 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
-import { people, presenceOf, LOST_AFTER_S, SILENT_AFTER_S } from "../js/state/attention.js";
+import { GONE_AFTER_S, people, presenceOf, LOST_AFTER_S, SILENT_AFTER_S } from "../js/state/attention.js";
 import { standChoices, visitOfStand } from "../js/state/findings.js";
 import { apply, emptyState } from "../js/state/live.js";
 import { extend, revise } from "../js/state/trail.js";
@@ -307,6 +307,10 @@ test("people go stale without any message: walking, silent, lost", () => {
   assert.equal(presence(SILENT_AFTER_S - 1), "walking");
   assert.equal(presence(SILENT_AFTER_S + 1), "silent");
   assert.equal(presence(LOST_AFTER_S + 1), "lost");
+  assert.equal(presence(GONE_AFTER_S + 1), "gone");
+  const sigma = (/** @type {number} */ seconds) =>
+    people(state, NOW + seconds * 1000).find((p) => p.inspector.id === "i1")?.sigma_m ?? 0;
+  assert.ok(sigma(SILENT_AFTER_S + 10) > sigma(0) + 10, "nobody knows where a silent one has gone meanwhile");
 });
 
 test("age is by the server's clock, even when this machine's is an hour off", () => {

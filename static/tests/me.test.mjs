@@ -1,7 +1,16 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
 import { newId, Outbox } from "../js/me/outbox.js";
-import { chips, doubt, firstLetters, press, recallMine, rememberMine, visitTimes } from "../js/me/walk.js";
+import {
+  changePerson,
+  chips,
+  doubt,
+  firstLetters,
+  press,
+  recallMine,
+  rememberMine,
+  visitTimes,
+} from "../js/me/walk.js";
 
 function memory() {
   const kept = new Map();
@@ -129,8 +138,22 @@ test("damaged storage is empty storage", () => {
   storage.remember("me", "[1]");
   assert.deepEqual(new Outbox(server().api, storage).entries(), []);
   assert.equal(recallMine(storage).inspector_id, "");
-  rememberMine(storage, { inspector_id: "i1", walk: null, ended: null, keyed: [] });
+  rememberMine(storage, { inspector_id: "i1", walk: null, ended: null, keyed: [], others: {} });
   assert.equal(recallMine(storage).inspector_id, "i1");
+});
+
+test("several share a kiosk: whoever walks is found again as they were", () => {
+  const walk = { id: "w1", started_ms: 5, live: false };
+  const storage = memory();
+  rememberMine(storage, { inspector_id: "i1", walk, ended: null, keyed: [], others: {} });
+  const mine = recallMine(storage);
+  changePerson(mine, "i2");
+  assert.deepEqual([mine.inspector_id, mine.walk], ["i2", null]);
+  rememberMine(storage, mine);
+  const again = recallMine(storage);
+  changePerson(again, "i1");
+  assert.deepEqual([again.inspector_id, again.walk], ["i1", walk]);
+  assert.deepEqual(again.others, {}, "who does not walk leaves nothing");
 });
 
 test("a visit is the stand that lasts, or the last seconds", () => {

@@ -462,7 +462,7 @@ export async function startMock({ port = 0, stepMs = 500, crowd = 0, systems = [
   const walking = setInterval(() => site.step(), stepMs);
   const beating = setInterval(() => {
     for (const send of site.listeners) send({ type: "heartbeat", seq: site.seq, server_time: iso(0) });
-  }, 5000);
+  }, 2000);
   await new Promise((resolve) => server.listen(port, "127.0.0.1", () => resolve(undefined)));
   const address = /** @type {import("node:net").AddressInfo} */ (server.address());
   return {

@@ -8,7 +8,8 @@ import { figure, sentence } from "../js/told.js";
 
 const table = async (/** @type {string} */ name) =>
   JSON.parse(await readFile(new URL(`../messages/${name}.json`, import.meta.url), "utf8"));
-const [en, zh] = await Promise.all([table("en"), table("zh-CN")]);
+const whole = async (/** @type {string} */ name) => ({ ...(await table(name)), ...(await table(`markers.${name}`)) });
+const [en, zh] = await Promise.all([whole("en"), whole("zh-CN")]);
 const shown = (/** @type {string} */ start, /** @type {any} */ found) => html`${sentence(system, start, found)}`.text;
 
 afterEach(() => setLanguage("en", en));

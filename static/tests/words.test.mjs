@@ -7,7 +7,7 @@ import { html } from "../js/html.js";
 
 const root = new URL("..", import.meta.url);
 const read = (path) => readFile(new URL(path, root), "utf8");
-/** What systems alone have to say is in files of their own. */
+/** What systems, and screens that are seldom opened, alone have to say is in files of their own. */
 const systems = (await readdir(new URL("messages/", root))).flatMap((n) => /^(\w+)\.en\.json$/.exec(n)?.[1] ?? []);
 const words = async (/** @type {string} */ file) => JSON.parse(await read(`messages/${file}.json`));
 const en = await words("en");
@@ -22,8 +22,8 @@ async function sources() {
   return [...(await Promise.all(names.map((n) => read(`js/${n}`)))), await read("index.html")];
 }
 
-test("a system's keys begin with its name, and no other does", async () => {
-  assert.deepEqual(systems, ["pedestrian", "pole"]);
+test("the keys of a system or a screen with a file of its own begin with its name, and no other does", async () => {
+  assert.deepEqual(systems, ["markers", "pedestrian", "pole"]);
   for (const file of [...systems.flatMap((s) => [`${s}.en`, `${s}.zh-CN`]), "en", "zh-CN"])
     for (const key of Object.keys(await words(file)))
       assert.equal(

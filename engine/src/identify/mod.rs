@@ -8,6 +8,7 @@
 
 mod automatic;
 mod candidates;
+mod clock_tie;
 mod hypotheses;
 mod likelihood;
 mod markers;
@@ -16,5 +17,6 @@ mod track_error;
 mod tuning;
 
 pub use automatic::automatic_visits;
+pub use clock_tie::{ClockTie, KeyedVisit, LEAST_MATCHED, TrackStand, tie_clocks};
 pub use markers::{Marker, Markers};
 pub use tuning::{Identification, IdentificationTuning};

@@ -26,6 +26,7 @@ mod anomalies;
 mod audit;
 mod charts;
 mod description;
+mod dock;
 mod fault_photos;
 pub(crate) mod faults;
 mod health;
@@ -39,6 +40,7 @@ mod parameter_sets;
 mod reports;
 mod samples;
 mod server;
+mod session_change;
 mod session_search;
 pub mod sessions;
 mod site;
@@ -75,6 +77,7 @@ pub fn routes(config: &Config) -> Routes {
         .merge(inspectors::routes())
         .merge(sessions::routes())
         .merge(session_search::routes())
+        .merge(dock::routes())
         .merge(faults::routes())
         .merge(fault_photos::routes())
         .merge(markers::routes())

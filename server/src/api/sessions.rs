@@ -16,13 +16,15 @@ use crate::error::{Error, Result};
 use crate::http::{Json, MaybeNew, Needs, NoContent, Path, Query, Routes};
 use crate::rights::Right;
 use crate::sessions::engine_config::engine_config;
-use crate::sessions::{parameters, stand_choice, uploads};
+use crate::sessions::{parameters, uploads};
 use crate::state::App;
 use crate::store::logs::LogState;
 use crate::store::sessions::{self, Filter, Session, SessionState, Start};
-use crate::store::{anomalies, audit, inspectors, logs, markers, removal, visits};
+use crate::store::{anomalies, audit, clock_ties, inspectors, logs, markers, removal, visits};
 use crate::utc;
 use crate::wire::{Change, SessionView};
+
+use super::session_change::{change, end};
 
 pub(super) fn routes() -> Routes {
     Routes::new()
@@ -33,7 +35,12 @@ pub(super) fn routes() -> Routes {
         .get("/sessions/{id}", Right::Read, show)
         .about("get_session", "One walk with its logs")
         .patch("/sessions/{id}", Needs::OwnSession, change)
-        .about("update_session", "Switches automatic visits; the track is worked out again")
+        .about(
+            "update_session",
+            "Changes what people said of a walk; where it matters, the track is computed again",
+        )
+        .post("/sessions/{id}/end", Needs::OwnSession, end)
+        .about("end_session", "Ends a live walk whose device will not; the track is computed")
         .delete("/sessions/{id}", Needs::OwnSession, remove)
         .about("delete_session", "Removes a walk with all that hangs on it")
 }
@@ -77,7 +84,8 @@ pub struct NewSession {
     #[serde(default)]
     #[schemars(with = "Option<Vec<String>>", example = ["left", "right"])]
     pub streams: Option<Vec<StreamId>>,
-    /// Where the system's point is at the start; the site's origin, when it is left out.
+    /// Where the system's point is at the start; somewhere on the site, when it is left out: then there is no position until a
+    /// marker is keyed in.
     pub start: Option<NewStart>,
     /// Heading of the first sensor's x axis, clockwise from true north, degrees; from the magnetometer,
     /// when it is left out.
@@ -198,6 +206,43 @@ pub enum NewStart {
     PositionM([f64; 3]),
 }
 
+/// A title within its bounds, without blanks around it.
+pub(super) fn checked_title(title: &str) -> Result<String> {
+    let title = title.trim();
+    if title.chars().count() > TITLE_LENGTH || title.chars().any(is_no_letter) {
+        return Err(Error::invalid(
+            "wrong_title",
+            format!(
+                "expected a title of at most {TITLE_LENGTH} letters without line breaks and without what is no letter in Unicode: shorten it"
+            ),
+        ));
+    }
+    Ok(title.to_owned())
+}
+
+/// Where this start is.
+pub(super) async fn place_of(app: &App, start: NewStart) -> Result<Start> {
+    match start {
+        NewStart::PositionM(position_m) => {
+            if position_m.iter().any(|metres| metres.abs() > FARTHEST_M) {
+                return Err(Error::invalid(
+                    "wrong_start",
+                    format!(
+                        "expected start.position_m as [east, north, up] within {FARTHEST_M} m of the site's origin, found {position_m:?}: check the frame and the unit"
+                    ),
+                ));
+            }
+            Ok(Start { marker: None, position_m })
+        }
+        NewStart::Marker(name) => {
+            let marker = markers::get(app.store.read(), &name).await?;
+            let marker = marker.ok_or_else(|| Error::not_found("marker", &name))?;
+            let position_m = [marker.e_m, marker.n_m, marker.u_m.unwrap_or(0.0)];
+            Ok(Start { marker: Some(name), position_m })
+        }
+    }
+}
+
 /// Checks a new session and whether its caller may begin it, puts it on disk in this state and tells the feed.
 pub(crate) async fn begin(
     app: &App,
@@ -230,39 +275,16 @@ pub(crate) async fn begin(
             ),
         ));
     }
-    let title = new.title.trim();
-    if title.chars().count() > TITLE_LENGTH || title.chars().any(is_no_letter) {
-        return Err(Error::invalid(
-            "wrong_title",
-            format!(
-                "expected a title of at most {TITLE_LENGTH} letters without line breaks and without what is no letter in Unicode: shorten it"
-            ),
-        ));
-    }
+    let title = checked_title(&new.title)?;
     let start = match new.start {
         None => Start::default(),
-        Some(NewStart::PositionM(position_m)) => {
-            if position_m.iter().any(|metres| metres.abs() > FARTHEST_M) {
-                return Err(Error::invalid(
-                    "wrong_start",
-                    format!(
-                        "expected start.position_m as [east, north, up] within {FARTHEST_M} m of the site's origin, found {position_m:?}: check the frame and the unit"
-                    ),
-                ));
-            }
-            Start { marker: None, position_m }
-        }
-        Some(NewStart::Marker(name)) => {
-            let marker = markers::get(db, &name).await?.ok_or_else(|| Error::not_found("marker", &name))?;
-            let position_m = [marker.e_m, marker.n_m, marker.u_m.unwrap_or(0.0)];
-            Start { marker: Some(name), position_m }
-        }
+        Some(start) => place_of(app, start).await?,
     };
     let now = utc::now();
     let session = Session {
         id: new.id.unwrap_or_else(Uuid::now_v7),
         inspector_id: new.inspector_id,
-        title: title.to_owned(),
+        title,
         state,
         // To the microsecond, as it will be read back.
         started_at: new.started_at.map_or(now, |at| utc::from_us(utc::to_us(at))),
@@ -275,6 +297,7 @@ pub(crate) async fn begin(
         instrument: checked_instrument(system, new.instrument)?,
         automatic_visits: new.automatic_visits,
         site_parameters_id: parameters::of_new_session(app).await?,
+        excluded: false,
         samples: 0,
         epochs: 0,
         duration_s: 0.0,
@@ -319,7 +342,13 @@ async fn create(
         return Ok(MaybeNew::Known(show(State(app), Path(id)).await?));
     }
     let session = begin(&app, &caller, new, SessionState::Created).await?;
-    Ok(MaybeNew::New(Json(SessionView { session, logs: Vec::new(), visits: 0, anomalies: 0 })))
+    Ok(MaybeNew::New(Json(SessionView {
+        session,
+        logs: Vec::new(),
+        visits: 0,
+        anomalies: 0,
+        clock_tie: None,
+    })))
 }
 
 #[derive(Deserialize, JsonSchema)]
@@ -342,23 +371,8 @@ async fn show(State(app): State<App>, Path(id): Path<Uuid>) -> Result<Json<Sessi
         logs: logs::of_session(db, id).await?,
         visits: visits::count(db, id).await?,
         anomalies: anomalies::count(db, id).await?,
+        clock_tie: clock_ties::of_session(db, id).await?,
     }))
-}
-
-#[derive(Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-struct SessionChange {
-    automatic_visits: bool,
-}
-
-/// Switches automatic mode; the track is worked out again.
-async fn change(
-    State(app): State<App>,
-    caller: Caller,
-    Path(id): Path<Uuid>,
-    Json(change): Json<SessionChange>,
-) -> Result<Json<Session>> {
-    Ok(Json(stand_choice::set_automatic(&app, &caller, id, change.automatic_visits).await?))
 }
 
 /// Removes a walk with its samples; not while a device or a job works on it.

@@ -5,8 +5,8 @@ use serde::Deserialize;
 use time::OffsetDateTime;
 use uuid::Uuid;
 
-use super::candidates::{PlanPosition, candidates};
-use super::place::place;
+use super::clock::clock;
+use super::place::{candidates_at, place};
 use crate::auth::Caller;
 use crate::error::{Error, Result};
 use crate::state::App;
@@ -79,32 +79,24 @@ pub(crate) async fn report(app: &App, caller: &Caller, new: NewFault) -> Result<
     let now = utc::now();
     let (inspector_id, session, reported_at) = whose(app, &new, now).await?;
     caller.writes_for(inspector_id)?;
-    let t_ns = session.as_ref().map(|session| {
-        utc::to_us(reported_at).saturating_sub(utc::to_us(session.started_at)).saturating_mul(1_000)
-    });
-    let place = match (&session, t_ns) {
-        (Some(session), Some(t_ns)) => place(app, session, t_ns).await?,
+    let moment = match &session {
+        Some(session) => Some(clock(app, session, now).await?.moment(session, reported_at)),
+        None => None,
+    };
+    let place = match (&session, moment) {
+        (Some(session), Some(moment)) => place(app, session, moment).await?,
         _ => None,
     };
     let candidates = match &place {
         None => Vec::new(),
-        Some(place) => {
-            let at = PlanPosition {
-                e_m: place.position_m[0],
-                n_m: place.position_m[1],
-                variance_e_m2: place.sigma_m[0] * place.sigma_m[0],
-                variance_n_m2: place.sigma_m[1] * place.sigma_m[1],
-                covariance_en_m2: place.covariance_en_m2,
-            };
-            candidates(&at, &markers::list(db).await?)
-        }
+        Some(place) => candidates_at(app, place).await?,
     };
     let fault = Fault {
         id: new.id.unwrap_or_else(Uuid::now_v7),
         inspector_id,
         session_id: session.map(|session| session.id),
         reported_at,
-        t_ns,
+        t_ns: moment.map(|moment| moment.t_ns),
         kind,
         severity: new.severity,
         text,

@@ -237,6 +237,7 @@ mod tests {
             initial_heading_deg: None,
             automatic_visits: false,
             site_parameters_id: None,
+            excluded: false,
             samples: 0,
             epochs: 0,
             duration_s: 0.0,

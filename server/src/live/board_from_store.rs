@@ -1,6 +1,7 @@
 //! The picture with which a server starts: what was on disk when it stopped.
 
 use super::board::{Board, RESTING_SHOWN};
+use crate::sessions::unknown_start::is_unknown;
 use crate::store::sessions::{Filter, Session, SessionState};
 use crate::store::track::Run;
 use crate::store::{
@@ -36,11 +37,10 @@ pub async fn session_changes(store: &Store, session: Session) -> Result<Vec<Chan
     let db = store.read();
     let session_id = session.id;
     let mut changes = vec![Change::Session { session: Some(session.clone()), deleted: None }];
-    let points = track::trail(db, session_id, Run::Main).await?;
-    if !points.is_empty() {
+    let last = track::last_at(db, session_id, i64::MAX).await?.filter(|last| !is_unknown(last.sigma_n_m));
+    if let Some(last) = last {
+        let points = track::trail(db, session_id, Run::Main).await?;
         changes.push(Change::Revision { session_id, points });
-    }
-    if let Some(last) = track::last_at(db, session_id, i64::MAX).await? {
         changes.push(Change::Position(Position {
             session_id,
             inspector_id: session.inspector_id,

@@ -6,6 +6,7 @@ use uuid::Uuid;
 use super::actor::Actor;
 use super::walk::{Findings, NewestPoint, Shown};
 use crate::sessions::anomaly_runs::Grown;
+use crate::sessions::unknown_start::is_unknown;
 use crate::store::stands::Stand;
 use crate::store::visits::{Origin, Outcome, Visit};
 use crate::utc;
@@ -21,14 +22,18 @@ impl Actor {
         (findings.anomalies, findings.more_anomalies) = (rows, more);
         let mut changes = Vec::new();
         for shown in &findings.shown {
-            changes.push(match shown {
-                Shown::Revision(points) => Change::Revision { session_id, points: points.clone() },
+            match shown {
+                // Without a start a walk is nowhere until a marker says where.
+                Shown::Position(newest) if is_unknown(newest.point.sigma_n_m) => {}
+                Shown::Revision(points) => {
+                    changes.push(Change::Revision { session_id, points: points.clone() });
+                }
                 Shown::Position(newest) => {
                     let position = self.position(newest, received_at);
                     self.newest = Some(position.clone());
-                    Change::Position(position)
+                    changes.push(Change::Position(position));
                 }
-            });
+            }
         }
         if !findings.stands.is_empty() {
             let stands = findings.stands.values().map(Stand::from).collect();
@@ -90,6 +95,7 @@ pub(super) fn automatic_visits(session_id: Uuid, findings: &Findings) -> impl It
             t_start_ns: stand.t_start_ns,
             t_end_ns: stand.t_end_ns,
             origin: Origin::Automatic,
+            keyed_shift_ns: 0,
             created_at: utc::now(),
             outcome: outcome.map(Outcome::from),
         })

@@ -16,7 +16,7 @@ use crate::rights::Right;
 use crate::state::App;
 
 /// A sign of life goes out this often.
-const HEARTBEAT_EVERY: Duration = Duration::from_secs(5);
+const HEARTBEAT_EVERY: Duration = Duration::from_secs(2);
 /// A client has this long to say hello.
 const HELLO_WITHIN: Duration = Duration::from_secs(10);
 /// A client that takes no byte for this long is gone.

@@ -67,6 +67,18 @@ impl Registry {
         }
     }
 
+    /// Ends a session whose device will not say so; as if it had. What it has sent is worked out by a job.
+    pub(crate) async fn finish(&self, app: &App, session: &Session) {
+        loop {
+            let actor = self.actor_or_new(app, session);
+            match actor.send(Command::Finish).await {
+                Ok(()) => return,
+                // It has just ended: the next round starts another.
+                Err(_) => self.forget(session.id, &actor),
+            }
+        }
+    }
+
     fn actor_or_new(&self, app: &App, session: &Session) -> mpsc::Sender<Command> {
         let mut actors = self.lock();
         let start = || {

@@ -75,6 +75,7 @@ impl Actor {
             t_start_ns,
             t_end_ns,
             origin: Origin::Keyed,
+            keyed_shift_ns: 0,
             created_at: utc::now(),
             outcome: None,
         }))

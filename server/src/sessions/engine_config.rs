@@ -3,13 +3,14 @@
 use lodestep_engine::session::SessionConfig;
 use lodestep_engine::stream::StreamId;
 
+use super::unknown_start;
 use crate::site::Site;
 use crate::store::sessions::Session;
 
 /// The engine's configuration for a session on this site with readings of these streams.
 pub(crate) fn engine_config(site: &Site, session: &Session, streams: &[StreamId]) -> SessionConfig {
     let system = session.declaration();
-    SessionConfig {
+    let mut config = SessionConfig {
         streams: streams.iter().filter_map(|id| system.stream(*id)).collect(),
         // Stored samples are complete: a stream waits for the other as long as it takes.
         max_lead_ns: None,
@@ -20,5 +21,7 @@ pub(crate) fn engine_config(site: &Site, session: &Session, streams: &[StreamId]
         origin: Some(site.local_frame().origin()),
         instrument: session.instrument.clone(),
         ..SessionConfig::by_default(system)
-    }
+    };
+    unknown_start::apply(&session.start, &mut config);
+    config
 }

@@ -3,13 +3,14 @@
 //! A log comes in ([`uploads`], [`upload_file`], [`upload_turns`]), is read whole ([`unpack`],
 //! [`read_log`], [`spill`]; [`preview_log`] keeps nothing) and accepted ([`accept_log`]); the samples of both streams
 //! ([`stored_samples`], [`in_time_order`]) are run through the engine ([`run`]), as [`process`] has it:
-//! [`stored_walk`] reads what a walk is computed from and [`parameters`] says with which parameters, [`put_in_place`] stores the result, with many anomalies as few ([`anomaly_runs`]), [`provenance`] says where
+//! [`stored_walk`] reads what a walk is computed from and [`parameters`] says with which parameters, [`clock_tie`] ties what was keyed in to the log's clock, [`put_in_place`] stores the result, with many anomalies as few ([`anomaly_runs`]), [`provenance`] says where
 //! it comes from. A [`lab_run`] does the same with chosen parameters; [`comparison`] holds such runs against the
 //! session's own track. [`removal`] takes one away.
 
 pub(crate) mod accept_log;
 pub(crate) mod anomaly_runs;
 pub(crate) mod body_writer;
+mod clock_tie;
 pub(crate) mod comparison;
 pub(crate) mod engine_config;
 pub(crate) mod identification;
@@ -33,6 +34,7 @@ pub(crate) mod stored_samples;
 mod stored_walk;
 pub(crate) mod tell_visits;
 pub(crate) mod track_file;
+pub(crate) mod unknown_start;
 pub mod unpack;
 pub(crate) mod upload_file;
 pub mod upload_turns;

@@ -1,4 +1,5 @@
-//! From raw samples to a stored track, with every aid and smoothed; then, to compare it with, as the filter
+//! From raw samples to a stored track, with every aid and smoothed, after [`clock_tie`] has put what was keyed in onto
+//! the log's clock; then the walk's faults are placed by it; and then, to compare it with, as the filter
 //! told it and as if no marker had been visited.
 
 use std::time::Instant;
@@ -10,13 +11,15 @@ use lodestep_engine::session::{ConfigError, Solution};
 use tokio::runtime::Handle;
 use uuid::Uuid;
 
+use super::clock_tie;
 use super::parameters::Wanted;
 use super::provenance::provenance;
-use super::put_in_place::{put_beside, put_in_place};
+use super::put_in_place::{gone_when_dangling, put_beside, put_in_place};
 use super::run::{self, Computed};
 use super::stored_grid;
 use super::stored_walk::Walk;
 use crate::error::{Error, Result};
+use crate::faults::place_again;
 use crate::jobs::progress::Progress;
 use crate::state::App;
 use crate::store::lab_runs::Provenance;
@@ -60,6 +63,7 @@ pub(crate) enum ProcessError {
 /// Computes a session's track and stores it in place of the former one; then what it is compared with,
 /// which nobody needs to wait for.
 pub(crate) async fn process(app: &App, session_id: Uuid, progress: Progress) -> Result<(), ProcessError> {
+    let progress = clock_tie::tie(app, session_id, progress).await?;
     let walk = Walk::read(app, session_id, Wanted::Site).await?;
     let cell_ns = stored_grid::cell_ns(app.config.track_rate_hz);
     let ((main, filtered), walk, mut progress) =
@@ -68,6 +72,10 @@ pub(crate) async fn process(app: &App, session_id: Uuid, progress: Progress) -> 
         })
         .await?;
     put_in_place(app, &walk, main).await?;
+    place_again(app, session_id).await.map_err(|error| match error {
+        Error::Store(error) => gone_when_dangling(error),
+        error => ProcessError::Read(anyhow::Error::new(error)),
+    })?;
     progress.tell("comparing", STORED_AT);
     let without_markers = if walk.visits.is_empty() && walk.made().is_empty() {
         None

@@ -172,6 +172,7 @@ fn automatic_row(session_id: Uuid, visit: &Visit) -> store::visits::Visit {
         t_start_ns: visit.t_start_ns,
         t_end_ns: visit.t_end_ns,
         origin: Origin::Automatic,
+        keyed_shift_ns: 0,
         created_at: utc::now(),
         outcome: None,
     }

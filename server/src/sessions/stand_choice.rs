@@ -35,6 +35,7 @@ pub(crate) async fn choose(
         t_start_ns: stand.t_start_ns,
         t_end_ns: stand.t_end_ns,
         origin: Origin::Chosen,
+        keyed_shift_ns: 0,
         created_at: utc::now(),
         outcome: None,
     };

@@ -17,9 +17,10 @@ use super::process::ProcessError;
 use super::run;
 use super::stored_samples::{self, Recording, StoredSamples};
 use crate::state::App;
+use crate::store::raw_chunks::Origin;
 use crate::store::sessions::Session;
 use crate::store::track::Run;
-use crate::store::visits::Origin;
+use crate::store::visits;
 use crate::store::{self, Store};
 
 /// What a session is computed from.
@@ -64,19 +65,19 @@ impl Walk {
         anomalies.extend(known.map(|known| known.found).filter(|found| remark::KINDS.contains(&found.kind)));
         let markers: HashMap<_, _> =
             store::markers::list(db).await?.into_iter().map(|marker| (marker.name.clone(), marker)).collect();
-        let (mut visits, mut automatic) = (Vec::new(), Vec::new());
+        let (mut told, mut automatic) = (Vec::new(), Vec::new());
         let mut outcomes = Vec::new();
         let mut identification = identification(app, &session).await?.unwrap_or_default();
         // What is nearly certain is decided when the whole walk is known, by `make_automatically`.
         identification.automatic = false;
         for visit in store::visits::of_session(db, session_id).await? {
-            let made = visit.origin == Origin::Automatic;
+            let made = visit.origin == visits::Origin::Automatic;
             if made {
                 automatic.push(visit.clone());
             }
             match markers.get(&visit.marker) {
                 Some(marker) => {
-                    let list = if made { &mut identification.automatic_visits } else { &mut visits };
+                    let list = if made { &mut identification.automatic_visits } else { &mut told };
                     list.push(Visit {
                         marker: visit.marker,
                         t_start_ns: visit.t_start_ns,
@@ -93,12 +94,17 @@ impl Walk {
         config.identification = (!identification.markers.all().is_empty()).then_some(identification);
         let chosen = parameters::of_walk(app, &session, wanted).await?;
         chosen.parameters.apply(&mut config);
-        Ok(Walk { session, config, chosen, recordings, visits, automatic, outcomes, anomalies })
+        Ok(Walk { session, config, chosen, recordings, visits: told, automatic, outcomes, anomalies })
     }
 
     /// The visits that automatic mode has made.
     pub(super) fn made(&self) -> &[Visit] {
         self.config.identification.as_ref().map_or(&[], |identification| &identification.automatic_visits)
+    }
+
+    /// Whether all its samples come from logs, which have a clock of their own.
+    pub(super) fn is_of_logs(&self) -> bool {
+        self.recordings.iter().all(|recording| matches!(recording.origin, Origin::Log(_)))
     }
 
     pub(super) fn samples(&self) -> u64 {
@@ -139,6 +145,18 @@ impl Walk {
 }
 
 impl Walk {
+    /// A run that knows no marker and tells its stands all the same, before its first sample.
+    pub(super) fn begin_to_tie(&self) -> Result<run::Run, ConfigError> {
+        let mut config = self.config.clone();
+        let mut aids = config.system.aids();
+        aids.retain(|aid| *aid != AidKind::MARKERS);
+        config.system.use_aids(&aids);
+        if let Some(identification) = &mut config.identification {
+            identification.automatic_visits.clear();
+        }
+        run::Run::new(config, &[], self.most_epochs())
+    }
+
     /// A lab run, before its first sample: as the configuration has it, for this solution.
     pub(super) fn begin_in_lab(&self, solution: Solution) -> Result<run::Run, ConfigError> {
         let mut config = self.config.clone();

@@ -86,6 +86,7 @@ pub(crate) async fn tell(
             t_start_ns: told.t_start_ns,
             t_end_ns: told.t_end_ns,
             origin: Origin::Keyed,
+            keyed_shift_ns: 0,
             created_at: utc::now(),
             outcome: None,
         })
@@ -187,6 +188,7 @@ mod tests {
             t_start_ns,
             t_end_ns,
             origin: Origin::Keyed,
+            keyed_shift_ns: 0,
             created_at: utc::now(),
             outcome: None,
         }

@@ -56,6 +56,8 @@ pub enum What {
     Photo,
     /// Nothing but the comment.
     Comment,
+    /// Where it was seen, by its walk's track.
+    Place,
 }
 
 impl FromRow<'_, SqliteRow> for FaultChange {

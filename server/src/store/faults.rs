@@ -173,12 +173,15 @@ pub async fn get(db: impl SqliteExecutor<'_>, id: Uuid) -> Result<Option<Fault>,
     Ok(sqlx::query_as(AssertSqlSafe(sql)).bind(id.to_string()).fetch_optional(db).await?)
 }
 
+/// Those of a walk, in the order in which they were seen.
+pub async fn of_session(db: impl SqliteExecutor<'_>, session_id: Uuid) -> Result<Vec<Fault>, StoreError> {
+    let sql = format!("{WITH_PHOTOS} where f.session_id = ?1 order by f.reported_at, f.id");
+    Ok(sqlx::query_as(AssertSqlSafe(sql)).bind(session_id.to_string()).fetch_all(db).await?)
+}
+
 /// Adds one.
 pub async fn insert(db: impl SqliteExecutor<'_>, fault: &Fault) -> Result<(), StoreError> {
-    let candidates = serde_json::to_string(&fault.candidates).map_err(|error| StoreError::Damaged {
-        what: format!("candidates of fault {}", fault.id),
-        why: error.to_string(),
-    })?;
+    let candidates = candidates_of(fault)?;
     let [e_m, n_m, u_m] = each(fault.position_m);
     let [sigma_e_m, sigma_n_m, sigma_u_m] = each(fault.sigma_m);
     sqlx::query(
@@ -223,8 +226,7 @@ pub async fn standing(db: impl SqliteExecutor<'_>) -> Result<Vec<Fault>, StoreEr
     Ok(sqlx::query_as(AssertSqlSafe(sql)).fetch_all(db).await?)
 }
 
-/// Notes what may change of one: its state, who sees to it, severity, kind, text and marker. Where it was
-/// reported stays.
+/// Notes what people may change of one: its state, who sees to it, severity, kind, text and marker. Its place stays.
 pub async fn update(db: impl SqliteExecutor<'_>, fault: &Fault) -> Result<(), StoreError> {
     sqlx::query(
         "update faults set
@@ -245,6 +247,54 @@ pub async fn update(db: impl SqliteExecutor<'_>, fault: &Fault) -> Result<(), St
     .execute(db)
     .await?;
     Ok(())
+}
+
+/// The walk of these was another inspector's.
+pub async fn change_inspector(
+    db: impl SqliteExecutor<'_>,
+    session_id: Uuid,
+    inspector_id: Uuid,
+) -> Result<(), StoreError> {
+    sqlx::query("update faults set inspector_id = ?2, version = version + 1 where session_id = ?1")
+        .bind(session_id.to_string())
+        .bind(inspector_id.to_string())
+        .execute(db)
+        .await?;
+    Ok(())
+}
+
+/// Notes where one was seen and which actuators it may be about.
+pub async fn set_place(db: impl SqliteExecutor<'_>, fault: &Fault) -> Result<(), StoreError> {
+    let [e_m, n_m, u_m] = each(fault.position_m);
+    let [sigma_e_m, sigma_n_m, sigma_u_m] = each(fault.sigma_m);
+    sqlx::query(
+        "update faults set
+            e_m = ?2, n_m = ?3, u_m = ?4, sigma_e_m = ?5, sigma_n_m = ?6, sigma_u_m = ?7,
+            covariance_en_m2 = ?8, candidates = ?9, version = ?10, updated_at = ?11, t_ns = ?12
+         where id = ?1",
+    )
+    .bind(fault.id.to_string())
+    .bind(e_m)
+    .bind(n_m)
+    .bind(u_m)
+    .bind(sigma_e_m)
+    .bind(sigma_n_m)
+    .bind(sigma_u_m)
+    .bind(fault.covariance_en_m2)
+    .bind(candidates_of(fault)?)
+    .bind(fault.version)
+    .bind(utc::to_us(fault.updated_at))
+    .bind(fault.t_ns)
+    .execute(db)
+    .await?;
+    Ok(())
+}
+
+fn candidates_of(fault: &Fault) -> Result<String, StoreError> {
+    serde_json::to_string(&fault.candidates).map_err(|error| StoreError::Damaged {
+        what: format!("candidates of fault {}", fault.id),
+        why: error.to_string(),
+    })
 }
 
 /// Three nullable columns from one optional vector.

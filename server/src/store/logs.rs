@@ -170,6 +170,17 @@ pub async fn accepted_with(
     Ok(query.fetch_optional(db).await?)
 }
 
+/// The accepted logs with these bytes, of all walks that nobody has removed, oldest first.
+pub async fn with_bytes(db: impl SqliteExecutor<'_>, sha256: &str) -> Result<Vec<Log>, StoreError> {
+    let query = sqlx::query_as(
+        "select * from logs where sha256 = ?1 and state = 'accepted'
+         and exists (select 1 from sessions where sessions.id = logs.session_id and removed_at is null)
+         order by created_at, id",
+    )
+    .bind(sha256);
+    Ok(query.fetch_all(db).await?)
+}
+
 /// The log that stands for this stream: the one accepted last.
 pub async fn latest_accepted(
     db: impl SqliteExecutor<'_>,

@@ -49,14 +49,14 @@ impl FromRow<'_, SqliteRow> for VisitResidual {
 }
 
 /// A marker that was surveyed anew since the visit is held against where it stands today. What automatic
-/// mode chose is no evidence: it chose the nearest.
+/// mode chose is no evidence: it chose the nearest. Nor is a walk that was left out.
 const WEIGHED: &str = "select v.marker, v.session_id, v.t_applied_ns, v.accepted, v.nis, s.started_at,
         v.before_e_m + (coalesce(v.marker_e_m, m.e_m) - m.e_m) as residual_e_m,
         v.before_n_m + (coalesce(v.marker_n_m, m.n_m) - m.n_m) as residual_n_m
      from visits v
      join markers m on m.name = v.marker
      join sessions s on s.id = v.session_id
-     where v.accepted is not null and v.origin <> 'automatic'";
+     where v.accepted is not null and v.origin <> 'automatic' and s.excluded = 0";
 
 /// All visits of markers that exist which were weighed and whose marker a person named, by time.
 pub async fn all(db: impl SqliteExecutor<'_>) -> Result<Vec<VisitResidual>, StoreError> {

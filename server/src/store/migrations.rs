@@ -37,6 +37,7 @@ const STEPS: &[(i64, &str, &str)] = &[
     (18, "streams and systems", include_str!("../../../migrations/0018_streams_and_systems.sql")),
     (19, "instruments", include_str!("../../../migrations/0019_instruments.sql")),
     (20, "pieces and checksums", include_str!("../../../migrations/0020_pieces_and_checksums.sql")),
+    (21, "from gate to dock", include_str!("../../../migrations/0021_from_gate_to_dock.sql")),
 ];
 
 /// The version of the tables that this program reads and writes: the number of the last step.

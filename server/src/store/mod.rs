@@ -8,6 +8,7 @@ pub mod anomalies;
 pub mod audit;
 pub mod backup;
 pub mod charts;
+pub mod clock_ties;
 pub mod fault_changes;
 pub mod fault_photos;
 pub mod faults;

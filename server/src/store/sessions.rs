@@ -63,6 +63,9 @@ pub struct Session {
     /// The choice of the site's parameters with which its stream is computed; `None`: the defaults.
     #[serde(default)]
     pub site_parameters_id: Option<i64>,
+    /// Whether it is left out of the statistics of markers.
+    #[serde(default)]
+    pub excluded: bool,
     /// Samples processed, of all streams.
     pub samples: u64,
     /// Epochs the engine told.
@@ -97,6 +100,13 @@ pub struct Start {
     pub marker: Option<String>,
     /// Where its point stood, east-north-up, m.
     pub position_m: [f64; 3],
+}
+
+impl Start {
+    /// Whether it was given: one that nobody gave is stored as the site's origin, which is no place that anybody was at.
+    pub fn is_known(&self) -> bool {
+        self.marker.is_some() || self.position_m != [0.0; 3]
+    }
 }
 
 /// How far a session has come.
@@ -162,6 +172,7 @@ impl FromRow<'_, SqliteRow> for Session {
             instrument: row.try_get("instrument")?,
             automatic_visits: row.try_get("automatic_visits")?,
             site_parameters_id: row.try_get("site_parameters_id")?,
+            excluded: row.try_get("excluded")?,
             samples: columns::count(row, "samples")?,
             epochs: columns::count(row, "epochs")?,
             duration_s: row.try_get("duration_s")?,
@@ -278,6 +289,26 @@ pub async fn set_automatic_visits(
         .bind(automatic)
         .execute(db)
         .await?;
+    Ok(())
+}
+
+/// Notes what people may change of one: whose it is, its title and start, and whether it counts in statistics.
+pub async fn update(db: impl SqliteExecutor<'_>, session: &Session) -> Result<(), StoreError> {
+    sqlx::query(
+        "update sessions set carrier_id = ?2, title = ?3, start_marker = ?4, start_e_m = ?5, start_n_m = ?6,
+            start_u_m = ?7, excluded = ?8
+         where id = ?1",
+    )
+    .bind(session.id.to_string())
+    .bind(session.inspector_id.to_string())
+    .bind(&session.title)
+    .bind(&session.start.marker)
+    .bind(session.start.position_m[0])
+    .bind(session.start.position_m[1])
+    .bind(session.start.position_m[2])
+    .bind(session.excluded)
+    .execute(db)
+    .await?;
     Ok(())
 }
 

@@ -58,6 +58,7 @@ pub(super) async fn session_of(store: &Store, name: &str) -> Uuid {
         initial_heading_deg: Some(12.5),
         automatic_visits: true,
         site_parameters_id: None,
+        excluded: false,
         samples: 0,
         epochs: 0,
         duration_s: 0.0,
@@ -172,6 +173,7 @@ async fn a_walk_has_its_last_states_and_a_newer_one_takes_the_place_of_what_a_vi
         t_start_ns: 0,
         t_end_ns: 0,
         origin: visits::Origin::Keyed,
+        keyed_shift_ns: 0,
         created_at: utc::now(),
         outcome: None,
     };

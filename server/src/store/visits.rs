@@ -4,7 +4,7 @@ use lodestep_engine::event::VisitOutcome;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use sqlx::sqlite::SqliteRow;
-use sqlx::{FromRow, Row, SqliteExecutor};
+use sqlx::{FromRow, Row, SqliteConnection, SqliteExecutor};
 use time::OffsetDateTime;
 use uuid::Uuid;
 
@@ -28,6 +28,10 @@ pub struct Visit {
     /// Who said so.
     #[serde(default)]
     pub origin: Origin,
+    /// What was added to its times as they were keyed in, ns: 0 but where the kiosk's clock is known to be another than
+    /// the log's.
+    #[serde(default)]
+    pub keyed_shift_ns: i64,
     /// When it was told.
     #[serde(with = "time::serde::rfc3339")]
     #[schemars(with = "utc::Instant")]
@@ -107,6 +111,7 @@ impl FromRow<'_, SqliteRow> for Visit {
             t_start_ns: row.try_get("t_start_ns")?,
             t_end_ns: row.try_get("t_end_ns")?,
             origin: columns::word(row, "origin")?,
+            keyed_shift_ns: row.try_get("keyed_shift_ns")?,
             created_at: columns::instant(row, "created_at")?,
             outcome,
         })
@@ -127,12 +132,14 @@ pub async fn count(db: impl SqliteExecutor<'_>, session_id: Uuid) -> Result<u64,
     Ok(columns::count(&query.fetch_one(db).await?, "visits")?)
 }
 
-/// Adds one; `false` when this session already has it (same marker, same arrival): the same list
+/// Adds one; `false` when this session already has it (same marker, same arrival as it was keyed in): the same list
 /// may be handed in twice.
 pub async fn insert(db: impl SqliteExecutor<'_>, visit: &Visit) -> Result<bool, StoreError> {
     let query = sqlx::query(
         "insert into visits (id, session_id, marker, t_start_ns, t_end_ns, created_at, origin)
-         values (?1, ?2, ?3, ?4, ?5, ?6, ?7) on conflict (session_id, marker, t_start_ns) do nothing",
+         select ?1, ?2, ?3, ?4, ?5, ?6, ?7 where not exists (
+            select 1 from visits where session_id = ?2 and marker = ?3 and t_start_ns - keyed_shift_ns = ?4)
+         on conflict (session_id, marker, t_start_ns) do nothing",
     )
     .bind(visit.id.to_string())
     .bind(visit.session_id.to_string())
@@ -147,6 +154,38 @@ pub async fn insert(db: impl SqliteExecutor<'_>, visit: &Visit) -> Result<bool, 
 /// Removes one, and with it its place in the stream.
 pub async fn delete(db: impl SqliteExecutor<'_>, id: Uuid) -> Result<(), StoreError> {
     sqlx::query("delete from visits where id = ?1").bind(id.to_string()).execute(db).await?;
+    Ok(())
+}
+
+/// Farther than any time in a walk, ns.
+const ASIDE_NS: i64 = 1 << 60;
+
+/// Moves visits by so much from the times as they were keyed in, ns.
+pub async fn shift(db: &mut SqliteConnection, moved: &[(Uuid, i64)]) -> Result<(), StoreError> {
+    // Aside first: on its way one may have the time of another that is still to be moved.
+    for (id, shift_ns) in moved {
+        sqlx::query(
+            "update visits set t_start_ns = t_start_ns - keyed_shift_ns + ?2 + ?3,
+                t_end_ns = t_end_ns - keyed_shift_ns + ?2 + ?3, keyed_shift_ns = ?2
+             where id = ?1 and keyed_shift_ns <> ?2",
+        )
+        .bind(id.to_string())
+        .bind(shift_ns)
+        .bind(ASIDE_NS)
+        .execute(&mut *db)
+        .await?;
+    }
+    for (id, _) in moved {
+        sqlx::query(
+            "update visits set t_start_ns = t_start_ns - ?2, t_end_ns = t_end_ns - ?2
+             where id = ?1 and t_start_ns >= ?3",
+        )
+        .bind(id.to_string())
+        .bind(ASIDE_NS)
+        .bind(ASIDE_NS / 2)
+        .execute(&mut *db)
+        .await?;
+    }
     Ok(())
 }
 

@@ -60,6 +60,7 @@ export function faultCards(app, faults) {
 export function placeOf(fault) {
   if (fault.marker) return fault.marker;
   const best = fault.candidates?.find((candidate) => candidate.marker !== null);
+  if (!fault.position_m) return t("fault.to_be_placed");
   return best ? `${best.marker} ${percent(best.probability)}` : "–";
 }
 

@@ -61,7 +61,7 @@ export function makeFaultDetails(app, el, on) {
           <section${!sends && html` hidden`}><h3 data-t="fault.who_goes"></h3><div data-part="assign"></div></section>
           <section><h3 data-t="fault.photos"></h3><div data-part="photos"></div><label class="field"${!writes && html` hidden`}><span data-t="fault.add_photo"></span><input type="file" name="photo" accept="image/jpeg,image/png,image/webp" multiple data-testid="photo"></label></section>
           <section${!writes && html` hidden`}><details data-testid="edit-fault"><summary data-t="fault.edit"></summary><form data-part="edit"></form></details></section>
-          <section data-testid="fault-history"><h3 data-t="markers.history"></h3><div data-part="history"></div></section>
+          <section data-testid="fault-history"><h3 data-t="fault.history"></h3><div data-part="history"></div></section>
         </div>`,
       );
       translate(el);
@@ -162,7 +162,7 @@ export function makeFaultDetails(app, el, on) {
         <label class="field"
           ><span>${t("fault.text")}</span><textarea name="text" maxlength="2000">${fault.text ?? ""}</textarea>
         </label>
-        <div class="row end"><button class="main-action" data-testid="save-fault">${t("markers.save")}</button></div>`,
+        <div class="row end"><button class="main-action" data-testid="save-fault">${t("fault.save")}</button></div>`,
     );
   }
 

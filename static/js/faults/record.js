@@ -8,7 +8,7 @@ import { faultKind } from "./cards.js";
 
 /**
  * @typedef {{
- *   changed_at: string, changed_by: string | null, what: "state" | "assignee" | "severity" | "kind" | "text" | "marker" | "photo" | "comment",
+ *   changed_at: string, changed_by: string | null, what: "state" | "assignee" | "severity" | "kind" | "text" | "marker" | "photo" | "comment" | "place",
  *   before: string | null, after: string | null, comment: string,
  * }} FaultChange
  * @typedef {{id: string, content_type: string, size_bytes: number, created_at: string, created_by: string | null}} Photo
@@ -58,6 +58,8 @@ function words({ what, before, after }, nameOf) {
       return `${t("fault.actuator")}: ${before ?? "–"} → ${after ?? "–"}`;
     case "text":
       return t("fault.was_reworded");
+    case "place":
+      return `${t("fault.placed")}: ${before ?? t("fault.to_be_placed")} → ${after ?? "–"}`;
     case "photo":
       return t(after ? "fault.photo_added" : "fault.photo_removed");
     default:

@@ -26,7 +26,8 @@ export const stands = (fault) => fault.state !== "verified";
  * @param {string} words all that is shown of it, to be searched
  */
 export function passes(fault, filter, words) {
-  if (filter.state === "standing" ? !stands(fault) : filter.state !== "" && filter.state !== fault.state) return false;
+  const is = { "": true, standing: stands(fault), to_be_placed: stands(fault) && !fault.position_m && !fault.marker };
+  if (!(/** @type {Record<string, boolean>} */ (is)[filter.state] ?? filter.state === fault.state)) return false;
   if (filter.severity !== "" && filter.severity !== fault.severity) return false;
   if (
     filter.assignee === "nobody" ? fault.assignee_id : filter.assignee !== "" && filter.assignee !== fault.assignee_id

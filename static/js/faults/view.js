@@ -38,7 +38,7 @@ export function faultsView(app, side) {
     html`<option value="${value}" ${value === chosen && html` selected`}>${words}</option>`;
   render(
     select("state"),
-    html`${option("standing", t("fault.standing"), "standing")}${STATES.map((s) => option(s, t(`fault.state.${s}`), ""))}${option("", t("fault.all_states"), "-")}`,
+    html`${option("standing", t("fault.standing"), "standing")}${option("to_be_placed", t("fault.to_be_placed"), "standing")}${STATES.map((s) => option(s, t(`fault.state.${s}`), ""))}${option("", t("fault.all_states"), "-")}`,
   );
   render(
     select("severity"),

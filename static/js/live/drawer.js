@@ -1,6 +1,7 @@
 // Everything about the selected person. What can be pressed stays the same element while figures change:
 // a button that is replaced five times a second cannot be clicked.
 
+import { endSession } from "../api.js";
 import { dateTime, duration, elapsed, heading, length, number, percent, shortDuration } from "../format.js";
 import { rankPlaces } from "../geometry.js";
 import { html, one, render, setAttribute, setText } from "../html.js";
@@ -32,7 +33,8 @@ export function makeDrawer(app, el) {
     const target = /** @type {HTMLElement} */ (event.target);
     const person = current();
     const place = target.closest("[data-place]")?.getAttribute("data-place");
-    const asked = person?.session ? standClicked(target, person.session.id) : null;
+    const ends = target.closest("[data-end]") && person?.session;
+    const asked = ends ? endSession(ends.id) : person?.session ? standClicked(target, person.session.id) : null;
     if (asked) {
       const problem = one(".stand-problem", el);
       asked.then(
@@ -59,7 +61,7 @@ export function makeDrawer(app, el) {
 
   /** @param {import("../state/attention.js").Person} person */
   function candidates(person) {
-    const position = person.session?.position;
+    const { position } = person;
     if (!position) return [];
     const [e, n] = position.position_m;
     const near = app.grid.within(e, n, CANDIDATES_WITHIN_M).map((found) => found.place);
@@ -77,7 +79,8 @@ export function makeDrawer(app, el) {
         </header>
         <section class="actions">
           <button type="button" data-follow data-t="map.follow"></button
-          ><button type="button" data-report data-testid="report-fault" data-t="fault.report"></button>
+          ><button type="button" data-report data-testid="report-fault" data-t="fault.report"></button
+          ><button type="button" data-end data-testid="end-walk" data-t="drawer.end"></button>
         </section>
         <section>
           <h3 data-t="drawer.position"></h3>
@@ -108,12 +111,13 @@ export function makeDrawer(app, el) {
 
   /** @param {import("../state/attention.js").Person} person */
   function fill(person) {
-    const position = person.session?.position ?? null;
+    const { position } = person;
     setText(one("h2", el), person.inspector.name);
     render(one(".state", el), presenceGlyph(person.presence));
     setAttribute(one("[data-follow]", el), "aria-pressed", String(app.ui.follow));
     const writes = app.writesFor(person.inspector.id);
     one("[data-report]", el).hidden = !writes;
+    one("[data-end]", el).hidden = !writes || !["silent", "lost", "gone"].includes(person.presence);
     setAttribute(one("[data-report]", el), "disabled", position ? null : "");
     render(
       one(".enu", el),

@@ -83,11 +83,11 @@ export class LiveLayers {
 
   ellipsesShown() {
     const { app } = this;
-    return this.present().flatMap(({ inspector, session, presence }) =>
-      session?.position
+    return this.present().flatMap(({ inspector, position, presence }) =>
+      position
         ? [
             {
-              position: session.position,
+              position,
               colour: app.colour(inspector.id),
               selected: inspector.id === app.ui.selected,
               stale: presence === "lost" || presence === "silent",
@@ -98,7 +98,7 @@ export class LiveLayers {
   }
 
   present() {
-    return this.app.people().filter((p) => p.session !== null && p.presence !== "off");
+    return this.app.people().filter((p) => p.session !== null && p.presence !== "off" && p.presence !== "gone");
   }
 
   /** After a change of theme or of words: everything. */

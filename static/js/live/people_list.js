@@ -88,8 +88,8 @@ export class PeopleList {
    * @param {import("../state/attention.js").Person} person
    */
   show({ row, parts }, person) {
-    const position = person.session?.position ?? null;
-    const off = person.presence === "off";
+    const { position } = person;
+    const off = person.presence === "off" || person.presence === "gone";
     setAttribute(row, "data-presence", person.presence);
     setAttribute(row, "aria-pressed", String(person.inspector.id === this.app.ui.selected));
     setAttribute(row, "data-east-m", position ? position.position_m[0].toFixed(3) : null);
@@ -118,7 +118,7 @@ export class PeopleList {
 /** @param {import("../state/attention.js").Person} person */
 function subLine(person) {
   const words = [t(`presence.${person.presence}`)];
-  if (person.presence === "lost" || person.presence === "silent")
+  if (["gone", "lost", "silent"].includes(person.presence))
     words.push(t("live.ago", { age: shortDuration(person.age_s) }));
   else if (person.presence === "walking" && !person.poor && !person.overdue)
     words.push(`${number(person.session?.position?.speed_m_s, 1)} m/s`);

@@ -1,5 +1,6 @@
 // The live screen: everybody in a list, those who need attention first, and the open faults.
 
+import { endSession } from "../api.js";
 import { html, one, render } from "../html.js";
 import { t, translate } from "../i18n.js";
 import { faultCards } from "../faults/cards.js";
@@ -22,6 +23,7 @@ export function liveView(app, side) {
           value="${app.ui.search}"
         />
         <p class="summary" data-testid="summary"></p>
+        <p class="left-open"></p>
       </div>
       <div class="columns" aria-hidden="true">
         <span></span><span data-t="live.who"></span><span class="num" data-t="live.sigma"></span
@@ -64,11 +66,22 @@ export function liveView(app, side) {
     app.changed("choice");
   });
 
+  one(".left-open", side).addEventListener("click", async (event) => {
+    if (!(/** @type {HTMLElement} */ (event.target).closest("button"))) return;
+    // One that somebody else has ended meanwhile needs no end.
+    for (const { session } of leftOpen(app)) if (session) await endSession(session.id).catch(() => undefined);
+  });
+
   return {
     update(changed) {
       list.update();
       drawer.update(changed);
       showSummary(app, one(".summary", side));
+      const n = leftOpen(app).length;
+      render(
+        one(".left-open", side),
+        n > 0 ? html`<button type="button" data-testid="end-left">${t("live.end_left", { n })}</button>` : html``,
+      );
       if (["all", "fault", "choice", "session"].some((topic) => changed.has(/** @type {any} */ (topic)))) {
         render(faults, faultCards(app, app.layers.openFaults()));
       }
@@ -76,6 +89,9 @@ export function liveView(app, side) {
     close: () => drawer.close(),
   };
 }
+
+/** Walks that nobody ended, of those whose walks may be written. @param {import("../app.js").App} app */
+const leftOpen = (app) => app.people().filter((p) => p.presence === "gone" && app.writesFor(p.inspector.id));
 
 /**
  * @param {import("../app.js").App} app

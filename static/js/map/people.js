@@ -52,7 +52,7 @@ export class PeopleLayer {
     const seen = new Set();
     for (const person of people) {
       const position = person.session?.position;
-      if (!position || person.presence === "off") continue;
+      if (!position || person.presence === "off" || person.presence === "gone") continue;
       const id = person.inspector.id;
       seen.add(id);
       const { icon } = systemOf(person.session);

@@ -12,7 +12,17 @@ import * as storage from "../ui/remembered.js";
 import { rememberUpload, unfinishedUpload } from "../upload/remembered_upload.js";
 import { keepShell } from "./offline.js";
 import { newId, Outbox } from "./outbox.js";
-import { chips, doubt, firstLetters, press, recallMine, rememberMine, UNDO_MS, visitTimes } from "./walk.js";
+import {
+  changePerson,
+  chips,
+  doubt,
+  firstLetters,
+  press,
+  recallMine,
+  rememberMine,
+  UNDO_MS,
+  visitTimes,
+} from "./walk.js";
 
 const SEVERITIES = /** @type {const} */ (["low", "medium", "high"]);
 /** How often what waits is tried again without any sign of a link, ms. */
@@ -24,7 +34,7 @@ export function meView(app, side) {
   // Whoever has signed in as an inspector is that one, and only that one.
   const own = app.me.inspector_id;
   if (own !== null && mine.inspector_id !== own) {
-    Object.assign(mine, { inspector_id: own, walk: null, ended: null, keyed: [] });
+    changePerson(mine, own);
   }
   let typed = "";
   /** What was doubted is entered when it is pressed again. */
@@ -61,6 +71,7 @@ export function meView(app, side) {
           ><span data-t="me.who"></span
           ><select name="who" data-testid="me-who"></select
         ></label>
+        <div class="sharing" data-testid="me-sharing"></div>
         <div class="walk-state">
           <p class="state" role="status" data-testid="me-state"></p>
           <button type="button" class="walk" data-testid="me-walk"></button>
@@ -76,7 +87,7 @@ export function meView(app, side) {
         <div class="pad">
           ${letters.length > 0 && html`<div class="letters">${letters.map((l) => key(l, l, ""))}</div>`}
           <div class="digits">
-            ${["1", "2", "3", "4", "5", "6", "7", "8", "9"].map((d) => key(d, d, ""))}${key("clear", "C", "me.clear")}${key("0", "0", "")}${key("back", "⌫", "me.back")}
+            ${["1", "2", "3", "4", "5", "6", "7", "8", "9"].map((d) => key(d, d, ""))}${key("clear", "✕", "me.clear")}${key("0", "0", "")}${key("back", "⌫", "me.back")}
           </div>
           <button type="button" class="main-action enter" data-testid="me-enter"></button>
         </div>
@@ -210,8 +221,18 @@ export function meView(app, side) {
       one(".chips", side),
       html`${chips(stand, near, (e, n, k) => app.grid.nearest(e, n, k)).map((c) => html`<button type="button" class="chip" data-chip="${c.marker}"><b>${c.marker}</b> <small>${c.distance_m !== null && length(c.distance_m)}${c.probability !== null && ` ${percent(c.probability)}`}</small></button>`)}`,
     );
+    showSharing();
     showKeyed(current);
     showOutbox();
+  }
+
+  /** The others who are out and share this device. */
+  function showSharing() {
+    const names = new Map([...who.options].map((option) => [option.value, option.textContent ?? ""]));
+    render(
+      one(".sharing", side),
+      html`${Object.entries(mine.others).map(([id, own]) => own.walk && html`<button type="button" class="chip" data-person="${id}"><b>${names.get(id) ?? "–"}</b> <small>${duration((now() - own.walk.started_ms) / 1000)}</small></button>`)}`,
+    );
   }
 
   /** @param {ReturnType<typeof walk>} current */
@@ -292,8 +313,12 @@ export function meView(app, side) {
   function stopWalk() {
     if (!mine.walk) return;
     mine.ended = { id: mine.walk.id };
-    // At the dock the upload goes on with this walk, unless another one was cut.
-    if (!unfinishedUpload()) rememberUpload({ session_id: mine.walk.id, title: "", logs: {} });
+    // At this device the upload goes on with this walk, unless another one was cut. Where several share it, the dock asks.
+    if (!unfinishedUpload() && Object.keys(mine.others).length === 0) {
+      const started_at = new Date(mine.walk.started_ms).toISOString();
+      const name = who.selectedOptions[0]?.textContent ?? "";
+      rememberUpload({ session_id: mine.walk.id, title: "", logs: {}, waits: true, who: name, started_at });
+    }
     mine.walk = null;
     save();
     show();
@@ -378,10 +403,8 @@ export function meView(app, side) {
   }
 
   who.addEventListener("change", () => {
-    mine.inspector_id = who.value;
-    mine.walk = null;
-    mine.ended = null;
-    mine.keyed = [];
+    changePerson(mine, who.value);
+    typed = "";
     save();
     show();
   });
@@ -394,12 +417,16 @@ export function meView(app, side) {
   one(".me", side).addEventListener("click", (event) => {
     const button = /** @type {HTMLElement} */ (event.target).closest("button");
     if (!button) return;
-    const { key: pressed, chip, undo: undone, drop } = button.dataset;
+    const { key: pressed, chip, undo: undone, drop, person } = button.dataset;
     if (pressed) typed = press(typed, pressed);
     else if (chip) typed = chip;
     else if (undone) undo(undone);
     else if (drop) outbox.drop(drop);
-    else return;
+    else if (person) {
+      changePerson(mine, person);
+      who.value = person;
+      save();
+    } else return;
     if (pressed || chip) doubted = "";
     show();
   });

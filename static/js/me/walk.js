@@ -4,7 +4,9 @@
  * @typedef {{e_m: number, n_m: number, name: string}} Place
  * @typedef {{id: string, marker: string, at_ms: number, session_id: string, t_start_ns: number, visit_id: string | null, undone: boolean}} Keyed
  *   `id` is the outbox's; `visit_id` the server's, once it has the visit
- * @typedef {{inspector_id: string, walk: {id: string, started_ms: number, live: boolean} | null, ended: {id: string} | null, keyed: Keyed[]}} Mine
+ * @typedef {{walk: {id: string, started_ms: number, live: boolean} | null, ended: {id: string} | null, keyed: Keyed[]}} Own
+ * @typedef {Own & {inspector_id: string, others: Record<string, Own>}} Mine
+ *   who is at this device now, and the walks of the others who share it, by inspector
  */
 
 /** How long a visit can be taken back, ms. */
@@ -22,7 +24,7 @@ const KEY = "me";
 
 /** @param {{recall: (key: string) => string | null}} storage @returns {Mine} */
 export function recallMine(storage) {
-  const empty = { inspector_id: "", walk: null, ended: null, keyed: [] };
+  const empty = { inspector_id: "", walk: null, ended: null, keyed: [], others: {} };
   try {
     const found = JSON.parse(storage.recall(KEY) ?? "null");
     return found && typeof found.inspector_id === "string" && Array.isArray(found.keyed)
@@ -39,6 +41,19 @@ export function recallMine(storage) {
  */
 export function rememberMine(storage, mine) {
   storage.remember(KEY, JSON.stringify({ ...mine, keyed: mine.keyed.slice(-KEPT) }));
+}
+
+/**
+ * Somebody else steps up to the device. Whoever walks is not forgotten by that.
+ * @param {Mine} mine
+ * @param {string} inspector_id
+ */
+export function changePerson(mine, inspector_id) {
+  const { walk, ended, keyed } = mine;
+  if (mine.inspector_id && walk) mine.others[mine.inspector_id] = { walk, ended, keyed: keyed.slice(-KEPT) };
+  const own = mine.others[inspector_id] ?? { walk: null, ended: null, keyed: [] };
+  delete mine.others[inspector_id];
+  Object.assign(mine, { inspector_id, ...own });
 }
 
 /**

@@ -13,8 +13,10 @@ import { isUnknown, learnSystems, openSystem, systemOf } from "../systems/index.
 import { problemBox } from "../ui/problem.js";
 import { readRoute } from "../ui/router.js";
 import { anomalyTable } from "./anomalies.js";
+import { askedOffset, clockCard } from "./clock_tie.js";
 import { fileList } from "./files.js";
 import { showHead } from "./head.js";
+import { showManage } from "./manage.js";
 import { showNote } from "./note.js";
 import { healthCard, healthOf } from "./health.js";
 import { reportCard } from "./report.js";
@@ -62,10 +64,14 @@ export function sessionView(app, side, id, asked, askAgain) {
         <section class="anomalies"></section>
       </div>
       <div data-panel="markers">
+        <section class="clock-tie"></section>
         <section class="visits"></section>
         <section class="stands"></section>
       </div>
-      <div data-panel="files"><section class="files"></section></div>
+      <div data-panel="files">
+        <section class="files"></section>
+        <section class="manage"></section>
+      </div>
     </div>`,
   );
   translate(side);
@@ -359,6 +365,8 @@ export function sessionView(app, side, id, asked, askAgain) {
   function showWords() {
     showHead(one(".head", side), known, nameOf(known), visits);
     showVisits(one(".visits", side), visits);
+    render(one(".clock-tie", side), clockCard(known.clock_tie, app.writesFor(known.inspector_id)));
+    showManage(app, one("section.manage", side), known, () => ask(Promise.resolve()));
     showStands();
     showAnomalies();
     render(one(".files", side), fileList(system, known));
@@ -415,6 +423,7 @@ export function sessionView(app, side, id, asked, askAgain) {
     const target = /** @type {HTMLElement} */ (event.target);
     const asked = standClicked(target, id);
     if (asked) ask(asked);
+    if (target.closest("[data-measure]")) ask(api.changeSession(id, { clock_offset_s: null }));
     const read = (/** @type {string} */ name) => target.closest(`[data-${name}]`)?.getAttribute(`data-${name}`);
     const [at, aids, remove, marker, lab] = [read("at"), read("aids"), read("remove"), read("visit"), read("lab")];
     if (at) replay.seek(Number(at));
@@ -438,7 +447,7 @@ export function sessionView(app, side, id, asked, askAgain) {
   };
   const onChange = (/** @type {Event} */ event) => {
     const input = /** @type {HTMLInputElement} */ (event.target);
-    if (input.name === "automatic") ask(api.setAutomaticVisits(id, input.checked));
+    if (input.name === "automatic") ask(api.changeSession(id, { automatic_visits: input.checked }));
     if (input.name === "beside" && input.value) addWalk(input.value);
     if (input.name === "arrows") onMap.arrows = input.checked;
     for (const run of runs) if (input.name === "run" && run.name === input.value) run.shown = input.checked;
@@ -447,12 +456,20 @@ export function sessionView(app, side, id, asked, askAgain) {
       tellAddress();
     }
   };
+  const onSubmit = (/** @type {Event} */ event) => {
+    const form = /** @type {HTMLFormElement} */ (event.target);
+    if (!form.matches("[data-clock-tie]")) return;
+    event.preventDefault();
+    const offset_s = askedOffset(form);
+    if (offset_s !== null) ask(api.changeSession(id, { clock_offset_s: offset_s }));
+  };
   const onFocus = (/** @type {Event} */ event) => {
     if (/** @type {HTMLElement} */ (event.target).closest("[name=beside]")) askForOthers();
   };
   side.addEventListener("click", onClick);
   side.addEventListener("change", onChange);
   side.addEventListener("focusin", onFocus);
+  side.addEventListener("submit", onSubmit);
   lookAtJobs();
   load();
   showNote(app, one(".said", side), id);
@@ -488,6 +505,7 @@ export function sessionView(app, side, id, asked, askAgain) {
       side.removeEventListener("click", onClick);
       side.removeEventListener("change", onChange);
       side.removeEventListener("focusin", onFocus);
+      side.removeEventListener("submit", onSubmit);
       replay.close();
       dock.remove();
       showAsBefore();

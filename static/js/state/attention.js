@@ -7,9 +7,9 @@ import { worstSigma } from "../geometry.js";
 /**
  * @typedef {import("./live.js").LiveState} LiveState
  * @typedef {import("./live.js").LiveSession} LiveSession
- * @typedef {"lost" | "silent" | "walking" | "standing" | "starting" | "off"} Presence
+ * @typedef {"gone" | "lost" | "silent" | "walking" | "standing" | "starting" | "off"} Presence
  * @typedef {{
- *   inspector: import("./live.js").Inspector, session: LiveSession | null, presence: Presence, age_s: number | null,
+ *   inspector: import("./live.js").Inspector, session: LiveSession | null, position: import("./live.js").Position | null, presence: Presence, age_s: number | null,
  *   sigma_m: number | null, poor: boolean, overdue: boolean, faults: number, rank: number,
  * }} Person
  */
@@ -21,6 +21,10 @@ const byName = new Intl.Collator();
 export const SILENT_AFTER_S = 5;
 /** No word for this long: lost. */
 export const LOST_AFTER_S = 60;
+/** No word for this long: whoever it was has left without saying so. */
+export const GONE_AFTER_S = 3600;
+/** How fast somebody may walk of whom nothing is heard, m/s: as the server has it. */
+const WALKING_M_S = 1.4;
 /** One sigma beyond which the nearest actuator is a guess: they stand about 10 m apart. */
 export const POOR_SIGMA_M = 5;
 /** The working rule is a marker about every 150 m or 2 min; twice that is overdue. */
@@ -44,9 +48,27 @@ export function presenceOf(session, server_now_ms) {
   if (session?.state !== "live") return { presence: "off", age_s: null };
   if (!session.position) return { presence: "starting", age_s: null };
   const age_s = Math.max(0, (server_now_ms - Date.parse(session.position.received_at)) / 1000);
+  if (age_s > GONE_AFTER_S) return { presence: "gone", age_s };
   if (age_s > LOST_AFTER_S) return { presence: "lost", age_s };
   if (age_s > SILENT_AFTER_S || session.position.state === "silent") return { presence: "silent", age_s };
   return { presence: session.position.state === "standing" ? "standing" : "walking", age_s };
+}
+
+/**
+ * A position of which nothing was heard for so long: as unsure as a walk in any direction makes it.
+ * @param {import("./live.js").Position} position
+ * @param {number | null} age_s
+ * @returns {import("./live.js").Position}
+ */
+export function aged(position, age_s) {
+  if (age_s === null || age_s <= SILENT_AFTER_S) return position;
+  const [e, n, u] = position.sigma_m;
+  const walked_m = WALKING_M_S * age_s;
+  return {
+    ...position,
+    sigma_m: [Math.hypot(e, walked_m), Math.hypot(n, walked_m), u],
+    since_marker_s: (position.since_marker_s ?? 0) + age_s,
+  };
 }
 
 /**
@@ -76,7 +98,7 @@ export function people(state, now_ms) {
   const list = [...ids].map((id) => {
     const session = latest.get(id) ?? null;
     const { presence, age_s } = presenceOf(session, server_now_ms);
-    const position = session?.position ?? null;
+    const position = session?.position ? aged(session.position, age_s) : null;
     const sigma_m = position ? worstSigma(position.sigma_m, position.covariance_en_m2) : null;
     const poor = sigma_m !== null && sigma_m > POOR_SIGMA_M;
     const overdue =
@@ -85,6 +107,7 @@ export function people(state, now_ms) {
     const person = {
       inspector,
       session,
+      position,
       presence,
       age_s,
       sigma_m,
@@ -102,6 +125,7 @@ export function people(state, now_ms) {
 /** @param {Omit<Person, "rank">} person */
 function rank(person) {
   if (person.presence === "off") return 9;
+  if (person.presence === "gone") return 8;
   if (person.presence === "lost") return 0;
   if (person.presence === "silent") return 1;
   if (person.poor) return 2;

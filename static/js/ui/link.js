@@ -5,7 +5,7 @@ import { one, setAttribute, setText } from "../html.js";
 import { t } from "../i18n.js";
 
 /** Data older than this are called old even while the link seems up. */
-const OLD_AFTER_MS = 12_000;
+const OLD_AFTER_MS = 5_000;
 
 /**
  * @param {import("../app.js").App} app

@@ -1,7 +1,7 @@
 // Which screen is shown: the address after the #. A link to a session can be sent to a colleague.
 
 import { one, render, html } from "../html.js";
-import { t } from "../i18n.js";
+import { addWords, t } from "../i18n.js";
 import { liveView } from "../live/view.js";
 import { openSession } from "../sessions/open.js";
 import { problemBox } from "./problem.js";
@@ -22,7 +22,14 @@ const SCREENS = {
   session: { load: () => openSession, layout: "replay", place: "sessions" },
   upload: { load: () => import("../upload/view.js").then((m) => m.uploadView), layout: "page", place: "upload" },
   faults: { load: () => import("../faults/view.js").then((m) => m.faultsView), layout: "map", place: "faults" },
-  markers: { load: () => import("../markers/view.js").then((m) => m.markersView), layout: "wide", place: "markers" },
+  markers: {
+    load: () =>
+      addWords("markers")
+        .then(() => import("../markers/view.js"))
+        .then((m) => m.markersView),
+    layout: "wide",
+    place: "markers",
+  },
   me: { load: () => import("../me/view.js").then((m) => m.meView), layout: "page", place: "me" },
   account: { load: () => import("../account/view.js").then((m) => m.accountView), layout: "page", place: "account" },
   lab: { load: () => import("../lab/view.js").then((m) => m.labView), layout: "page", place: "lab" },

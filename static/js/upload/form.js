@@ -28,6 +28,7 @@ export function uploadForm(system, refused) {
     <p class="lead" data-t="${keyOf(system, "upload.lead")}"></p>
     ${refused}
     <div class="unfinished"></div>
+    <div class="waiting"></div>
     <div class="systems"></div>
     <form novalidate>
       <div class="block">

@@ -15,8 +15,9 @@ import { previewCard } from "./preview_card.js";
  * @param {HTMLElement} side
  * @param {import("../systems/index.js").System} system
  * @param {(stream: string) => File | undefined} fileOf
+ * @param {() => void} onLooked
  */
-export function makeLooking(app, side, system, fileOf) {
+export function makeLooking(app, side, system, fileOf, onLooked) {
   const slots = system.uploadSlots;
   /** What is said of each log besides what it says itself, and what the server makes of it. */
   /** @type {Record<string, import("./preview.js").Reading>} by stream */
@@ -48,6 +49,7 @@ export function makeLooking(app, side, system, fileOf) {
       if (fileOf(name) !== file) return;
       previews[name] = preview;
       showPreview(name);
+      onLooked();
     } catch (error) {
       if (fileOf(name) !== file) return;
       render(one(".preview", card(name)), problemBox(error));
@@ -177,6 +179,7 @@ export function makeLooking(app, side, system, fileOf) {
 
   return {
     readings: () => readings,
+    previews: () => Object.values(previews),
     /** Another file: what was said of the one before does not hold. @param {string} name */
     anew(name) {
       delete readings[name];

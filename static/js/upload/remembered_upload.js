@@ -3,8 +3,9 @@
 import { recall, remember } from "../ui/remembered.js";
 
 /**
- * @typedef {{session_id: string, system?: string, title: string, logs: Record<string, {log_id: string, sha256: string, name: string, size: number}>}} Unfinished
- *   its logs by stream; one from before there were several systems names none
+ * @typedef {{session_id: string, system?: string, title: string, logs: Record<string, {log_id: string, sha256: string, name: string, size: number}>,
+ *   waits?: boolean, who?: string, started_at?: string}} Unfinished
+ *   `waits`: it was opened before, for this inspector at this time, and stays without its logs; its logs by stream; one from before there were several systems names none
  */
 
 const KEY = "unfinished-upload";

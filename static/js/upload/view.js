@@ -15,6 +15,7 @@ import { rememberUpload, unfinishedUpload } from "./remembered_upload.js";
 import { runUpload } from "./run.js";
 import { readStart } from "./start.js";
 import { sameFile } from "./transfer.js";
+import { alreadyHere, chosen, knownWalks, logQuery, waitingList, whose } from "./waiting.js";
 
 /** @type {import("../ui/router.js").MakeView} */
 export function uploadView(app, side, argument) {
@@ -26,6 +27,8 @@ export function uploadView(app, side, argument) {
   /** @type {File | null} */
   let visits = null;
   let busy = false;
+  /** @type {import("./waiting.js").WaitingWalk[]} */
+  let waits = [];
   const refused = mayNot(app, "walk");
   let gone = false;
   const left = new TimeLeft();
@@ -37,7 +40,7 @@ export function uploadView(app, side, argument) {
   const dry = /** @type {HTMLButtonElement} */ (one(".dry", side));
   const picker = /** @type {HTMLInputElement} */ (one("input[type=file]", side));
   const drop = one(".drop", side);
-  const looking = makeLooking(app, side, system, (stream) => files[stream]);
+  const looking = makeLooking(app, side, system, (stream) => files[stream], showWaiting);
   const cardOf = (/** @type {string} */ stream) => one(`[data-stream="${CSS.escape(stream)}"]`, side);
   const field = (/** @type {string} */ name) => /** @type {HTMLInputElement} */ (form.elements.namedItem(name));
 
@@ -162,8 +165,8 @@ export function uploadView(app, side, argument) {
       left
         ? html`<div class="block" role="status" data-testid="unfinished">
             <h2>${t(Object.keys(left.logs).length > 0 ? "upload.unfinished" : "upload.waits_for_logs")}</h2>
+            <p><b data-testid="unfinished-whose">${whose(left)}</b></p>
             <p>${unfinishedWords(left)}</p>
-            <p></p>
             <button type="button" class="discard">${t("upload.discard")}</button>
           </div>`
         : html``,
@@ -172,13 +175,44 @@ export function uploadView(app, side, argument) {
     one(".systems", side).hidden = left !== null;
   }
 
-  async function submit(dryRun = false) {
+  /** The walks that wait, the likeliest for what was chosen first. */
+  async function showWaiting() {
+    const query = logQuery(looking.previews());
+    const inspector = field("inspector").value;
+    if (inspector && unfinishedUpload() === null && Object.keys(files).length > 0) query.set("inspector_id", inspector);
+    const walks = await api.waitingSessions(query).catch(() => []);
+    if (gone) return;
+    waits = unfinishedUpload() ? [] : walks.filter((walk) => app.writesFor(walk.inspector_id));
+    render(one(".waiting", side), waitingList(waits));
+  }
+
+  /** @param {string} id */
+  function choose(id) {
+    const walk = waits.find((one) => one.id === id);
+    if (!walk || busy) return;
+    rememberUpload(chosen(walk));
+    if (walk.system !== system.name) return dispatchEvent(new HashChangeEvent("hashchange"));
+    showUnfinished();
+    showWaiting();
+  }
+
+  async function submit(dryRun = false, anyway = false) {
     const unfinished = unfinishedUpload();
     const data = new FormData(form);
     busy = true;
     showFiles();
     render(one(".answer", side), html``);
     try {
+      if (!dryRun && !anyway && !Object.keys(unfinished?.logs ?? {}).length) {
+        const given = Object.values(files).filter((file) => file !== undefined);
+        const known = await knownWalks(api, given, unfinished?.session_id).catch(() => []);
+        if (known.length > 0) {
+          render(one(".answer", side), alreadyHere(known));
+          busy = false;
+          showFiles();
+          return;
+        }
+      }
       const session = unfinished ? {} : await describe(data);
       const { session_id, unchanged, looked } = await runUpload(api, system, {
         files,
@@ -229,6 +263,7 @@ export function uploadView(app, side, argument) {
     one(".working", side).hidden = true;
     busy = false;
     showUnfinished();
+    showWaiting();
     go.disabled = !ready();
     dry.disabled = go.disabled;
   }
@@ -238,7 +273,8 @@ export function uploadView(app, side, argument) {
     const left = unfinishedUpload();
     rememberUpload(null);
     showUnfinished();
-    if (!left) return;
+    showWaiting();
+    if (!left || left.waits) return;
     try {
       const { logs } = await api.session(left.session_id);
       if (!logs.some((/** @type {{state: string}} */ log) => log.state === "accepted"))
@@ -366,6 +402,13 @@ export function uploadView(app, side, argument) {
     event.preventDefault();
     if (!busy) submit();
   });
+  one(".waiting", side).addEventListener("click", (event) => {
+    const id = /** @type {HTMLElement} */ (event.target).closest("[data-waiting]")?.getAttribute("data-waiting");
+    if (id) choose(id);
+  });
+  one(".answer", side).addEventListener("click", (event) => {
+    if (/** @type {HTMLElement} */ (event.target).closest(".anyway") && !busy) submit(false, true);
+  });
   one(".unfinished", side).addEventListener("click", (event) => {
     if (!(/** @type {HTMLElement} */ (event.target).closest(".discard"))) return;
     discard();
@@ -383,6 +426,7 @@ export function uploadView(app, side, argument) {
   showInspectors();
   showStart();
   showUnfinished();
+  showWaiting();
   showSystems();
   learnSystems(api).then(() => {
     if (gone) return;

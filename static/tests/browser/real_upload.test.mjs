@@ -104,6 +104,11 @@ describe("logs, on a real server", { skip }, () => {
     // The right log then goes its way.
     await give([csv("left.csv", short.left), csv("right.csv", short.right)]);
     await handIn();
+    // It was handed in before: its walk is offered.
+    const here = tab.page.getByTestId("already-here");
+    const [known] = await real.get("/sessions?state=finished");
+    assert.equal(await here.getByRole("link").first().getAttribute("href"), `#/sessions/${known.id}`);
+    await here.getByRole("button", { name: "Upload anyway" }).click();
     await tab.page.getByTestId("upload-done").waitFor({ timeout: 60_000 });
   });
 

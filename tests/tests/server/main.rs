@@ -6,6 +6,7 @@ mod backup;
 mod bombs;
 mod charts;
 mod cross_origin;
+mod day;
 mod doors;
 mod faults;
 mod formats;

@@ -1,0 +1,80 @@
+// What people correct of a walk: its title, who walked, where it began, whether it counts; and the same computed again.
+
+import * as api from "../api.js";
+import { html, one, render } from "../html.js";
+import { t } from "../i18n.js";
+import { problemBox } from "../ui/problem.js";
+
+/**
+ * @param {import("../app.js").App} app
+ * @param {HTMLElement} box
+ * @param {any} row the session
+ * @param {() => void} onChange
+ */
+export function showManage(app, box, row, onChange) {
+  if (!app.writesFor(row.inspector_id)) return;
+  const people = [...app.live.inspectors.values()].filter((i) => app.writesFor(i.id));
+  const { marker, position_m } = row.start;
+  const known = marker !== null || position_m.some((/** @type {number} */ v) => v !== 0);
+  const fresh = render(
+    box,
+    html`<h2>${t("manage.title")}</h2>
+      <form data-testid="manage" class="manage">
+        <label class="field"
+          ><span>${t("manage.name")}</span><input name="title" maxlength="200" value="${row.title}"
+        /></label>
+        <label class="field"
+          ><span>${t("manage.inspector")}</span
+          ><select name="inspector_id">
+            ${people.map((i) => html`<option value="${i.id}" ${i.id === row.inspector_id && "selected"}>${i.name}</option>`)}
+          </select></label
+        >
+        <label class="field"
+          ><span>${t("manage.start")}</span
+          ><input
+            name="start"
+            autocomplete="off"
+            autocapitalize="characters"
+            spellcheck="false"
+            value="${marker ?? ""}"
+            placeholder="${known ? position_m.map((/** @type {number} */ v) => v.toFixed(1)).join(", ") : t("manage.start_unknown")}"
+        /></label>
+        <p class="muted">${t("manage.start_hint")}</p>
+        <label><input type="checkbox" name="excluded" ${row.excluded && "checked"} />${t("manage.excluded")}</label>
+        <p class="row">
+          <button class="main-action">${t("manage.save")}</button>
+          ${row.samples > 0 && row.state !== "live" && html`<button type="button" data-again>${t("manage.again")}</button>`}
+        </p>
+      </form>
+      <div class="answer" aria-live="polite"></div>`,
+  );
+  if (!fresh) return;
+  const form = /** @type {HTMLFormElement} */ (one("form", box));
+  const attempt = async (/** @type {() => Promise<unknown>} */ ask, /** @type {string} */ done) => {
+    try {
+      await ask();
+      render(one(".answer", box), html`<p class="good">${t(done)}</p>`);
+      onChange();
+    } catch (error) {
+      if (box.isConnected) render(one(".answer", box), problemBox(error));
+    }
+  };
+  form.addEventListener("submit", (event) => {
+    event.preventDefault();
+    const data = new FormData(form);
+    const text = (/** @type {string} */ name) => String(data.get(name) ?? "").trim();
+    const start = text("start");
+    const change = {
+      title: text("title"),
+      excluded: data.has("excluded"),
+      ...(text("inspector_id") !== row.inspector_id ? { inspector_id: text("inspector_id") } : {}),
+      ...(start === (marker ?? "")
+        ? {}
+        : { start: start === "" ? null : { marker: app.grid.named(start)?.name ?? start } }),
+    };
+    attempt(() => api.changeSession(row.id, change), "manage.saved");
+  });
+  form.querySelector("[data-again]")?.addEventListener("click", () => {
+    attempt(() => api.processSession(row.id), "manage.queued");
+  });
+}
