@@ -327,6 +327,11 @@ export const addVisits = (sessionId, csv) =>
   });
 /**
  * @param {string} sessionId
+ * @param {{marker: string, t_start_s: number, t_end_s: number}[]} visits
+ */
+export const tellVisits = (sessionId, visits) => post(`/sessions/${seg(sessionId)}/visits`, visits);
+/**
+ * @param {string} sessionId
  * @param {Record<string, unknown>} visit
  */
 export const addVisit = (sessionId, visit) => post(`/sessions/${seg(sessionId)}/visits`, visit);

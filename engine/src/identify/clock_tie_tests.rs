@@ -34,7 +34,7 @@ fn day(seed: u64) -> Day {
     let mut draws = Draws(seed << 20);
     let offset_s = draws.uniform(-600.0, 600.0);
     let turn_rad = draws.uniform(-0.2, 0.2);
-    let drift = if seed % 5 == 0 { 0.04 } else { draws.uniform(0.01, 0.02) };
+    let drift = if seed.is_multiple_of(5) { 0.04 } else { draws.uniform(0.01, 0.02) };
     let (sin, cos) = (libm::sin(turn_rad), libm::cos(turn_rad));
     let (mut keyed, mut stands) = (Vec::new(), Vec::new());
     let (mut p, mut t_s, mut way_m, mut err) = ([0.0_f64; 2], 60.0, 0.0, [0.0_f64; 2]);

@@ -102,7 +102,8 @@ pub(super) async fn tie(app: &App, session_id: Uuid, progress: Progress) -> Resu
 /// A visit by the clock by which it was keyed in.
 fn keyed_visit(visit: &Visit, p_n_m: [f64; 2]) -> KeyedVisit {
     let middle_ns = visit.t_start_ns / 2 + visit.t_end_ns / 2 - visit.keyed_shift_ns;
-    let half_s = 0.5 * ((visit.t_end_ns - visit.t_start_ns) as f64 / 1e9 - PRECISE_S).max(0.0);
+    let span_s = (visit.t_end_ns - visit.t_start_ns) as f64 / 1e9;
+    let half_s = if span_s > PRECISE_S { 0.5 * span_s } else { 0.0 };
     KeyedVisit { p_n_m, t_s: middle_ns as f64 / 1e9, half_s }
 }
 

@@ -80,7 +80,7 @@ export function liveView(app, side) {
       const n = leftOpen(app).length;
       render(
         one(".left-open", side),
-        n > 0 ? html`<button type="button" data-testid="end-left">${t("live.end_left", { n })}</button>` : html``,
+        n > 0 ? html`<button type="button" data-testid="end-left">${t("live.end_open", { n })}</button>` : html``,
       );
       if (["all", "fault", "choice", "session"].some((topic) => changed.has(/** @type {any} */ (topic)))) {
         render(faults, faultCards(app, app.layers.openFaults()));

@@ -16,7 +16,6 @@ import { anomalyTable } from "./anomalies.js";
 import { askedOffset, clockCard } from "./clock_tie.js";
 import { fileList } from "./files.js";
 import { showHead } from "./head.js";
-import { showManage } from "./manage.js";
 import { showNote } from "./note.js";
 import { healthCard, healthOf } from "./health.js";
 import { reportCard } from "./report.js";
@@ -27,6 +26,8 @@ import { corrections, line, readTrack } from "./track.js";
 import { showVisits } from "./visits.js";
 import { untilDone } from "../lab/until_done.js";
 
+const loadPaper = () => import("./paper.js");
+const loadManage = () => import("./manage.js");
 /** Points a second that are fetched in the end, where the walk is short. */
 const MOST_RATE_HZ = 10;
 const ENOUGH_POINTS = 5000;
@@ -66,6 +67,7 @@ export function sessionView(app, side, id, asked, askAgain) {
       <div data-panel="markers">
         <section class="clock-tie"></section>
         <section class="visits"></section>
+        <section class="paper"></section>
         <section class="stands"></section>
       </div>
       <div data-panel="files">
@@ -366,7 +368,7 @@ export function sessionView(app, side, id, asked, askAgain) {
     showHead(one(".head", side), known, nameOf(known), visits);
     showVisits(one(".visits", side), visits);
     render(one(".clock-tie", side), clockCard(known.clock_tie, app.writesFor(known.inspector_id)));
-    showManage(app, one("section.manage", side), known, () => ask(Promise.resolve()));
+    if (app.writesFor(known.inspector_id)) showCorrections();
     showStands();
     showAnomalies();
     render(one(".files", side), fileList(system, known));
@@ -377,6 +379,15 @@ export function sessionView(app, side, id, asked, askAgain) {
         (report) => gone || render(one(".report", side), reportCard(system, report)),
         () => {},
       );
+  }
+
+  /** What only those need who may correct a walk comes when it is looked at. */
+  async function showCorrections() {
+    const [{ showPaper }, { showManage }] = await Promise.all([loadPaper(), loadManage()]);
+    if (gone) return;
+    const again = () => ask(Promise.resolve());
+    showPaper(app, one(".paper", side), known, again);
+    showManage(app, one("section.manage", side), known, again);
   }
 
   /** @param {unknown} [error] */

@@ -82,7 +82,8 @@ export function uploadForm(system, refused) {
         <progress max="1" value="0"></progress>
       </div>
       <div class="row end">
-        <button type="button" class="dry" data-t="upload.dry_run" data-testid="dry-run"></button
+        <button type="button" class="open-walk" data-t="upload.open_without" data-testid="open-walk"></button
+        ><button type="button" class="dry" data-t="upload.dry_run" data-testid="dry-run"></button
         ><button class="main-action go" data-t="upload.go"></button>
       </div>
     </form>

@@ -173,6 +173,7 @@ export function uploadView(app, side, argument) {
     );
     one(".session-facts", side).hidden = left !== null;
     one(".systems", side).hidden = left !== null;
+    one(".open-walk", side).hidden = left !== null;
   }
 
   /** The walks that wait, the likeliest for what was chosen first. */
@@ -386,6 +387,16 @@ export function uploadView(app, side, argument) {
     files = exchanged(files, slots);
     looking.swap();
     showFiles();
+  });
+  one(".open-walk", side).addEventListener("click", async () => {
+    if (busy || refused !== null) return;
+    try {
+      const streams = slots.map(({ stream }) => stream);
+      const walk = await api.createSession({ ...(await describe(new FormData(form))), ...system.sessionBody(streams) });
+      location.hash = `#/sessions/${encodeURIComponent(walk.id)}`;
+    } catch (error) {
+      render(one(".answer", side), problemBox(error));
+    }
   });
   dry.addEventListener("click", () => {
     if (!busy) submit(true);

@@ -156,7 +156,15 @@ export async function startReal() {
         encoding: "utf8",
       });
       if (done.status !== 0) throw new Error(`simulate: ${done.stderr}`);
-      return { left: await readFile(join(out, "left.csv")), right: await readFile(join(out, "right.csv")) };
+      const text = (/** @type {string} */ name) => readFile(join(out, `${name}.csv`), "utf8");
+      const [markers, visits, truth] = await Promise.all([text("markers"), text("visits"), text("truth")]);
+      return {
+        left: await readFile(join(out, "left.csv")),
+        right: await readFile(join(out, "right.csv")),
+        markers,
+        visits,
+        truth,
+      };
     },
     async stop() {
       server.removeAllListeners("exit");
