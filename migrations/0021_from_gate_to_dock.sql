@@ -17,6 +17,11 @@ alter table visits add column keyed_shift_ns integer not null default 0;
 -- Left out of the statistics of markers.
 alter table sessions add column excluded integer not null default 0;
 
+-- Whether a session's start was given. One that nobody gave was stored as the site's origin, where hardly anybody ever starts.
+alter table sessions add column start_known integer not null default 0;
+update sessions set start_known = 1
+    where start_marker is not null or start_e_m <> 0 or start_n_m <> 0 or start_u_m <> 0;
+
 -- A fault that is placed again, as by its walk's track, keeps its former place in its history. Nothing is written again: the check is
 -- changed in the schema's own text.
 pragma writable_schema = on;

@@ -6,6 +6,7 @@ use serde::{Deserialize, Serialize};
 use time::OffsetDateTime;
 use uuid::Uuid;
 
+use crate::store::alarms::Acknowledged;
 use crate::store::anomalies::Anomaly;
 use crate::store::clock_ties::ClockTie;
 use crate::store::faults::Fault;
@@ -79,6 +80,11 @@ pub enum Change {
         /// As it stands now.
         fault: Fault,
     },
+    /// An alarm was acknowledged.
+    Alarm {
+        /// Which, by whom and when.
+        acknowledged: Acknowledged,
+    },
     /// The marker table has changed: fetch it again.
     Markers {
         /// Counts its changes.
@@ -108,6 +114,7 @@ impl Change {
             Change::Visit(visit) => Some(visit.session_id),
             Change::Anomaly(anomaly) => Some(anomaly.session_id),
             Change::Fault { .. }
+            | Change::Alarm { .. }
             | Change::Markers { .. }
             | Change::Job { .. }
             | Change::Inspectors { .. } => None,

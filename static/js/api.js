@@ -172,6 +172,11 @@ export const setSessionNote = (id, note) => send("PUT", `/sessions/${seg(id)}/no
 export const sessions = () => get("/sessions").then(rows);
 /** @param {URLSearchParams} query what is known of the log @returns {Promise<import("./upload/waiting.js").WaitingWalk[]>} */
 export const waitingSessions = (query) => get(`/sessions/waiting?${query}`).then(rows);
+/** @typedef {{key: string, acknowledged_at: string, acknowledged_by: string}} Acknowledged */
+/** @returns {Promise<Acknowledged[]>} */
+export const alarmsAcknowledged = () => get("/alarms/acknowledged").then(rows);
+/** @param {string} key @returns {Promise<Acknowledged>} */
+export const acknowledgeAlarm = (key) => post("/alarms/acknowledged", { key });
 /** @param {string} id */
 export const endSession = (id) => post(`/sessions/${seg(id)}/end`);
 /** @param {string} sha256 @returns {Promise<import("./upload/waiting.js").KnownLog[]>} */

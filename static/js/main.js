@@ -10,12 +10,13 @@ import { apply, emptyState } from "./state/live.js";
 import { forgetInk } from "./map/ink.js";
 import { FIRST, learnSystems, loadSystem } from "./systems/index.js";
 import { makeAlarms } from "./ui/alarms.js";
+import { chosenAddress, readChosen } from "./ui/chosen.js";
 import { makeHelp } from "./ui/help.js";
 import { makeGoTo } from "./ui/go_to.js";
 import { makeKeyboard } from "./ui/keyboard.js";
 import { makeLinkState } from "./ui/link.js";
 import { makeMapTools } from "./ui/map_tools.js";
-import { makeRouter } from "./ui/router.js";
+import { makeRouter, readRoute } from "./ui/router.js";
 import { chosenTheme, showTheme, toggleTheme } from "./ui/theme.js";
 import * as store from "./ui/remembered.js";
 
@@ -55,6 +56,7 @@ async function start() {
   learnSystems(api).then(() => shownBy?.changed("all"));
   const [site, plan] = await fetchUntilThere(() => Promise.all([api.site(), api.sitePlan()]));
   const app = (shownBy = makeApp(site, plan, me, live));
+  readChosen(app, location.hash);
   one("#account").hidden = false;
   // Who hands in no walks is not led there.
   for (const route of ["upload", "me"]) one(`nav [data-route=${route}]`).hidden = !app.may("walk");
@@ -68,6 +70,8 @@ async function start() {
     link.update();
     tools.update();
     const told = app.live.boot !== null || performance.now() > openedAt + WAIT_FOR_SNAPSHOT_MS;
+    const address = changed.has("choice") ? chosenAddress(app, readRoute(location.hash).screen) : null;
+    if (address !== null && address !== (location.hash || "#/live")) history.replaceState(null, "", address);
     if (told && (changed.has("markers") || app.live.markers_revision !== markersRevision)) fetchMarkers();
     app.layers.update(changed, router.name());
     router.view()?.update?.(changed);

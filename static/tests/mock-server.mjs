@@ -177,6 +177,15 @@ export async function startMock({ port = 0, stepMs = 500, crowd = 0, systems = [
         site.inspectors.push(inspector);
         return json(inspector, 201);
       }
+      case "GET known-logs":
+      case "GET alarms/:id":
+        return json([]);
+      case "POST alarms/:id": {
+        const { key } = given();
+        const acknowledged = { key, acknowledged_at: iso(0), acknowledged_by: "somebody at this machine" };
+        site.publish([{ kind: "alarm", acknowledged }]);
+        return json(acknowledged);
+      }
       case "GET sessions":
         return json([...walks.values(), ...site.sessions.values()]);
       case "POST sessions": {
@@ -205,6 +214,7 @@ export async function startMock({ port = 0, stepMs = 500, crowd = 0, systems = [
           return json(
             searchSessions([...walks.values(), ...site.sessions.values()], site.inspectors, url.searchParams),
           );
+        if (id === "waiting") return json([]);
         return walks.has(id)
           ? json(walks.get(id))
           : site.sessions.has(id)

@@ -3,7 +3,7 @@
 use futures_util::{SinkExt, StreamExt};
 use lodestep_engine::parse::batch::Batch;
 use lodestep_engine::parse::frame;
-use lodestep_engine::parse::live_message::{Answer, DeviceMessage, Hello, NextSequence};
+use lodestep_engine::parse::live_message::{Answer, DeviceMessage, Hello, NextSequence, Start};
 use lodestep_engine::sample::ImuSample;
 use lodestep_engine::systems::catalogue::former_keys;
 use lodestep_engine::systems::pedestrian::Side;
@@ -32,7 +32,7 @@ impl TestDevice {
         let mut device = TestDevice::connect(server).await;
         let hello = Hello::Begin {
             inspector_id: inspector_id.to_owned(),
-            start: None,
+            start: Some(Start::PositionM([0.0; 3])),
             system: None,
             streams: None,
             initial_heading_deg: None,

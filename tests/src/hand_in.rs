@@ -85,9 +85,12 @@ impl TestServer {
         ask(self.client.post(self.api("/inspectors")).json(&json!({ "name": name }))).await.id().to_owned()
     }
 
-    /// A new session's id; `more` is laid over what every session has.
+    /// A new session's id; `more` is laid over what every session has: a walk that names no system starts at the origin.
     pub async fn session(&self, more: Value) -> String {
         let mut new = json!({ "inspector_id": self.inspector().await });
+        if more.get("system").is_none() {
+            new["start"] = json!({ "position_m": [0.0, 0.0, 0.0] });
+        }
         if let (Some(new), Value::Object(more)) = (new.as_object_mut(), more) {
             new.extend(more);
         }

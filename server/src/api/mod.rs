@@ -22,6 +22,7 @@ use crate::{assets, auth, figures, headers, live, origin};
 
 mod account;
 mod accounts;
+mod alarms;
 mod anomalies;
 mod audit;
 mod charts;
@@ -79,6 +80,7 @@ pub fn routes(config: &Config) -> Routes {
         .merge(session_search::routes())
         .merge(dock::routes())
         .merge(faults::routes())
+        .merge(alarms::routes())
         .merge(fault_photos::routes())
         .merge(markers::routes())
         .merge(marker_imports::routes())

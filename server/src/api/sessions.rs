@@ -232,13 +232,13 @@ pub(super) async fn place_of(app: &App, start: NewStart) -> Result<Start> {
                     ),
                 ));
             }
-            Ok(Start { marker: None, position_m })
+            Ok(Start { marker: None, position_m, known: true })
         }
         NewStart::Marker(name) => {
             let marker = markers::get(app.store.read(), &name).await?;
             let marker = marker.ok_or_else(|| Error::not_found("marker", &name))?;
             let position_m = [marker.e_m, marker.n_m, marker.u_m.unwrap_or(0.0)];
-            Ok(Start { marker: Some(name), position_m })
+            Ok(Start { marker: Some(name), position_m, known: true })
         }
     }
 }

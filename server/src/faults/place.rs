@@ -49,7 +49,7 @@ pub(super) async fn place(app: &App, session: &Session, moment: Moment) -> Resul
         return Ok(Some(place));
     }
     let start = &session.start;
-    Ok(if start.is_known() { aged(standing_at(start.position_m), t_ns.max(0) as f64 / 1e9) } else { None })
+    Ok(if start.known { aged(standing_at(start.position_m), t_ns.max(0) as f64 / 1e9) } else { None })
 }
 
 /// The track's point at a time, its first one before it begins.

@@ -120,7 +120,7 @@ impl Board {
                 }
             }
             Change::Markers { revision } => self.markers_revision = *revision,
-            Change::Job { .. } => {}
+            Change::Job { .. } | Change::Alarm { .. } => {}
         }
     }
 

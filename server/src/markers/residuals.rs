@@ -33,7 +33,8 @@ pub(crate) struct MarkerResiduals {
     pub(crate) marker: String,
     /// Visits that were weighed, accepted or not.
     pub(crate) visits: u64,
-    /// Of which so many were turned down.
+    /// Of which so many were rejected. Where these are fewer than half, they were slips of the keys: the figures below are
+    /// without them.
     pub(crate) rejected: u64,
     /// Walks that they are of.
     pub(crate) sessions: u64,
@@ -88,7 +89,10 @@ pub(crate) fn residuals(visits: &[VisitResidual]) -> Residuals {
     Residuals { sigma_m, markers }
 }
 
-fn one(name: &str, visits: &[&VisitResidual], others_sigma_m: f64, tested: usize) -> MarkerResiduals {
+fn one(name: &str, all: &[&VisitResidual], others_sigma_m: f64, tested: usize) -> MarkerResiduals {
+    let accepted: Vec<&VisitResidual> = all.iter().filter(|visit| visit.accepted).copied().collect();
+    // Where most are rejected it may be the survey that is wrong.
+    let visits = if 2 * accepted.len() > all.len() { &accepted[..] } else { all };
     let n = visits.len() as f64;
     let mean_of = |axis: usize| visits.iter().map(|visit| visit.residual_m[axis]).sum::<f64>() / n;
     let mean_m = [mean_of(0), mean_of(1)];
@@ -104,9 +108,9 @@ fn one(name: &str, visits: &[&VisitResidual], others_sigma_m: f64, tested: usize
         .then(|| (-0.5 * n * mean_length_m * mean_length_m / (sigma_m * sigma_m)).exp());
     MarkerResiduals {
         marker: name.to_owned(),
-        visits: visits.len() as u64,
-        rejected: visits.iter().filter(|visit| !visit.accepted).count() as u64,
-        sessions: visits.iter().map(|visit| visit.session_id).collect::<HashSet<_>>().len() as u64,
+        visits: all.len() as u64,
+        rejected: (all.len() - accepted.len()) as u64,
+        sessions: all.iter().map(|visit| visit.session_id).collect::<HashSet<_>>().len() as u64,
         mean_m,
         mean_length_m,
         mean_direction_deg: mean_m[0].atan2(mean_m[1]).to_degrees().rem_euclid(360.0),
@@ -127,6 +131,25 @@ mod tests {
 
     use super::*;
     use crate::utc;
+
+    #[test]
+    fn a_slip_of_the_keys_is_no_residual_and_a_marker_that_most_reject_is_looked_at_with_all() {
+        let visit = |e_m: f64, accepted: bool| VisitResidual {
+            marker: "A1".to_owned(),
+            session_id: Uuid::nil(),
+            t_applied_ns: 0,
+            visited_at: utc::now(),
+            accepted,
+            nis: 1.0,
+            residual_m: [e_m, 0.0],
+        };
+        let told = residuals(&[visit(1.0, true), visit(3.0, true), visit(2.0, true), visit(114.0, false)]);
+        let marker = &told.markers[0];
+        assert_eq!((marker.visits, marker.rejected), (4, 1));
+        assert_eq!((marker.mean_length_m, marker.largest_m), (2.0, 3.0));
+        let told = residuals(&[visit(1.0, true), visit(30.0, false), visit(32.0, false)]);
+        assert_eq!(told.markers[0].largest_m, 32.0);
+    }
 
     /// Normal numbers of a small generator of our own: the same on every machine.
     fn normal() -> impl FnMut() -> f64 {

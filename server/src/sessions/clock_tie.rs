@@ -65,7 +65,7 @@ pub(super) async fn tie(app: &App, session_id: Uuid, progress: Progress) -> Resu
         return Ok(progress);
     }
     let start = &walk.session.start;
-    let start_n_m = start.is_known().then_some([start.position_m[0], start.position_m[1]]);
+    let start_n_m = start.known.then_some([start.position_m[0], start.position_m[1]]);
     let cell_ns = stored_grid::cell_ns(app.config.track_rate_hz);
     let (stands, _, progress) = blocking(app, walk, progress, move |store, runtime, walk, progress| {
         stands_without_markers(store, runtime, walk, cell_ns, progress)

@@ -11,7 +11,7 @@ const UNKNOWN_SIGMA_M: f64 = 100.0;
 
 /// Tells the engine that it does not know where the walk starts, where that is so.
 pub(super) fn apply(start: &Start, config: &mut SessionConfig) {
-    if start.is_known() {
+    if start.known {
         return;
     }
     // Beyond what people may choose for a start that they know; a system without this parameter asks for no start.

@@ -4,6 +4,7 @@
 //! one [`Writer`]. The SQL keeps to the subset that SQLite and PostgreSQL share.
 
 pub mod accounts;
+pub mod alarms;
 pub mod anomalies;
 pub mod audit;
 pub mod backup;

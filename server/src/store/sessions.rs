@@ -98,15 +98,11 @@ pub struct Start {
     /// The marker's name; `None` when coordinates were given.
     #[schemars(example = &"A17")]
     pub marker: Option<String>,
-    /// Where its point stood, east-north-up, m.
+    /// Where its point stood, east-north-up, m; the site's origin stands for what is not known.
     pub position_m: [f64; 3],
-}
-
-impl Start {
-    /// Whether it was given: one that nobody gave is stored as the site's origin, which is no place that anybody was at.
-    pub fn is_known(&self) -> bool {
-        self.marker.is_some() || self.position_m != [0.0; 3]
-    }
+    /// Whether somebody said so; otherwise it was anywhere on the site.
+    #[serde(default)]
+    pub known: bool,
 }
 
 /// How far a session has come.
@@ -167,6 +163,7 @@ impl FromRow<'_, SqliteRow> for Session {
             start: Start {
                 marker: row.try_get("start_marker")?,
                 position_m: columns::enu(row, ["start_e_m", "start_n_m", "start_u_m"])?,
+                known: row.try_get("start_known")?,
             },
             initial_heading_deg: row.try_get("initial_heading_deg")?,
             instrument: row.try_get("instrument")?,
@@ -244,8 +241,8 @@ pub async fn insert(db: &mut SqliteConnection, session: &Session) -> Result<(), 
         "insert into sessions (
             id, carrier_id, title, state, started_at, ended_at, system,
             start_marker, start_e_m, start_n_m, start_u_m, initial_heading_deg, created_at, automatic_visits,
-            site_parameters_id, instrument
-         ) values (?1, ?2, ?3, ?4, ?5, ?6, ?7, ?8, ?9, ?10, ?11, ?12, ?13, ?14, ?15, ?16)",
+            site_parameters_id, instrument, start_known
+         ) values (?1, ?2, ?3, ?4, ?5, ?6, ?7, ?8, ?9, ?10, ?11, ?12, ?13, ?14, ?15, ?16, ?17)",
     )
     .bind(session.id.to_string())
     .bind(session.inspector_id.to_string())
@@ -263,6 +260,7 @@ pub async fn insert(db: &mut SqliteConnection, session: &Session) -> Result<(), 
     .bind(session.automatic_visits)
     .bind(session.site_parameters_id)
     .bind(&session.instrument)
+    .bind(session.start.known)
     .execute(&mut *db)
     .await?;
     for stream in session.declared_streams() {
@@ -296,7 +294,7 @@ pub async fn set_automatic_visits(
 pub async fn update(db: impl SqliteExecutor<'_>, session: &Session) -> Result<(), StoreError> {
     sqlx::query(
         "update sessions set carrier_id = ?2, title = ?3, start_marker = ?4, start_e_m = ?5, start_n_m = ?6,
-            start_u_m = ?7, excluded = ?8
+            start_u_m = ?7, excluded = ?8, start_known = ?9
          where id = ?1",
     )
     .bind(session.id.to_string())
@@ -307,6 +305,7 @@ pub async fn update(db: impl SqliteExecutor<'_>, session: &Session) -> Result<()
     .bind(session.start.position_m[1])
     .bind(session.start.position_m[2])
     .bind(session.excluded)
+    .bind(session.start.known)
     .execute(db)
     .await?;
     Ok(())

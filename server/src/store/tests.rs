@@ -53,7 +53,7 @@ pub(super) async fn session_of(store: &Store, name: &str) -> Uuid {
         system: "pedestrian".into(),
         streams: vec![LEFT, RIGHT],
         former: BTreeMap::new(),
-        start: Start { marker: Some("A17".into()), position_m: [1.0, -2.0, 3.5] },
+        start: Start { marker: Some("A17".into()), position_m: [1.0, -2.0, 3.5], known: true },
         instrument: None,
         initial_heading_deg: Some(12.5),
         automatic_visits: true,

@@ -8,6 +8,24 @@ import { faultCards, faultKind, placeOf } from "./cards.js";
 import { makeFaultDetails } from "./details.js";
 import { passes, stands, STATES } from "./states.js";
 
+/** The columns of the exported list. */
+const EXPORTED = /** @type {const} */ ([
+  "id",
+  "reported_at",
+  "kind",
+  "severity",
+  "state",
+  "inspector",
+  "assignee",
+  "marker",
+  "candidate",
+  "probability",
+  "east_m",
+  "north_m",
+  "sigma_m",
+  "text",
+  "session_id",
+]);
 /** More cards than this nobody reads; the filters narrow them. */
 const MOST_CARDS = 200;
 
@@ -25,6 +43,7 @@ export function faultsView(app, side) {
           ><select data-filter="assignee" data-t-label="fault.assignee"></select>
         </div>
       </div>
+      <p class="row"><button type="button" data-export data-testid="export-faults" data-t="list.export"></button></p>
       <div class="answer"></div>
       <div class="cards" data-testid="faults"></div>`,
   );
@@ -99,7 +118,23 @@ export function faultsView(app, side) {
     );
   }
 
+  async function exportShown() {
+    const { csv, download } = await import("../ui/csv.js");
+    const rows = (app.shownFaults ?? []).map((fault) => ({
+      ...fault,
+      inspector: nameOf(fault.inspector_id),
+      assignee: nameOf(fault.assignee_id),
+      east_m: fault.position_m?.[0],
+      north_m: fault.position_m?.[1],
+      sigma_m: fault.sigma_m && Math.max(fault.sigma_m[0], fault.sigma_m[1]),
+      candidate: fault.candidates?.[0]?.marker,
+      probability: fault.candidates?.[0]?.probability,
+    }));
+    download("faults.csv", csv(EXPORTED, rows));
+  }
+
   const onClick = (/** @type {Event} */ event) => {
+    if (/** @type {HTMLElement} */ (event.target).closest("[data-export]")) return void exportShown();
     const id = /** @type {HTMLElement} */ (event.target).closest("[data-fault]")?.getAttribute("data-fault");
     if (!id) return;
     app.ui.fault = id === app.ui.fault ? null : id;

@@ -11,6 +11,24 @@ import { FLAGS, MODES, PAGE, SORTS, readWanted, toQuery, writeWanted } from "./w
 /** @type {Record<string, string>} */
 const TONES = { finished: "good", failed: "bad", processing: "warn", live: "good", receiving: "warn" };
 const STATES = ["created", "receiving", "live", "processing", "finished", "failed"];
+/** The columns of the exported list. */
+const EXPORTED = /** @type {const} */ ([
+  "id",
+  "inspector",
+  "title",
+  "state",
+  "started_at",
+  "ended_at",
+  "distance_m",
+  "duration_s",
+  "closure_m",
+  "rejected_visits",
+  "anomalies",
+  "gaps",
+  "excluded",
+  "starred",
+  "note",
+]);
 /** What is typed is looked for when the typing rests, ms. */
 const REST_MS = 200;
 
@@ -76,6 +94,7 @@ export function sessionsView(app, side) {
               </div>
             </fieldset>
             <button type="button" data-clear data-t="sessions.clear"></button>
+            <button type="button" data-export data-testid="export-sessions" data-t="list.export"></button>
           </details>
         </form>
         <p class="summary" aria-live="polite"></p>
@@ -163,6 +182,21 @@ export function sessionsView(app, side) {
       else input.value = input.name === "sort" ? SORTS[0] : "";
     }
     form.dispatchEvent(new Event("input"));
+  });
+  one("[data-export]", side).addEventListener("click", async () => {
+    try {
+      const rows = [];
+      for (let page = 0; ; page += 1) {
+        const query = toQuery({ ...wanted, page });
+        const found = await api.searchSessions(query);
+        rows.push(...found.sessions);
+        if (found.sessions.length === 0 || rows.length >= found.total) break;
+      }
+      const { csv, download } = await import("../ui/csv.js");
+      download("walks.csv", csv(EXPORTED, /** @type {any[]} */ (rows)));
+    } catch (error) {
+      render(one(".rows", side), problemBox(error));
+    }
   });
   one(".pages", side).addEventListener("click", (event) => {
     const by = Number(/** @type {HTMLElement} */ (event.target).getAttribute("data-page"));

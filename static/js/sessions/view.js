@@ -366,7 +366,7 @@ export function sessionView(app, side, id, asked, askAgain) {
   /** All that stands beside the map. */
   function showWords() {
     showHead(one(".head", side), known, nameOf(known), visits);
-    showVisits(one(".visits", side), visits);
+    showVisits(one(".visits", side), visits, app.writesFor(known.inspector_id));
     render(one(".clock-tie", side), clockCard(known.clock_tie, app.writesFor(known.inspector_id)));
     if (app.writesFor(known.inspector_id)) showCorrections();
     showStands();
@@ -434,6 +434,8 @@ export function sessionView(app, side, id, asked, askAgain) {
     const target = /** @type {HTMLElement} */ (event.target);
     const asked = standClicked(target, id);
     if (asked) ask(asked);
+    const taken = target.closest("[data-take-back]")?.getAttribute("data-take-back");
+    if (taken) ask(api.takeVisitBack(id, taken));
     if (target.closest("[data-measure]")) ask(api.changeSession(id, { clock_offset_s: null }));
     const read = (/** @type {string} */ name) => target.closest(`[data-${name}]`)?.getAttribute(`data-${name}`);
     const [at, aids, remove, marker, lab] = [read("at"), read("aids"), read("remove"), read("visit"), read("lab")];

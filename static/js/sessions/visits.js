@@ -11,8 +11,9 @@ const TONES = { accepted: "good", rejected: "bad", waiting: "" };
 /**
  * @param {HTMLElement} el
  * @param {import("../state/findings.js").Visit[]} visits
+ * @param {boolean} [writes] whether they may be taken back
  */
-export function showVisits(el, visits) {
+export function showVisits(el, visits, writes = false) {
   render(
     el,
     html`<h2>${t("session.visits")}</h2>
@@ -30,6 +31,7 @@ export function showVisits(el, visits) {
                     <th class="num">ΔE</th>
                     <th class="num">ΔN</th>
                     <th class="num">NIS</th>
+                    ${writes && html`<th></th>`}
                   </tr>
                 </thead>
                 <tbody>
@@ -44,6 +46,7 @@ export function showVisits(el, visits) {
                         <td class="num">${number(off?.[0], 1)}</td>
                         <td class="num">${number(off?.[1], 1)}</td>
                         <td class="num">${number(v.nis, 1)}</td>
+                        ${writes && html`<td><button type="button" class="quiet" data-take-back="${v.id}" aria-label="${t("session.take_back", { marker: v.marker })}" title="${t("session.take_back", { marker: v.marker })}">✕</button></td>`}
                       </tr>
                       ${
                         v.reason &&

@@ -30,7 +30,7 @@ import { extend, revise } from "./trail.js";
  * @typedef {{id: string, session_id: string, lab_run_id?: string, state: string, stage: string, progress: number, error?: unknown}} Job
  * @typedef {{
  *   boot: string | null, seq: number, server_offset_ms: number, heard_at_ms: number,
- *   inspectors: Map<string, Inspector>, sessions: Map<string, LiveSession>, faults: Map<string, Fault>,
+ *   inspectors: Map<string, Inspector>, sessions: Map<string, LiveSession>, faults: Map<string, Fault>, acknowledged: Map<string, import("../api.js").Acknowledged>,
  *   jobs: Map<string, Job>, markers_revision: number,
  * }} LiveState
  * @typedef {"all" | "position" | "trail" | "session" | "visit" | "stand" | "anomaly" | "fault" | "markers" | "job"} Topic
@@ -50,6 +50,7 @@ export function emptyState() {
     sessions: new Map(),
     faults: new Map(),
     jobs: new Map(),
+    acknowledged: new Map(),
     markers_revision: 0,
   };
 }
@@ -176,6 +177,10 @@ function applyChange(state, change, changed) {
       break;
     case "fault":
       state.faults.set(change.fault.id, change.fault);
+      changed.add("fault");
+      break;
+    case "alarm":
+      state.acknowledged.set(change.acknowledged.key, change.acknowledged);
       changed.add("fault");
       break;
     case "markers":

@@ -4,6 +4,7 @@ import { one, render, html } from "../html.js";
 import { addWords, t } from "../i18n.js";
 import { liveView } from "../live/view.js";
 import { openSession } from "../sessions/open.js";
+import { readChosen } from "./chosen.js";
 import { problemBox } from "./problem.js";
 
 /**
@@ -74,6 +75,7 @@ export function makeRouter(app) {
     const visit = visits;
     const { screen, argument } = readRoute(location.hash);
     const { load, layout, place } = SCREENS[screen];
+    readChosen(app, location.hash);
     name = screen;
     main.dataset.view = screen;
     main.dataset.layout = layout;

@@ -2,10 +2,13 @@
 //! in the evening. Everything falls into place by itself.
 
 use std::sync::LazyLock;
+use std::time::Duration;
 
 use lodestep_engine::geo::{Site, terrain};
 use lodestep_engine::sample::ImuSample;
 use lodestep_engine::sim::pedestrian::{MarkerVisit, SensorModel, Simulator, WalkKind};
+use lodestep_engine::systems::pedestrian::Side;
+use lodestep_tests::device::TestDevice;
 use lodestep_tests::feed::TestFeed;
 use lodestep_tests::hand_in::{ask, log};
 use lodestep_tests::server::TestServer;
@@ -94,6 +97,17 @@ async fn report(server: &TestServer, session_id: &str, walk: &Walk, stop: usize,
 
 async fn session(server: &TestServer, session_id: &str) -> Value {
     server.look(&format!("/sessions/{session_id}")).await.body
+}
+
+/// Until every job has ended.
+async fn until_idle(server: &TestServer) {
+    loop {
+        let jobs = server.look("/jobs").await.body;
+        if jobs.as_array().unwrap().iter().all(|job| job["state"] == "finished") {
+            return;
+        }
+        tokio::time::sleep(Duration::from_millis(10)).await;
+    }
 }
 
 async fn visits(server: &TestServer, session_id: &str) -> Vec<Value> {
@@ -196,7 +210,7 @@ async fn a_day_falls_into_place_in_the_evening() {
         let patch = server.client.patch(server.api(&format!("/sessions/{}", sessions[0])));
         let answer = ask(patch.json(&body)).await;
         assert_eq!(answer.status, 200, "{answer:?}");
-        server.process(&sessions[0]).await;
+        until_idle(&server).await;
         session(&server, &sessions[0]).await["clock_tie"].clone()
     };
     let given = patch(json!({ "clock_offset_s": 100.0 })).await;
@@ -214,7 +228,7 @@ async fn a_day_falls_into_place_in_the_evening() {
 async fn a_walk_without_a_start_is_nowhere_until_a_marker_says_where() {
     let server = server_with_markers().await;
     let walk = &WALKS[1];
-    let session_id = server.session(json!({})).await;
+    let session_id = server.session(json!({ "start": null })).await;
     // Keyed in at the kiosk before anybody knows the log: the last marker places the fault, the origin never does.
     let lost = report(&server, &session_id, walk, 0, 0.0).await;
     assert_eq!((&lost["position_m"], &lost["candidates"]), (&Value::Null, &json!([])), "{lost}");
@@ -234,7 +248,7 @@ async fn a_walk_without_a_start_is_nowhere_until_a_marker_says_where() {
     }
 
     // Without any marker there is a track, and no place on the map.
-    let nowhere = server.session(json!({})).await;
+    let nowhere = server.session(json!({ "start": null })).await;
     hand_in_both(&server, &nowhere, walk).await;
     server.process(&nowhere).await;
     let (_, picture) = TestFeed::open(&server).await;
@@ -267,7 +281,7 @@ async fn what_was_said_of_a_walk_is_put_right() {
         (&row["title"], &row["inspector_id"], &row["excluded"]),
         (&json!("day"), &json!(other), &json!(true))
     );
-    assert_eq!(row["start"], json!({ "marker": "A1", "position_m": [-10.0, 0.0, 0.0] }));
+    assert_eq!(row["start"], json!({ "marker": "A1", "position_m": [-10.0, 0.0, 0.0], "known": true }));
     // What was found on the walk was found by who walked.
     let fault = server.look(&format!("/faults/{}", fault["id"].as_str().unwrap())).await.body;
     assert_eq!(fault["inspector_id"], json!(other));
@@ -282,7 +296,10 @@ async fn what_was_said_of_a_walk_is_put_right() {
     assert!(entry["after"].get("started_at").is_none(), "{entry}");
 
     let unknown = patch(json!({ "start": null })).await;
-    assert_eq!(unknown.body["start"], json!({ "marker": null, "position_m": [0.0, 0.0, 0.0] }));
+    assert_eq!(
+        unknown.body["start"],
+        json!({ "marker": null, "position_m": [0.0, 0.0, 0.0], "known": false })
+    );
     assert_eq!(patch(json!({ "start": { "marker": "Z9" } })).await.code(), "marker_not_found");
     assert_eq!(patch(json!({ "clock_offset_s": 1e9 })).await.code(), "wrong_offset");
     assert_eq!(patch(json!({ "title": "a\nb" })).await.code(), "wrong_title");
@@ -333,4 +350,55 @@ async fn the_dock_lists_the_walks_that_wait_and_knows_a_log_that_is_here() {
     assert_eq!((&known[0]["session"]["id"], &known[0]["stream"]), (&json!(noon), &json!("left")), "{known}");
     assert_eq!(order("").await, [morning]);
     assert_eq!(server.look("/known-logs?sha256=abc").await.code(), "not_a_sha256");
+}
+
+#[tokio::test]
+async fn an_alarm_is_acknowledged_once_by_name_for_everybody() {
+    let (server, people) = lodestep_tests::staff::server_with_staff().await;
+    let person = |name: &str| people.iter().find(|person| person.name == name).unwrap();
+    let body = json!({ "key": "fault:0199f1c8-0000-7000-8000-000000000000" });
+    let post = reqwest::Method::POST;
+    let path = "/alarms/acknowledged";
+    let first = person("dispatcher").ask(&server, post.clone(), path, &body).await;
+    assert_eq!(first.status, 200, "{first:?}");
+    assert!(first.body["acknowledged_by"].as_str().unwrap().contains("dispatcher"), "{first:?}");
+    let second = person("admin").ask(&server, post.clone(), path, &body).await;
+    assert_eq!(second.body, first.body, "the first stays");
+    assert_eq!(person("viewer").get(&server, path).await.body, json!([first.body]));
+    assert_eq!(person("viewer").ask(&server, post.clone(), path, &body).await.status, 403);
+    assert_eq!(
+        person("admin").ask(&server, post, path, &json!({ "key": "a key" })).await.code(),
+        "wrong_key"
+    );
+    let log = person("admin").get(&server, "/audit?action=alarm").await.body;
+    assert_eq!(log.as_array().unwrap().len(), 1, "{log}");
+    assert_eq!(log[0]["subject"], body["key"]);
+}
+
+#[tokio::test]
+async fn a_walk_whose_device_never_says_finish_is_ended_by_hand() {
+    let server = TestServer::start().await;
+    let session_id = server.session(json!({ "start": { "position_m": WALKS[0].start_m } })).await;
+    let end = async || ask(server.client.post(server.api(&format!("/sessions/{session_id}/end")))).await;
+    assert_eq!(end().await.code(), "session_not_live");
+    let (mut device, _) = TestDevice::go_on(&server, &session_id).await;
+    for (number, (left, right)) in
+        WALKS[0].logs[0].chunks(100).zip(WALKS[0].logs[1].chunks(100)).take(25).enumerate()
+    {
+        device.send_frame(Side::Left, number as u64, left).await;
+        device.send_frame(Side::Right, number as u64, right).await;
+    }
+    device.acknowledged(Side::Left, 24).await;
+    device.acknowledged(Side::Right, 24).await;
+    drop(device);
+    let ended = end().await;
+    assert_eq!(ended.status, 200, "{ended:?}");
+    loop {
+        let row = session(&server, &session_id).await;
+        assert_ne!(row["state"], "failed", "{row}");
+        if row["state"] == "finished" {
+            break;
+        }
+        tokio::time::sleep(Duration::from_millis(20)).await;
+    }
 }

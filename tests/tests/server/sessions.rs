@@ -21,14 +21,14 @@ async fn a_session_starts_at_a_marker_or_at_coordinates() {
     });
     let (status, made) = server.post("/sessions", &body).await;
     assert_eq!(status, 201, "{made}");
-    assert_eq!(made["start"], json!({ "marker": "A17", "position_m": [10.5, -3.25, 0.0] }));
+    assert_eq!(made["start"], json!({ "marker": "A17", "position_m": [10.5, -3.25, 0.0], "known": true }));
     assert_eq!(made["started_at"], "2026-07-01T00:00:00.25Z");
     assert_eq!((&made["state"], &made["feet"]), (&json!("created"), &json!(["left", "right"])));
 
     let (_, there) = server
         .post("/sessions", &json!({ "inspector_id": inspector_id, "start": { "position_m": [1, 2, 3] } }))
         .await;
-    assert_eq!(there["start"], json!({ "marker": null, "position_m": [1.0, 2.0, 3.0] }));
+    assert_eq!(there["start"], json!({ "marker": null, "position_m": [1.0, 2.0, 3.0], "known": true }));
 
     let (_, one) = server.get(&format!("/sessions/{}", made["id"].as_str().unwrap())).await;
     assert_eq!(one, made, "what the creation answered is what is stored");

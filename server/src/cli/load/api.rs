@@ -101,7 +101,10 @@ impl Api {
         for number in 1..=inspectors {
             let name = json!({"name": format!("load {} {number}", &run[20..])});
             let inspector = self.post("/inspectors", &name).await?;
-            let new = json!({"inspector_id": inspector["id"], "title": "load", "feet": ["left", "right"]});
+            let new = json!({
+                "inspector_id": inspector["id"], "title": "load", "feet": ["left", "right"],
+                "start": {"position_m": [0.0, 0.0, 0.0]},
+            });
             let session = self.post("/sessions", &new).await?;
             let id = session["id"].as_str().and_then(|id| Uuid::parse_str(id).ok());
             sessions.push(id.context("the server began a session without an id")?);
