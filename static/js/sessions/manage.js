@@ -14,7 +14,7 @@ import { problemBox } from "../ui/problem.js";
 export function showManage(app, box, row, onChange) {
   if (!app.writesFor(row.inspector_id)) return;
   const people = [...app.live.inspectors.values()].filter((i) => app.writesFor(i.id));
-  const { marker, position_m, known } = row.start;
+  const { marker = null, position_m = [0, 0, 0], known = false } = row.start ?? {};
   const fresh = render(
     box,
     html`<h2>${t("manage.title")}</h2>

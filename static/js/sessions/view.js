@@ -434,7 +434,7 @@ export function sessionView(app, side, id, asked, askAgain) {
     const target = /** @type {HTMLElement} */ (event.target);
     const asked = standClicked(target, id);
     if (asked) ask(asked);
-    const taken = target.closest("[data-take-back]")?.getAttribute("data-take-back");
+    const taken = target.closest("[data-remove-visit]")?.getAttribute("data-remove-visit");
     if (taken) ask(api.takeVisitBack(id, taken));
     if (target.closest("[data-measure]")) ask(api.changeSession(id, { clock_offset_s: null }));
     const read = (/** @type {string} */ name) => target.closest(`[data-${name}]`)?.getAttribute(`data-${name}`);

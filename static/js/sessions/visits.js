@@ -46,7 +46,7 @@ export function showVisits(el, visits, writes = false) {
                         <td class="num">${number(off?.[0], 1)}</td>
                         <td class="num">${number(off?.[1], 1)}</td>
                         <td class="num">${number(v.nis, 1)}</td>
-                        ${writes && html`<td><button type="button" class="quiet" data-take-back="${v.id}" aria-label="${t("session.take_back", { marker: v.marker })}" title="${t("session.take_back", { marker: v.marker })}">✕</button></td>`}
+                        ${writes && html`<td><button type="button" class="quiet" data-remove-visit="${v.id}" aria-label="${t("session.take_back", { marker: v.marker })}" title="${t("session.take_back", { marker: v.marker })}">✕</button></td>`}
                       </tr>
                       ${
                         v.reason &&
