@@ -19,6 +19,14 @@ create table accounts (
     updated_at integer not null           -- UTC µs of the last change
 ) strict;
 
+-- Alarms of the live page stay until somebody has acknowledged them, for everybody who looks.
+create table alarm_acknowledgements (
+    -- what the alarm is about: its kind, its subject, and when it began where it can come again
+    key text not null primary key,
+    acknowledged_at integer not null,  -- UTC µs
+    acknowledged_by text not null      -- who, as the log of changes has it
+) strict, without rowid;
+
 -- Trouble with a sensor or its data, found while the main run was computed.
 create table anomalies (
     id integer not null primary key,
@@ -384,7 +392,10 @@ create table sessions (
     instrument text,
     shown_result text not null default '',              -- what the names of the runs that are shown end with: '' or '~'
     removed_at integer,                                 -- UTC µs; null while it is there
-    excluded integer not null default 0                 -- Left out of the statistics of markers.
+    excluded integer not null default 0,                -- Left out of the statistics of markers.
+    -- Whether a session's start was given. One that nobody gave was stored as the site's origin, where hardly anybody
+    -- ever starts.
+    start_known integer not null default 0
 ) strict;
 create index sessions_by_inspector on sessions (carrier_id, started_at);
 create index sessions_by_start on sessions (started_at);
