@@ -63,8 +63,8 @@ const BESIDE_MARKER_M: f64 = 1.0;
 const DRIFT: f64 = 0.02;
 /// The track may be turned by this at the most, rad.
 const LARGEST_TURN_RAD: f64 = 0.6;
-/// Smallest standard deviation that is told, s: a key is not pressed at the moment of arrival.
-const LEAST_SIGMA_S: f64 = 0.5;
+/// A key is pressed so long before or after the stand, one sigma, s.
+const PRESSED_BESIDE_S: f64 = 0.7;
 
 /// Ties the kiosk's clock to the log's. `start_n_m`: where the track begins (east and north, m), when that is
 /// a known place; then the track may be turned about it, but not shifted.
@@ -177,7 +177,7 @@ fn offset_of(keyed: &[KeyedVisit], stands: &[TrackStand], matched: &[(usize, usi
         return (0.0, f64::INFINITY);
     }
     // Bounds that cross come of keys pressed before or after the stand.
-    (0.5 * (least_s + most_s), ((most_s - least_s).abs() / libm::sqrt(12.0)).max(LEAST_SIGMA_S))
+    (0.5 * (least_s + most_s), libm::hypot((most_s - least_s) / libm::sqrt(12.0), PRESSED_BESIDE_S))
 }
 
 #[cfg(test)]
