@@ -11,7 +11,7 @@ const LANGUAGES: [(&str, &str); 2] = [
 ];
 
 /// What a system alone says, in the same languages.
-const OWN: [(&str, [&str; 2]); 2] = [
+const OWN: [(&str, [&str; 2]); 3] = [
     (
         "pedestrian",
         [
@@ -24,6 +24,13 @@ const OWN: [(&str, [&str; 2]); 2] = [
         [
             include_str!("../../static/messages/pole.en.json"),
             include_str!("../../static/messages/pole.zh-CN.json"),
+        ],
+    ),
+    (
+        "cabin",
+        [
+            include_str!("../../static/messages/cabin.en.json"),
+            include_str!("../../static/messages/cabin.zh-CN.json"),
         ],
     ),
 ];
