@@ -25,13 +25,11 @@ export const refined = (declared) => ({
   plotGroups: ["plan", "level", "sigma", "heading", "innovations", "motion", "height"],
   firstPlotGroups: ["plan", "level", "innovations"],
   readouts: [
-    { name: "state", charts: ["state"], words: ({ chart }) => said("cabin.readout.state", stateOf(chart)) },
-    { name: "left", charts: ["time_left"], words: ({ chart }) => said("cabin.readout.left", left(chart)) },
+    { name: "state", charts: ["state"], words: ({ chart }) => stateOf(chart) },
+    { name: "left", charts: ["time_left"], words: ({ chart }) => left(chart) },
   ],
   board: () => import("./cabin_board.js"),
 });
-
-const said = (/** @type {string} */ key, /** @type {string} */ words) => `${t(key)} ${words}`;
 
 /** @param {import("./system.js").Moment["chart"]} chart */
 function stateOf(chart) {

@@ -200,17 +200,18 @@ export function makeBoard(host, ways) {
       bodies: BODIES.map((body, k) => {
         if (!Number.isFinite(places[k][0])) return null;
         const level_m = value("protection_level", body, last_s) ?? NaN;
+        const sigma_m = value("sigma_body", body, last_s) ?? NaN;
         return {
           place_m: places[k],
           angles_rad: angles[k],
-          sigma_m: [value("sigma_body", body, last_s) ?? NaN],
+          sigma_m: [sigma_m],
           off_m: off(body, last_s) ?? [NaN, NaN, NaN],
           level_m,
           left_s: value("time_left", body, last_s) ?? NaN,
           valid: true,
           measured: true,
-          alarm: level_m > BUDGETS_M[k],
-          near: level_m > 0.8 * BUDGETS_M[k],
+          alarm: 3 * sigma_m > BUDGETS_M[k],
+          near: 3 * sigma_m > 0.8 * BUDGETS_M[k],
         };
       }),
     };
@@ -225,6 +226,9 @@ export function makeBoard(host, ways) {
 
   listen();
   draw();
+  // What was drawn while another tab was open has no width yet.
+  const resized = new ResizeObserver(() => draw());
+  resized.observe(host);
   return {
     /** @param {import("../sessions/track.js").Track} found */
     show(found) {
@@ -240,6 +244,7 @@ export function makeBoard(host, ways) {
     },
     close() {
       gone = true;
+      resized.disconnect();
       window.clearTimeout(waiting);
       socket?.close();
     },

@@ -31,7 +31,7 @@ const LIMITS_RAD = [Math.PI, Math.PI / 12, Math.PI / 6];
 export function paper(canvas, height) {
   canvas.style.width = "100%";
   canvas.style.height = `${height}px`;
-  const width = canvas.clientWidth || 300;
+  const width = canvas.getBoundingClientRect().width || 300;
   const scale = window.devicePixelRatio || 1;
   canvas.width = Math.round(width * scale);
   canvas.height = Math.round(height * scale);
