@@ -155,6 +155,21 @@ impl Session {
         self.system.sensors()
     }
 
+    /// Where it is at its newest reading, where the system serves a control loop.
+    pub fn pose(&self) -> Option<crate::system::Pose> {
+        self.system.pose()
+    }
+
+    /// What corrects that pose, by name, in the order of its bits.
+    pub fn aid_names(&self) -> Vec<String> {
+        self.system.aid_names()
+    }
+
+    /// Values of the system's own charts that became known since the last time.
+    pub fn chart_values(&mut self) -> Vec<crate::system::ChartValue> {
+        self.system.chart_values()
+    }
+
     /// Whether a visit reached back to before what a restored session knows: it has to be made again from an older state, or
     /// from all of its readings.
     pub fn lacks_past(&self) -> bool {

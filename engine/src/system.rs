@@ -4,6 +4,7 @@
 
 mod config;
 mod declaration;
+mod pose;
 mod summary;
 
 use std::fmt::Debug;
@@ -18,6 +19,7 @@ pub use declaration::{
     AidRule, ChartRule, Column, Declaration, InstrumentRule, Level, Parameter, PartRule, Simulated,
     SimulatedStream, StreamRule,
 };
+pub use pose::{BodyPose, ChartValue, Pose, PoseState};
 pub use summary::{Progress, SensorState, Summary};
 
 /// A system at work on one session. It does no input or output, and the same readings and visits give the same events to
@@ -49,6 +51,21 @@ pub trait System: Debug + Send {
 
     /// What it believes of its sensors now.
     fn sensors(&self) -> Vec<SensorState> {
+        Vec::new()
+    }
+
+    /// Where it is at its newest reading, for a control loop; `None` for a system that has none, or does not know yet.
+    fn pose(&self) -> Option<Pose> {
+        None
+    }
+
+    /// What corrects its pose, by name, in the order of the bits of [`Pose::aids`].
+    fn aid_names(&self) -> Vec<String> {
+        Vec::new()
+    }
+
+    /// Values of its own charts that became known since the last time. Those of a session that is streamed are not kept.
+    fn chart_values(&mut self) -> Vec<ChartValue> {
         Vec::new()
     }
 

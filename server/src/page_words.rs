@@ -11,7 +11,7 @@ const LANGUAGES: [(&str, &str); 2] = [
 ];
 
 /// What a system or a screen alone says, in the same languages.
-const OWN: [(&str, [&str; 2]); 3] = [
+const OWN: [(&str, [&str; 2]); 4] = [
     (
         "markers",
         [
@@ -31,6 +31,13 @@ const OWN: [(&str, [&str; 2]); 3] = [
         [
             include_str!("../../static/messages/pole.en.json"),
             include_str!("../../static/messages/pole.zh-CN.json"),
+        ],
+    ),
+    (
+        "cabin",
+        [
+            include_str!("../../static/messages/cabin.en.json"),
+            include_str!("../../static/messages/cabin.zh-CN.json"),
         ],
     ),
 ];

@@ -192,6 +192,7 @@ pub(crate) async fn open(config: Config) -> Result<App> {
         webhooks: Notify::new(),
         hub,
         live: Registry::default(),
+        poses: Default::default(),
         metrics: figures::handle(),
         stopping: CancellationToken::new(),
     }))

@@ -14,9 +14,9 @@ use crate::backup_schedule::LastChecked;
 use crate::config::Config;
 use crate::http;
 use crate::jobs;
-use crate::live::InputFile;
 use crate::live::hub::Hub;
 use crate::live::registry::Registry;
+use crate::live::{InputFile, PoseHub};
 use crate::scrub::Scrubbed;
 use crate::sessions::identification::SharedMarkers;
 use crate::sessions::upload_turns::UploadTurns;
@@ -68,6 +68,8 @@ pub struct State {
     pub hub: Arc<Hub>,
     /// The walks that are streamed right now.
     pub live: Registry,
+    /// Where their poses are told at once.
+    pub(crate) poses: PoseHub,
     /// The figures behind `/metrics`.
     pub metrics: PrometheusHandle,
     /// Cancelled when the server begins to stop: sockets and jobs end what they are doing.

@@ -35,7 +35,9 @@ async function sharedFiles() {
     "index.html",
     "sw.js",
   ];
-  const shared = names.filter((name) => /\.(js|css|json|html)$/.test(name) && !/\/(pedestrian|pole)[._]/.test(name));
+  const shared = names.filter(
+    (name) => /\.(js|css|json|html)$/.test(name) && !/\/(pedestrian|pole|cabin)[._]/.test(name),
+  );
   return Promise.all(shared.map(async (name) => /** @type {const} */ ([name, await read(name)])));
 }
 

@@ -24,6 +24,7 @@ mod mapped_csv;
 pub mod mapping;
 pub mod markers_csv;
 mod microstrain;
+pub mod name_number;
 pub mod named_csv;
 pub mod names;
 pub mod nmea;

@@ -24,9 +24,9 @@ pub struct NamedTable {
     /// Columns of names.
     pub names: Vec<NameColumn>,
     /// Columns of numbers that have to be there.
-    pub numbers: &'static [&'static str],
+    pub numbers: Vec<&'static str>,
     /// Columns of numbers that may be left out or empty.
-    pub optional: &'static [&'static str],
+    pub optional: Vec<&'static str>,
 }
 
 /// One row.
@@ -174,8 +174,8 @@ mod tests {
                 NameColumn { name: "station", known: known(&["S1", "S2"]) },
                 NameColumn { name: "target", known: known(&["P1", "P2"]) },
             ],
-            numbers: &["slant_m"],
-            optional: &["pressure_hpa"],
+            numbers: vec!["slant_m"],
+            optional: vec!["pressure_hpa"],
         }
     }
 

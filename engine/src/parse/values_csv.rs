@@ -3,6 +3,7 @@
 
 use crate::parse::error::{ParseError, no_rows};
 use crate::parse::header::Header;
+use crate::parse::name_number::{holds_names, need_name};
 use crate::parse::number::{need_number, need_time_ns, optional_number};
 use crate::parse::records::{Record, Records};
 use crate::stream::Rows;
@@ -94,6 +95,7 @@ impl Table {
         for (column, place) in self.columns.iter().zip(&places.values) {
             values.push(match place {
                 None => f64::NAN,
+                Some(index) if holds_names(column) => need_name(record, *index, column.name)?,
                 Some(index) if column.required => need_number(record, *index, column.name)?,
                 Some(index) => optional_number(record, *index, column.name)?.unwrap_or(f64::NAN),
             });

@@ -3,6 +3,7 @@
 #![allow(clippy::unwrap_used, reason = "in a test a panic is the message")]
 
 mod run;
+mod session;
 
 use lodestep_engine::sim::cabin::{RunPlan, SimulatedRun, simulate};
 use lodestep_engine::systems::cabin::Status;

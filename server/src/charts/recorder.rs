@@ -6,6 +6,7 @@ use lodestep_engine::event::{AidKind, Event};
 use lodestep_engine::sample::ImuSample;
 use lodestep_engine::session::{SensorState, Session, SessionConfig};
 use lodestep_engine::stream::{Kind, StreamId};
+use lodestep_engine::system::ChartValue;
 
 use super::cells::{CELL_NS, Cells};
 use super::of_samples::SampleCells;
@@ -23,6 +24,8 @@ pub(crate) struct Recorder {
     /// Innovations of each aid, accepted and not.
     innovations: BTreeMap<(AidKind, bool), Cells>,
     sensors: BTreeMap<StreamId, SensorCells>,
+    /// The system's own charts, by chart and line.
+    own: BTreeMap<(&'static str, String), Cells>,
     next_look_ns: i64,
 }
 
@@ -43,6 +46,7 @@ impl Recorder {
             samples: inertial().map(|stream| (stream, SampleCells::new(stream, CELL_NS))).collect(),
             innovations: BTreeMap::new(),
             sensors: inertial().map(|stream| (stream, SensorCells::new(stream))).collect(),
+            own: BTreeMap::new(),
             next_look_ns: i64::MIN,
         }
     }
@@ -68,6 +72,12 @@ impl Recorder {
         }
     }
 
+    /// A value of the system's own charts.
+    pub(crate) fn value(&mut self, value: ChartValue) {
+        let ChartValue { t_ns, chart, series, value } = value;
+        self.own.entry((chart, series)).or_insert_with(|| Cells::new(CELL_NS)).take(t_ns, value);
+    }
+
     /// The session as it is at `t_ns`.
     #[inline]
     pub(crate) fn look(&mut self, session: &Session, t_ns: i64) {
@@ -89,7 +99,9 @@ impl Recorder {
         });
         let samples = self.samples.into_values().flat_map(SampleCells::into_series);
         let sensors = self.sensors.into_values().flat_map(SensorCells::into_series);
-        samples.chain(innovations).chain(sensors).collect()
+        let own =
+            self.own.into_iter().filter_map(|((chart, series), cells)| cells.into_series(chart, &series));
+        samples.chain(innovations).chain(sensors).chain(own).collect()
     }
 }
 

@@ -7,6 +7,7 @@
 //! (`to_disk`).
 
 use std::collections::BTreeMap;
+use std::sync::Arc;
 use std::time::Duration;
 
 use futures_util::StreamExt;
@@ -21,6 +22,7 @@ use tokio::sync::mpsc;
 use tokio::time::{Instant, MissedTickBehavior, interval};
 
 use super::device::{self, Device, ToDevice};
+use super::pose_hub::ToldPose;
 use super::rebuild;
 use super::sequence::{Arrival, Sequence};
 use super::to_disk::{Gathered, Then, Written};
@@ -156,6 +158,9 @@ pub(super) struct Actor {
     pub(super) growing: Growing,
     /// Where the inspector was shown last.
     pub(super) newest: Option<Position>,
+    /// The time of the pose that was told last, ns, and what corrects poses.
+    posed_ns: i64,
+    pose_aids: Arc<[String]>,
     heard_at: Instant,
 }
 
@@ -184,6 +189,8 @@ impl Actor {
             place: stored.place,
             growing: stored.growing,
             newest: None,
+            posed_ns: i64::MIN,
+            pose_aids: Arc::default(),
             heard_at: Instant::now(),
         }
     }
@@ -284,7 +291,8 @@ impl Actor {
     }
 
     fn on_batch(&mut self, batch: Batch, received_at: OffsetDateTime) {
-        self.heard_at = Instant::now();
+        let came_at = Instant::now();
+        self.heard_at = came_at;
         let Batch { stream, sequence, readings } = batch;
         let stream = match self.stream_of(stream, &readings) {
             Ok(stream) => stream,
@@ -303,7 +311,7 @@ impl Actor {
                 arrived.taken();
                 metrics::counter!("lodestep_live_batches_total").increment(1);
                 metrics::counter!("lodestep_live_samples_total").increment(readings.len() as u64);
-                let mut findings = self.walk.take(stream, &readings);
+                let mut findings = self.take(stream, &readings, came_at);
                 let automatic = self.note_automatic(&findings);
                 let changes = self.changes(&mut findings, received_at);
                 let gathered = &mut self.gathered;
@@ -315,6 +323,23 @@ impl Actor {
                 gathered.then.batches.insert(stream, sequence);
             }
         }
+    }
+
+    /// Gives the walk its next readings, and tells each new pose at once where somebody listens.
+    fn take(&mut self, stream: StreamId, readings: &Readings, came_at: Instant) -> Findings {
+        let Some(listeners) = self.app.poses.listeners(self.session.id) else {
+            return self.walk.take(stream, readings);
+        };
+        let (posed_ns, aids) = (&mut self.posed_ns, &mut self.pose_aids);
+        self.walk.take_each(stream, readings, |session| {
+            let Some(pose) = session.pose().filter(|pose| pose.t_ns > *posed_ns) else { return };
+            *posed_ns = pose.t_ns;
+            if aids.is_empty() {
+                *aids = session.aid_names().into();
+            }
+            // Who has gone meanwhile hears nothing.
+            let _ = listeners.send(ToldPose { pose, came_at, aids: Arc::clone(aids) });
+        })
     }
 
     /// The stream of the session that a batch is of, where its readings are such as the stream has.

@@ -4,7 +4,8 @@
 //! each live session; an [`actor`] owns one [`walk`] (the engine's session), numbers its batches with
 //! [`sequence`], weighs each [`visit`], works the walk out [`again`] when one is taken back, chooses by [`grid`] what is stored and shown, and can be made again from the stored
 //! log by [`rebuild`]; what it seldom needs lies in the [`input_file`]. What is on disk goes as [`changes`] to the [`hub`], which keeps the [`board`] with its
-//! [`trail`]s and is what the [`feed`] sends to dashboards.
+//! [`trail`]s and is what the [`feed`] sends to dashboards. A control system cannot wait for the disk: to it the [`pose_hub`] tells each
+//! pose at once, by the [`pose_socket`].
 
 use crate::http::{Needs, Routes};
 use crate::rights::Right;
@@ -24,6 +25,9 @@ mod feed;
 mod grid;
 mod input_file;
 mod opening;
+mod pose_frame;
+mod pose_hub;
+mod pose_socket;
 mod rebuild;
 mod sequence;
 mod to_disk;
@@ -32,6 +36,7 @@ mod walk;
 
 pub use board_from_store::{board_from_store, session_changes};
 pub(crate) use input_file::InputFile;
+pub(crate) use pose_hub::PoseHub;
 
 /// The routes below `/api/v1`.
 pub(crate) fn routes() -> Routes {
@@ -40,4 +45,6 @@ pub(crate) fn routes() -> Routes {
         .about("open_device_socket", "The websocket of a device: docs/wire.md")
         .get("/feed", Needs::Socket(Right::Read), feed::open)
         .about("open_feed", "The websocket of a dashboard: docs/wire.md")
+        .get("/sessions/{id}/poses", Right::Read, pose_socket::open)
+        .about("open_poses", "The poses of a live session for a control system: docs/poses.md")
 }

@@ -168,9 +168,20 @@ impl Walk {
 
     /// Takes the next readings of a stream.
     pub(crate) fn take(&mut self, stream: StreamId, readings: &Readings) -> Findings {
+        self.take_each(stream, readings, |_| {})
+    }
+
+    /// The same; `look` looks at the session after each of them.
+    pub(crate) fn take_each(
+        &mut self,
+        stream: StreamId,
+        readings: &Readings,
+        mut look: impl FnMut(&Session),
+    ) -> Findings {
         let mut findings = Findings::default();
         for reading in readings.iter() {
             self.session.push(stream, reading, &mut self.events);
+            look(&self.session);
             self.samples_taken += 1;
             self.sort_events(&mut findings);
         }

@@ -94,7 +94,12 @@ impl Run {
     }
 
     fn take_events(&mut self) {
-        let Run { events, track, recorder, grid, .. } = self;
+        let Run { session, events, track, recorder, grid, .. } = self;
+        for value in session.chart_values() {
+            if let Some(recorder) = recorder {
+                recorder.value(value);
+            }
+        }
         for event in events.drain(..) {
             if let Some(recorder) = recorder {
                 recorder.event(&event);

@@ -54,6 +54,7 @@ export function sessionView(app, side, id, asked, askAgain) {
       <div class="trouble" hidden></div>
       <div class="tabs" data-t-label="session.tabs"></div>
       <div data-panel="replay">
+        <section class="board"></section>
         <section class="runs-choice"></section>
         <section class="aids-choice"></section>
         <section class="walk-choice"></section>
@@ -111,6 +112,8 @@ export function sessionView(app, side, id, asked, askAgain) {
   /** @type {any} */
   let known = null;
   let fetchedLive_ms = 0;
+  /** @type {ReturnType<typeof import("../systems/cabin_board.js").makeBoard> | null} */
+  let board = null;
   let charted_ms = performance.now();
   /** @type {import("../map/runs.js").Runs} */
   const onMap = { lines: [], cursors: [], corrections: [], arrows: true, selected: null };
@@ -123,7 +126,10 @@ export function sessionView(app, side, id, asked, askAgain) {
     visits: () => visits,
     isLive: () => known?.state === "live",
     detail: (from_s, to_s) => api.trackBetween(id, "main", from_s, to_s).then((table) => readTrack(table, system)),
-    moved: () => tellAddress(),
+    moved: (t_s) => {
+      board?.seek(t_s);
+      tellAddress();
+    },
   });
   const alone = () => runs.filter((run) => isOwn(run.name)).length < 2;
   const nameOf = (/** @type {any} */ row) => app.live.inspectors.get(row.inspector_id)?.name ?? "–";
@@ -235,6 +241,8 @@ export function sessionView(app, side, id, asked, askAgain) {
       if (gone) return;
       if (systemOf(known) !== system) replay.setSystem((system = systemOf(known)));
       showWords();
+      await showBoard();
+      if (gone) return;
       if (known.state !== "finished" && !(known.epochs > 0)) {
         dock.hidden = true;
         return;
@@ -274,6 +282,20 @@ export function sessionView(app, side, id, asked, askAgain) {
     }
   }
 
+  /** What the system shows of the moment, where it has something of its own. */
+  async function showBoard() {
+    if (board || !system.board) return;
+    const { makeBoard } = await system.board();
+    if (gone) return;
+    board = makeBoard(one(".board", side), {
+      id,
+      isLive: () => known?.state === "live" || known?.state === "created",
+      instrument: known.instrument ?? null,
+      posesUrl: api.feedUrl().replace(/feed$/, `sessions/${id}/poses`),
+      charts: (stretch, buckets, names) => api.charts(id, stretch, buckets, names),
+    });
+  }
+
   /** @param {unknown} error */
   function trouble(error) {
     // What is known of the walk stays, also when its track cannot be had.
@@ -292,6 +314,7 @@ export function sessionView(app, side, id, asked, askAgain) {
     if (first) app.stage.show(line(main));
     showRuns();
     replay.walksChanged();
+    board?.show(main);
     if (first) replay.seek(moment.t_s ?? (known.state === "live" ? Infinity : main.t_s[0]));
     one(".session", side).dataset.drawn = "yes";
   }
@@ -520,6 +543,7 @@ export function sessionView(app, side, id, asked, askAgain) {
       side.removeEventListener("focusin", onFocus);
       side.removeEventListener("submit", onSubmit);
       replay.close();
+      board?.close();
       dock.remove();
       showAsBefore();
     },

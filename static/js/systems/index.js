@@ -23,6 +23,7 @@ const FILES = {
 /** What the page has beside the declaration of a system, once a session of it is opened. @type {Record<string, () => Promise<{refined: (declared: System) => System}>>} */
 const WHEN_OPENED = {
   pole: () => import("./pole.js"),
+  cabin: () => import("./cabin.js"),
 };
 
 /** What a session is of that names no system. */

@@ -27,6 +27,7 @@
  *   plotGroups: string[], firstPlotGroups: string[],
  *   readouts: Readout[], reportFigures: (report: any) => {value: string, label: string}[],
  *   clients: (() => Promise<{clients: (origin: string) => [string, string][]}>) | null,
+ *   board?: () => Promise<typeof import("./cabin_board.js")>,
  *   words: Record<string, string>,
  * }} System
  *
@@ -49,6 +50,7 @@
  * `readouts`         more figures at the cursor
  * `reportFigures`    more figures of the report
  * `clients`          example programs for the page of the API
+ * `board`            what it shows of a session beside the map, of the moment of the replay or live
  * `words`            what the server's declaration says, by key, where the page has no message
  */
 

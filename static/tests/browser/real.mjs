@@ -140,6 +140,20 @@ export async function startReal() {
         await ask("POST", `/logs/${log.id}/finish`, { sha256: createHash("sha256").update(logs[foot]).digest("hex") });
       }
     },
+    /**
+     * Hands one log in.
+     * @param {string} session
+     * @param {Record<string, string>} said of it, such as its stream
+     * @param {Buffer} log
+     */
+    async handInOne(session, said, log) {
+      const { json } = await ask("POST", `/sessions/${session}/logs`, said);
+      await ask("PATCH", `/logs/${json.id}`, log, {
+        "Upload-Offset": "0",
+        "Content-Type": "application/octet-stream",
+      });
+      await ask("POST", `/logs/${json.id}/finish`, { sha256: createHash("sha256").update(log).digest("hex") });
+    },
     /** @param {string} session works it out, until that is done */
     async process(session) {
       let { json: job } = await ask("POST", `/sessions/${session}/process`, {});

@@ -4,6 +4,7 @@
 
 mod backup;
 mod bombs;
+mod cabin;
 mod charts;
 mod cross_origin;
 mod day;

@@ -138,6 +138,7 @@ const MATRIX: &[(&str, &str, &str)] = &[
     ("POST", "/api/v1/faults/{id}/close", "da"),
     ("GET", "/api/v1/live", "?idea"),
     ("GET", "/api/v1/feed", "?videsa"),
+    ("GET", "/api/v1/sessions/{id}/poses", "videsa"),
 ];
 
 #[test]

@@ -64,6 +64,16 @@ impl Aids {
         fresh.map(|(_, name)| name.as_str()).collect::<Vec<_>>().join("+")
     }
 
+    /// Whether an aid is a station; antennas and encoders are none.
+    pub(super) fn is_station(&self, aid: usize) -> bool {
+        (1 + self.antennas..=self.antennas + self.stations).contains(&aid)
+    }
+
+    /// All names, in the order of a mask's bits.
+    pub(super) fn all(&self) -> &[String] {
+        &self.names
+    }
+
     pub(super) fn name(&self, aid: usize) -> &str {
         &self.names[aid]
     }

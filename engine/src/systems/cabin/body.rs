@@ -5,11 +5,14 @@ mod starting;
 mod telling;
 mod weighing;
 
+pub(super) use weighing::Weighed;
+
 use std::collections::{BTreeMap, VecDeque};
 
 use nalgebra::Vector3;
 
 use super::aids::Aids;
+use super::causes::CabinCause;
 use super::filter::Filter;
 use super::gravity_alignment::GravityAlignment;
 use super::rig::Rig;
@@ -48,6 +51,7 @@ pub(super) struct Body {
     taken_ns: i64,
     refused: usize,
     sigma_before: Option<[(i64, f64); 2]>,
+    time_left_s: [Option<f64>; 2],
     last_seen: BTreeMap<usize, i64>,
     /// Rows of the encoders that a pose has fitted, and others.
     seats: u32,
@@ -61,6 +65,8 @@ pub(super) struct Body {
     wanted_ns: i64,
     holds_platform: bool,
     misfit: Option<String>,
+    /// The rows of the last epoch that were weighed.
+    weighed: Vec<Weighed>,
 }
 
 impl Body {
@@ -83,6 +89,7 @@ impl Body {
             taken_ns: 0,
             refused: 0,
             sigma_before: None,
+            time_left_s: [None; 2],
             last_seen: BTreeMap::new(),
             seats: 0,
             unseated: 0,
@@ -93,7 +100,13 @@ impl Body {
             wanted_ns: if is_cabin { i64::MAX } else { i64::MIN },
             holds_platform: true,
             misfit: None,
+            weighed: Vec::new(),
         }
+    }
+
+    /// Takes away what became of the rows of the last epoch.
+    pub(super) fn weighed(&mut self) -> Vec<Weighed> {
+        std::mem::take(&mut self.weighed)
     }
 
     pub(super) fn has_started(&self) -> bool {
@@ -112,17 +125,14 @@ impl Body {
         let force = f_s.norm();
         // Written so that a NaN is refused.
         if !(FORCES_M_S2.contains(&force) && w_s.norm() < FASTEST_RAD_S) {
-            watch.wrong(source, "out_of_range", row.t_ns, 1, || {
-                format!("expected readings of a cabin, found {force:.3} m/s² and {:.3} rad/s; the sample was left out", w_s.norm())
-            });
+            let cause = CabinCause::OutOfRange { force_m_s2: force, rate_rad_s: w_s.norm() };
+            watch.wrong(source, cause, row.t_ns, 1);
             return;
         }
         let before_ns = self.last_imu_ns.replace(row.t_ns);
         let dt_ns = before_ns.map_or(0, |before_ns| row.t_ns - before_ns);
         if before_ns.is_some() && dt_ns <= 0 {
-            watch.wrong(source, "time_repeats", row.t_ns, 1, || {
-                "expected later samples, found one at the same time; it was left out".to_owned()
-            });
+            watch.wrong(source, CabinCause::TimeRepeats, row.t_ns, 1);
             return;
         }
         if self.periods.len() < 25 && dt_ns > 0 {
@@ -143,9 +153,7 @@ impl Body {
                 && silent_s > 0.1
             {
                 let since_ns = row.t_ns - (silent_s * 1e9) as i64;
-                watch.wrong_since(source, "silent", since_ns, row.t_ns, 1, || {
-                    format!("no samples for {silent_s:.2} s; its biases are taken to be others")
-                });
+                watch.wrong_since(source, CabinCause::SensorSilent { silent_s }, since_ns, row.t_ns, 1);
             }
         }
     }
@@ -164,6 +172,7 @@ impl Body {
         aids: &mut Aids,
         watch: &mut Watch,
     ) -> Result<(), CabinError> {
+        self.weighed.clear();
         self.first_ns.get_or_insert(t_ns);
         if self.filter.is_none() {
             self.gather(t_ns, rows, aids, watch);
@@ -200,9 +209,7 @@ impl Body {
         self.refused += refused;
         let lost = self.refused > 30 && t_ns - self.taken_ns > LOST_AFTER_NS;
         if lost || !filter.is_finite() {
-            watch.wrong(if self.is_cabin { "imu" } else { "platform_imu" }, "lost", t_ns, 1, || {
-                "nothing agreed with the pose for three seconds; it was found anew".to_owned()
-            });
+            watch.wrong(if self.is_cabin { "imu" } else { "platform_imu" }, CabinCause::Lost, t_ns, 1);
             self.begin_anew();
             return Ok(());
         }

@@ -72,6 +72,8 @@ pub(super) struct Filter {
     w_nb_b: Vector3<f64>,
     period_ns: i64,
     seat: Option<Seat>,
+    /// Normalised innovation squared of the row that was weighed last.
+    pub(super) nis: f64,
     pub(super) seats: VecDeque<(i64, PlatformInCabin)>,
     /// What a smoother needs of this epoch; nothing is kept where nobody smooths.
     pub(super) leaf: Option<Leaf>,
@@ -140,6 +142,7 @@ impl Filter {
             propagated,
             coasted_s: 0.0,
             silent_s: 0.0,
+            nis: f64::NAN,
             w_nb_b: Vector3::zeros(),
             period_ns: 5_000_000,
             seat,
@@ -309,6 +312,7 @@ impl Filter {
         let spread = Covariance::projected(jacobian, &product) + noise;
         let Some(information) = spread.try_inverse() else { return false };
         let nis = innovation.dot(&(information * innovation));
+        self.nis = nis;
         // Written so that a NaN is refused.
         if !(nis >= 0.0 && nis <= gate) {
             return false;
@@ -379,6 +383,11 @@ impl Filter {
     /// The strapdown's nominal state.
     pub(super) fn nav(&self) -> &NavState {
         &self.strapdown.nav
+    }
+
+    /// Rate against n, in axes of b, rad/s.
+    pub(super) fn w_nb_b(&self) -> Vector3<f64> {
+        self.w_nb_b
     }
 
     pub(super) fn is_finite(&self) -> bool {

@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 
 use nalgebra::Vector3;
 
+use super::now::BodyNow;
 use super::output::Row;
 
 /// Most that it moves from row to row beyond its own motion, m.
@@ -52,6 +53,15 @@ impl Handover {
         for (_, (source, row)) in std::mem::replace(&mut self.waiting, later) {
             out.push(self.told(source, row));
         }
+    }
+
+    /// The newest row of whichever source says where the platform is, so far off as what is told is now.
+    pub(super) fn now(&self, joined: Option<BodyNow>, alone: Option<BodyNow>) -> Option<BodyNow> {
+        let told = match (joined, alone) {
+            (Some(joined), Some(alone)) => Some(if joined.row.is_held { alone } else { joined }),
+            (joined, alone) => joined.or(alone),
+        };
+        told.map(|now| BodyNow { row: now.row.behind(&self.behind_n), ..now })
     }
 
     fn told(&mut self, source: Source, row: Row) -> Row {

@@ -4,29 +4,43 @@
 //! by the encoders' geometry, so every ray of a station to it corrects the cabin, and every antenna corrects the platform.
 
 pub mod instrument;
+pub mod intake;
 pub mod rows;
 pub mod session;
 
 mod aids;
 mod body;
+mod causes;
 mod covariance;
+mod declaration;
 mod filter;
 mod gravity_alignment;
 mod handover;
 mod instrument_check;
 mod joints;
 mod measure;
+mod now;
+mod order;
 mod output;
 mod past;
+mod plan;
+mod points;
 mod rig;
 mod start;
 mod states;
+mod system;
 mod tape;
 mod tuning;
 mod watch;
 
 pub use aids::Aids;
+pub use causes::CabinCause;
+pub use declaration::DECLARATION;
 pub use instrument::{Instrument, InstrumentError};
+pub use now::{BodyNow, Now};
+pub use order::WINDOW;
 pub use output::{Row, Status};
+pub use points::track_points;
 pub use session::{CabinConfig, CabinError, CabinSession, Estimator, Poses};
+pub use system::anomaly;
 pub use watch::CabinAnomaly;

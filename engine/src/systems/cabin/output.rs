@@ -146,6 +146,21 @@ impl Pose {
 }
 
 impl Filter {
+    /// Rate of turn against n, in n, rad/s.
+    pub(super) fn rate_n(&self) -> Vector3<f64> {
+        self.nav().c_nb * self.w_nb_b()
+    }
+
+    /// The platform's, by its attitudes over a twentieth of a second.
+    pub(super) fn platform_rate_n(&self, t_ns: i64) -> Vector3<f64> {
+        const OVER_NS: i64 = 50_000_000;
+        let (Some(then), Some(now)) = (self.platform(t_ns - OVER_NS), self.platform(t_ns)) else {
+            return self.rate_n();
+        };
+        let turned = nalgebra::Rotation3::from_matrix_unchecked(now.c_nb * then.c_nb.transpose());
+        turned.scaled_axis() / (OVER_NS as f64 * 1e-9)
+    }
+
     /// The body's origin at a time near the strapdown's, ns.
     pub(super) fn body(&self, t_ns: i64) -> Option<Pose> {
         let point = self.point(t_ns, &Vector3::zeros(), &Vector3::zeros())?;

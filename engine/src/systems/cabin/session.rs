@@ -4,9 +4,10 @@
 //! and on nothing else.
 
 use super::aids::Aids;
-use super::body::Body;
+use super::body::{Body, Weighed};
 use super::handover::Handover;
 use super::instrument::Instrument;
+use super::now::Now;
 use super::output::Row;
 use super::rig::Rig;
 use super::rows::{AidRow, ImuRow};
@@ -173,6 +174,27 @@ impl CabinSession {
         self.reach(row.t_ns(), poses)?;
         self.rows.push(*row);
         Ok(())
+    }
+
+    /// Where cabin and platform are at the newest reading; `None` before they are known. Of a smoothed session it is the filter's.
+    pub fn now(&self) -> Option<Now> {
+        let joins = self.config.platform && self.joined;
+        let [cabin, joined] = self.cabin.now(&self.aids, joins);
+        let alone = self.platform.as_ref().and_then(|platform| {
+            let [platform, _] = platform.now(&self.aids, false);
+            platform
+        });
+        Some(Now { cabin: cabin?, platform: self.handover.now(joined, alone) })
+    }
+
+    /// What became of the cabin's rows in the last epoch.
+    pub(super) fn weighed(&mut self) -> Vec<Weighed> {
+        self.cabin.weighed()
+    }
+
+    /// What has turned out to be wrong since the last time, told as soon as it is known.
+    pub fn fresh_anomalies(&mut self) -> Vec<CabinAnomaly> {
+        self.watch.fresh()
     }
 
     /// The end: the poses that remain, and what was wrong.

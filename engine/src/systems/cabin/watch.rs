@@ -2,6 +2,8 @@
 
 use serde::Serialize;
 
+use super::causes::CabinCause;
+
 /// Something that was wrong with a device.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct CabinAnomaly {
@@ -15,6 +17,28 @@ pub struct CabinAnomaly {
     pub t_end_s: f64,
     /// In a sentence.
     pub detail: String,
+    /// The same with its figures.
+    #[serde(skip)]
+    pub cause: CabinCause,
+    /// From when to when, ns.
+    #[serde(skip)]
+    pub ends_ns: [i64; 2],
+}
+
+impl CabinAnomaly {
+    /// Of a device, from when to when, ns.
+    pub fn new(source: &str, cause: CabinCause, ends_ns: [i64; 2]) -> CabinAnomaly {
+        let [t_start_s, t_end_s] = ends_ns.map(|t_ns| t_ns as f64 * 1e-9);
+        CabinAnomaly {
+            source: source.to_owned(),
+            kind: cause.word(),
+            t_start_s,
+            t_end_s,
+            detail: cause.sentence(),
+            cause,
+            ends_ns,
+        }
+    }
 }
 
 /// A run of refused rows is over after so long without one, ns.
@@ -23,8 +47,7 @@ const OVER_NS: i64 = 2_000_000_000;
 #[derive(Clone, Debug)]
 struct Open {
     source: String,
-    kind: &'static str,
-    detail: String,
+    cause: CabinCause,
     start_ns: i64,
     last_ns: i64,
     count: usize,
@@ -38,58 +61,55 @@ struct Open {
 pub(super) struct Watch {
     open: Vec<Open>,
     closed: Vec<CabinAnomaly>,
+    /// What has become an anomaly since somebody asked.
+    fresh: Vec<CabinAnomaly>,
 }
 
 impl Watch {
     /// A device's row was wrong, or it is silent: one more for this kind of trouble.
-    pub(super) fn wrong(
-        &mut self,
-        source: &str,
-        kind: &'static str,
-        t_ns: i64,
-        needed: usize,
-        detail: impl FnOnce() -> String,
-    ) {
-        self.wrong_since(source, kind, t_ns, t_ns, needed, detail);
+    pub(super) fn wrong(&mut self, source: &str, cause: CabinCause, t_ns: i64, needed: usize) {
+        self.wrong_since(source, cause, t_ns, t_ns, needed);
     }
 
     /// The same, known to have begun before.
     pub(super) fn wrong_since(
         &mut self,
         source: &str,
-        kind: &'static str,
+        cause: CabinCause,
         since_ns: i64,
         t_ns: i64,
         needed: usize,
-        detail: impl FnOnce() -> String,
     ) {
-        let found = self.open.iter_mut().find(|open| open.kind == kind && open.source == source);
-        match found {
-            Some(open) => {
-                if !open.told && t_ns - open.start_ns > 1_500_000_000 {
-                    open.start_ns = t_ns;
-                    open.count = 0;
-                }
-                open.last_ns = open.last_ns.max(t_ns);
-                open.count += 1;
-                open.told |= open.count >= open.needed;
-            }
-            None => self.open.push(Open {
+        let kind = cause.word();
+        let known = self.open.iter().position(|open| open.cause.word() == kind && open.source == source);
+        let at = known.unwrap_or(self.open.len());
+        if known.is_none() {
+            self.open.push(Open {
                 source: source.to_owned(),
-                kind,
-                detail: detail(),
+                cause,
                 start_ns: since_ns,
                 last_ns: t_ns,
-                count: 1,
-                needed,
-                told: needed <= 1,
-            }),
+                count: 0,
+                needed: needed.max(1),
+                told: false,
+            });
+        }
+        let open = &mut self.open[at];
+        if !open.told && t_ns - open.start_ns > 1_500_000_000 && known.is_some() {
+            open.start_ns = t_ns;
+            open.count = 0;
+        }
+        open.last_ns = open.last_ns.max(t_ns);
+        open.count += 1;
+        if !open.told && open.count >= open.needed {
+            open.told = true;
+            self.fresh.push(open.anomaly());
         }
     }
 
     /// Whether a device has an open anomaly of the kind.
     pub(super) fn is_open(&self, source: &str, kind: &str) -> bool {
-        self.open.iter().any(|open| open.told && open.source == source && open.kind == kind)
+        self.open.iter().any(|open| open.told && open.source == source && open.cause.word() == kind)
     }
 
     /// Closes what has not come again.
@@ -104,6 +124,11 @@ impl Watch {
         });
     }
 
+    /// What has become an anomaly since the last time, as far as it is known.
+    pub(super) fn fresh(&mut self) -> Vec<CabinAnomaly> {
+        std::mem::take(&mut self.fresh)
+    }
+
     /// All there has been, in order of their beginning.
     pub(super) fn finish(mut self) -> Vec<CabinAnomaly> {
         self.closed.extend(self.open.iter().filter(|open| open.told).map(Open::anomaly));
@@ -114,12 +139,6 @@ impl Watch {
 
 impl Open {
     fn anomaly(&self) -> CabinAnomaly {
-        CabinAnomaly {
-            source: self.source.clone(),
-            kind: self.kind,
-            t_start_s: self.start_ns as f64 * 1e-9,
-            t_end_s: self.last_ns as f64 * 1e-9,
-            detail: self.detail.clone(),
-        }
+        CabinAnomaly::new(&self.source, self.cause.clone(), [self.start_ns, self.last_ns])
     }
 }

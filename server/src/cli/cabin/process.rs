@@ -6,13 +6,16 @@ use std::time::Instant;
 
 use anyhow::Result;
 use clap::{ArgMatches, Args, Command, FromArgMatches as _, ValueEnum};
+use lodestep_engine::event::{Event, TrackPoint};
+use lodestep_engine::systems::cabin::intake::Device;
 use lodestep_engine::systems::cabin::rows::{AidRow, ImuRow};
 use lodestep_engine::systems::cabin::{
-    Aids, CabinAnomaly, CabinConfig, CabinError, CabinSession, Estimator, Instrument, Poses,
+    self, Aids, CabinAnomaly, CabinConfig, CabinError, CabinSession, Estimator, Instrument, Poses, WINDOW,
 };
+use lodestep_engine::track::Track;
 use serde::Serialize;
 
-use super::aid_rows::{AidParser, ImuParser, Kind};
+use super::aid_rows::{AidParser, ImuParser};
 use super::pose_csv;
 use super::row_file::RowFile;
 use crate::cli::failure::Failure;
@@ -22,8 +25,8 @@ use crate::cli::process::parse_rate;
 use crate::cli::solution::Solution;
 use crate::cli::track_output::write_text;
 
-/// Rows of antennas, stations and encoders are put in order of their tags within so many.
-const WINDOW: usize = 20_000;
+/// Poses a second of a session.
+const SESSION_RATE_HZ: f64 = 20.0;
 
 #[derive(Debug, Args)]
 struct CabinArgs {
@@ -97,6 +100,8 @@ struct Report<'a> {
     solution: &'a str,
     cabin_rows: u64,
     platform_rows: u64,
+    /// The hash of the track as a session of the same readings has it; at a session's 20 poses a second alone.
+    track_sha256: Option<String>,
     anomalies: &'a [CabinAnomaly],
 }
 
@@ -134,6 +139,8 @@ pub(in crate::cli) fn run(matches: &ArgMatches) -> Result<()> {
         .map_err(|error| Failure::usage(format!("--platform-out: {error}")))?;
     let mut files = Files::open(&args, &instrument)?;
     let mut outputs = Outputs::create(&args, session.aids().clone())?;
+    // Of a session all bits are known to be the same by its hash.
+    outputs.kept = (args.report.is_some() && args.rate_hz == SESSION_RATE_HZ).then(Poses::default);
     let mut poses = Poses::default();
     let refused = |error: CabinError| Failure::BadInput(error.to_string());
     let (mut samples, mut ends) = (0, None);
@@ -162,7 +169,9 @@ pub(in crate::cli) fn run(matches: &ArgMatches) -> Result<()> {
     anomalies.extend(session.finish(&mut poses).map_err(refused)?);
     anomalies.sort_by(|a, b| a.t_start_s.total_cmp(&b.t_start_s));
     outputs.write(&mut poses)?;
+    let kept = outputs.kept.take();
     let (cabin_rows, platform_rows) = outputs.finish(&args)?;
+    let track_sha256 = kept.map(|kept| hash(cabin::track_points(kept), &anomalies, &instrument));
     let duration_s = ends.map_or(0.0, |(first_ns, last_ns)| (last_ns - first_ns) as f64 * 1e-9);
     let process_seconds = began.elapsed().as_secs_f64();
     if let Some(path) = &args.report {
@@ -175,6 +184,7 @@ pub(in crate::cli) fn run(matches: &ArgMatches) -> Result<()> {
             solution: if args.solution == Solution::Smoothed { "smoothed" } else { "filtered" },
             cabin_rows,
             platform_rows,
+            track_sha256,
             anomalies: &anomalies,
         };
         write_text(path, &(serde_json::to_string_pretty(&report)? + "\n"))?;
@@ -186,6 +196,14 @@ pub(in crate::cli) fn run(matches: &ArgMatches) -> Result<()> {
         anomalies.len()
     );
     Ok(())
+}
+
+fn hash(points: Vec<TrackPoint>, anomalies: &[CabinAnomaly], instrument: &Instrument) -> String {
+    let mut track = Track { points, ..Track::default() };
+    for found in anomalies {
+        track.take(Event::Anomaly(cabin::anomaly(found, instrument)));
+    }
+    track.sha256()
 }
 
 fn read_instrument(path: &Path) -> Result<Instrument> {
@@ -200,7 +218,7 @@ fn read_instrument(path: &Path) -> Result<Instrument> {
 struct Files {
     imu: RowFile<ImuParser>,
     platform_imu: Option<RowFile<ImuParser>>,
-    aids: Vec<(&'static str, RowFile<AidParser>)>,
+    aids: Vec<RowFile<AidParser>>,
 }
 
 /// The row that comes next.
@@ -213,14 +231,13 @@ enum Next {
 impl Files {
     fn open(args: &CabinArgs, instrument: &Instrument) -> Result<Files> {
         let mut aids = Vec::new();
-        for (source, kind, path) in [
-            ("encoders", Kind::Encoders, args.encoders.as_ref()),
-            ("antennas", Kind::Antennas, Some(&args.gnss)),
-            ("stations", Kind::Stations, args.stations.as_ref()),
+        for (device, path) in [
+            (Device::Encoders, args.encoders.as_ref()),
+            (Device::Antennas, Some(&args.gnss)),
+            (Device::Stations, args.stations.as_ref()),
         ] {
             if let Some(path) = path {
-                let file = RowFile::open(path, AidParser::new(kind, instrument), WINDOW)?;
-                aids.push((source, file));
+                aids.push(RowFile::open(path, AidParser::new(device, instrument), WINDOW)?);
             }
         }
         let imu = |path: &Path| RowFile::open(path, ImuParser::default(), 0);
@@ -245,7 +262,7 @@ impl Files {
         if let Some(file) = &mut self.platform_imu {
             consider(file.next_ns()?, 1);
         }
-        for (k, (_, file)) in self.aids.iter_mut().enumerate() {
+        for (k, file) in self.aids.iter_mut().enumerate() {
             consider(file.next_ns()?, 2 + k);
         }
         Ok(match earliest {
@@ -255,49 +272,13 @@ impl Files {
                 Some(file) => file.next()?.map(Next::PlatformImu),
                 None => None,
             },
-            Some((_, k)) => self.aids[k - 2].1.next()?.map(Next::Aid),
+            Some((_, k)) => self.aids[k - 2].next()?.map(Next::Aid),
         })
     }
 
     /// What was wrong with the files themselves.
     fn anomalies(&self) -> Vec<CabinAnomaly> {
-        let mut found = Vec::new();
-        let mut add = |source: &str, kind, from_ns: i64, to_ns: i64, detail| {
-            found.push(CabinAnomaly {
-                source: source.to_owned(),
-                kind,
-                t_start_s: from_ns as f64 * 1e-9,
-                t_end_s: to_ns as f64 * 1e-9,
-                detail,
-            });
-        };
-        for (source, file) in &self.aids {
-            if let Some((from_ns, to_ns, count)) = file.unordered {
-                add(
-                    source,
-                    "unordered",
-                    from_ns,
-                    to_ns,
-                    format!("{count} rows came after ones with a later tag; each was put at its own"),
-                );
-            }
-            if let Some(left) = file.left_out() {
-                add(
-                    source,
-                    "bad_rows",
-                    left.from_ns,
-                    left.to_ns,
-                    format!("{} rows were left out; {}", left.count, left.why),
-                );
-            }
-        }
-        found
-    }
-}
-
-impl RowFile<AidParser> {
-    fn left_out(&self) -> Option<&super::aid_rows::LeftOut> {
-        self.parser().left_out.as_ref()
+        self.aids.iter().flat_map(|file| file.parser().intake.anomalies()).collect()
     }
 }
 
@@ -307,6 +288,8 @@ struct Outputs {
     cabin: OutputFile,
     platform: Option<OutputFile>,
     rows: (u64, u64),
+    /// All that was written, for the hash.
+    kept: Option<Poses>,
 }
 
 impl Outputs {
@@ -317,10 +300,14 @@ impl Outputs {
             Ok(file)
         };
         let platform = args.platform_out.as_deref().map(begin).transpose()?;
-        Ok(Outputs { aids, cabin: begin(&args.out)?, platform, rows: (0, 0) })
+        Ok(Outputs { aids, cabin: begin(&args.out)?, platform, rows: (0, 0), kept: None })
     }
 
     fn write(&mut self, poses: &mut Poses) -> Result<()> {
+        if let Some(kept) = &mut self.kept {
+            kept.cabin.extend(poses.cabin.iter().cloned());
+            kept.platform.extend(poses.platform.iter().cloned());
+        }
         pose_csv::write(&poses.cabin, &self.aids, &mut self.cabin)?;
         self.rows.0 += poses.cabin.len() as u64;
         poses.cabin.clear();

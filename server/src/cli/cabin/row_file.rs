@@ -37,10 +37,7 @@ pub(super) struct RowFile<P: RowParser> {
     /// So many rows wait for one with an earlier tag.
     window: usize,
     read: u64,
-    latest_ns: i64,
     ended: bool,
-    /// From when to when rows came later than ones with a later tag, ns, and how many.
-    pub(super) unordered: Option<(i64, i64, u64)>,
 }
 
 struct Waiting<R> {
@@ -82,9 +79,7 @@ impl<P: RowParser> RowFile<P> {
             waiting: BinaryHeap::new(),
             window,
             read: 0,
-            latest_ns: i64::MIN,
             ended: false,
-            unordered: None,
         })
     }
 
@@ -125,11 +120,6 @@ impl<P: RowParser> RowFile<P> {
 
     fn take(&mut self, row: P::Row) {
         let t_ns = P::t_ns(&row);
-        if t_ns < self.latest_ns {
-            let (from_ns, to_ns, count) = self.unordered.unwrap_or((t_ns, t_ns, 0));
-            self.unordered = Some((from_ns.min(t_ns), to_ns.max(t_ns), count + 1));
-        }
-        self.latest_ns = self.latest_ns.max(t_ns);
         self.waiting.push(Reverse(Waiting { t_ns, number: self.read, row }));
         self.read += 1;
     }

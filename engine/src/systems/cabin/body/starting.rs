@@ -5,6 +5,7 @@ use nalgebra::Vector3;
 use super::Body;
 use super::weighing::{along, believable};
 use crate::systems::cabin::aids::Aids;
+use crate::systems::cabin::causes::CabinCause;
 use crate::systems::cabin::filter::{Filter, Start};
 use crate::systems::cabin::rig::Target;
 use crate::systems::cabin::rows::AidRow;
@@ -42,23 +43,14 @@ impl Body {
         if level < MISMOUNTED_RAD[0] && yaw < MISMOUNTED_RAD[1] {
             return Ok(());
         }
-        let sentence = format!(
-            "the inertial sensor says another attitude than antennas and prisms do: {:.2}° of level and {:.1}° of yaw apart; check the mounting (c_b_s), and which antenna is which",
-            off.xy().norm().to_degrees(),
-            off.z.to_degrees()
-        );
+        let cause =
+            CabinCause::Mounting { level_deg: off.xy().norm().to_degrees(), yaw_deg: off.z.to_degrees() };
         if level < REFUSED_RAD[0] && yaw < REFUSED_RAD[1] {
             // It may have been moved meanwhile.
-            watch.wrong(
-                if self.is_cabin { "imu" } else { "platform_imu" },
-                "mounting",
-                filter.t_ns,
-                1,
-                || sentence,
-            );
+            watch.wrong(if self.is_cabin { "imu" } else { "platform_imu" }, cause, filter.t_ns, 1);
             return Ok(());
         }
-        Err(CabinError(sentence))
+        Err(CabinError(cause.sentence()))
     }
 
     /// Before the start: sightings, until a rigid body goes through them.
@@ -113,12 +105,11 @@ impl Body {
                 .find(|(other, with)| *other != k && fit.are_exchanged(&fresh[*out], &fresh[**with]));
             let name = aids.name(fresh[*out].aid).to_owned();
             match exchanged {
-                Some((_, with)) => watch.wrong(&name, "exchanged", t_ns, 1, || {
-                    format!("it stands where {} should: the two are exchanged", aids.name(fresh[*with].aid))
-                }),
-                None => watch.wrong(&name, "wrong_fix", t_ns, 1, || {
-                    "it is not where the instrument has it beside the others".to_owned()
-                }),
+                Some((_, with)) => {
+                    let with = aids.name(fresh[*with].aid).to_owned();
+                    watch.wrong(&name, CabinCause::Exchanged { with }, t_ns, 1);
+                }
+                None => watch.wrong(&name, CabinCause::Misplaced, t_ns, 1),
             }
         }
         let v_n = if self.velocities.is_empty() {

@@ -1,8 +1,11 @@
 //! The poses that come out: with status and the time that is left, and smoothed.
 
+use nalgebra::Vector3;
+
 use super::Body;
 use crate::systems::cabin::aids::Aids;
-use crate::systems::cabin::output::{Row, Status};
+use crate::systems::cabin::now::BodyNow;
+use crate::systems::cabin::output::{Pose, Row, Status};
 use crate::systems::cabin::tape::{Future, Posed};
 
 /// Epochs of which a smoother gives poses at once, and those that it looks ahead.
@@ -50,22 +53,10 @@ impl Body {
 
     /// The row with its status and the time that is left.
     pub(super) fn told(&mut self, mut row: Row, aids: &Aids, which: usize) -> Row {
-        let mask = aids.fresh(row.t_ns);
-        let [antennas, stations] = aids.has_position(mask);
         let [yaw, pitch, roll] = row.sigma_angles_rad();
         self.aligned |= yaw < ALIGNED_RAD[0] && pitch.max(roll) < ALIGNED_RAD[1];
-        let encoders = mask >> aids.encoders() & 1 == 1;
-        let all = (antennas || self.rig.antennas.is_empty())
-            && (stations || !self.config.has_stations)
-            && (encoders || !self.config.has_encoders)
-            && mask & 1 == 1;
-        row.aids = mask;
-        row.status = match (self.aligned, antennas || stations, all) {
-            (false, ..) => Status::Aligning,
-            (true, false, _) => Status::Coasting,
-            (true, true, false) => Status::Reduced,
-            (true, true, true) => Status::Full,
-        };
+        row.aids = aids.fresh(row.t_ns);
+        row.status = self.status(row.aids, aids);
         let sigma_m = row.largest_sigma_m();
         let before = self.sigma_before.get_or_insert([(row.t_ns, sigma_m); 2]);
         let (then_ns, then_m) = before[which];
@@ -75,9 +66,43 @@ impl Body {
             let budget_m = if self.is_cabin { BUDGETS_M[which] } else { BUDGETS_M[1] };
             row.time_left_s = (row.status == Status::Coasting && growth > 0.0)
                 .then(|| ((budget_m / 3.0 - sigma_m) / growth).max(0.0));
+            self.time_left_s[which] = row.time_left_s;
         }
         before[which] = (row.t_ns, sigma_m);
         row
+    }
+
+    fn status(&self, mask: u64, aids: &Aids) -> Status {
+        let [antennas, stations] = aids.has_position(mask);
+        let encoders = mask >> aids.encoders() & 1 == 1;
+        let all = (antennas || self.rig.antennas.is_empty())
+            && (stations || !self.config.has_stations)
+            && (encoders || !self.config.has_encoders)
+            && mask & 1 == 1;
+        match (self.aligned, antennas || stations, all) {
+            (false, ..) => Status::Aligning,
+            (true, false, _) => Status::Coasting,
+            (true, true, false) => Status::Reduced,
+            (true, true, true) => Status::Full,
+        }
+    }
+
+    /// The pose at the newest reading, and the platform's where encoders join it. Nothing changes.
+    pub(in crate::systems::cabin) fn now(&self, aids: &Aids, joined: bool) -> [Option<BodyNow>; 2] {
+        let Some(filter) = &self.filter else { return [None, None] };
+        let t_ns = filter.t_ns;
+        let of = |pose: Pose, which: usize, rate_n: Vector3<f64>| {
+            let (row, _) = filter.row(t_ns, &pose, false);
+            let mut row = row.behind(&self.behind_n[which]);
+            row.aids = aids.fresh(t_ns);
+            row.status = self.status(row.aids, aids);
+            row.time_left_s = self.time_left_s[which];
+            let budget_m = if self.is_cabin { BUDGETS_M[which] } else { BUDGETS_M[1] };
+            BodyNow { row, rate_n, budget_m }
+        };
+        let cabin = filter.body(t_ns).map(|pose| of(pose, 0, filter.rate_n()));
+        let platform = if joined { filter.platform(t_ns) } else { None };
+        [cabin, platform.map(|pose| of(pose, 1, filter.platform_rate_n(t_ns)))]
     }
 }
 

@@ -4,11 +4,21 @@ use nalgebra::Vector3;
 
 use super::Body;
 use crate::systems::cabin::aids::Aids;
+use crate::systems::cabin::causes::CabinCause;
 use crate::systems::cabin::filter::Measured;
 use crate::systems::cabin::rig::Target;
 use crate::systems::cabin::rows::{AntennaRow, EncoderRow, RayRow};
 use crate::systems::cabin::session::CabinError;
 use crate::systems::cabin::watch::Watch;
+
+/// What became of a row, by the last epoch.
+#[derive(Clone, Copy, Debug)]
+pub(in crate::systems::cabin) struct Weighed {
+    pub(in crate::systems::cabin) aid: usize,
+    pub(in crate::systems::cabin) t_ns: i64,
+    pub(in crate::systems::cabin) nis: f64,
+    pub(in crate::systems::cabin) taken: bool,
+}
 
 impl Body {
     pub(super) fn encoders(
@@ -36,12 +46,8 @@ impl Body {
                     row.t_ns as f64 * 1e-9
                 )));
             }
-            watch.wrong("encoders", "no_pose", row.t_ns, 2, || {
-                format!(
-                    "no pose of the platform fits a {} rad, b {} rad and legs {:?} m",
-                    row.a_rad, row.b_rad, row.legs_m
-                )
-            });
+            let cause = CabinCause::NoPose { angles_rad: [row.a_rad, row.b_rad], legs_m: row.legs_m };
+            watch.wrong("encoders", cause, row.t_ns, 2);
         }
         Ok(())
     }
@@ -59,19 +65,12 @@ impl Body {
         }
         let measured = filter.measure_antenna(row)?;
         let taken = filter.weigh(&measured, filter.tuning.gate);
+        self.weighed.push(Weighed { aid, t_ns: row.t_ns, nis: filter.nis, taken });
         if taken {
             aids.took(aid, row.t_ns);
         } else {
-            let off = measured.innovation;
-            watch.wrong(aids.name(aid), "wrong_fix", row.t_ns, 3, || {
-                format!(
-                    "told as fixed, it is {:.0} mm off ({:.0} {:.0} {:.0})",
-                    1e3 * off.norm(),
-                    1e3 * off.x,
-                    1e3 * off.y,
-                    1e3 * off.z
-                )
-            });
+            let cause = CabinCause::WrongFix { off_n_m: measured.innovation.into() };
+            watch.wrong(aids.name(aid), cause, row.t_ns, 3);
             self.whole_make(row, aids, watch);
         }
         Some(taken)
@@ -84,9 +83,7 @@ impl Body {
         if of_make.len() > 1
             && of_make.iter().all(|k| watch.is_open(aids.name(aids.antenna(*k)), "wrong_fix"))
         {
-            watch.wrong(&self.rig.make_names[make], "wrong_make", row.t_ns, 1, || {
-                "all antennas of the make are off at once: its base station".to_owned()
-            });
+            watch.wrong(&self.rig.make_names[make], CabinCause::WrongMake, row.t_ns, 1);
         }
     }
 
@@ -99,20 +96,18 @@ impl Body {
         self.last_seen.insert(aid, row.t_ns);
         let measured = filter.measure_ray(row)?;
         let taken = filter.weigh(&measured, filter.tuning.gate);
+        self.weighed.push(Weighed { aid, t_ns: row.t_ns, nis: filter.nis, taken });
         if taken {
             aids.took(aid, row.t_ns);
             return Some(true);
         }
-        let kind = wrong_ray(&measured, row.slant_m);
         let off = measured.innovation;
-        watch.wrong(aids.name(aid), kind, row.t_ns, 2, || {
-            format!(
-                "off by {:.1} mm of distance and {:.1}″, {:.1}″ of azimuth and zenith angle",
-                1e3 * off.z,
-                off.x.to_degrees() * 3600.0,
-                off.y.to_degrees() * 3600.0
-            )
-        });
+        let cause = CabinCause::WrongRay {
+            looks_like: wrong_ray(&measured, row.slant_m),
+            distance_m: off.z,
+            angles_arcsec: [off.x, off.y].map(|off_rad| off_rad.to_degrees() * 3600.0),
+        };
+        watch.wrong(aids.name(aid), cause, row.t_ns, 2);
         Some(false)
     }
 
@@ -126,13 +121,7 @@ impl Body {
         for (name, state, stated_s) in makes.chain([stations]) {
             let (late_s, sigma_s) = (filter.x[state], filter.covariance.row(state)[state].max(0.0).sqrt());
             if late_s.abs() > 4.0 * stated_s && late_s.abs() > 5.0 * sigma_s {
-                watch.wrong(name, "late", t_ns, 1, || {
-                    format!(
-                        "its rows are {:.0} ms later than stated, by the pose itself ({:.0} ms)",
-                        1e3 * late_s,
-                        1e3 * sigma_s
-                    )
-                });
+                watch.wrong(name, CabinCause::Late { late_s, sigma_s }, t_ns, 1);
             }
         }
     }
@@ -150,7 +139,7 @@ impl Body {
                 all.iter().filter_map(|aid| self.last_seen.get(aid).map(|last| (*aid, *last))).collect();
             let Some(latest) = seen.iter().map(|(_, last)| *last).max() else { continue };
             if limit_ns < i64::MAX && t_ns - latest > limit_ns {
-                watch.wrong_since(group, "silent", latest, t_ns, 1, || "none of them writes".to_owned());
+                watch.wrong_since(group, CabinCause::AllSilent, latest, t_ns, 1);
                 self.back_ns.insert(group, t_ns);
                 continue;
             }
@@ -158,9 +147,7 @@ impl Body {
             let back_ns = self.back_ns.get(group).copied().unwrap_or(i64::MIN / 2);
             for (aid, last) in seen {
                 if t_ns - last.max(back_ns) > single_ns {
-                    watch.wrong_since(aids.name(aid), "silent", last, t_ns, 1, || {
-                        "it writes nothing".to_owned()
-                    });
+                    watch.wrong_since(aids.name(aid), CabinCause::Silent, last, t_ns, 1);
                 }
             }
         }
