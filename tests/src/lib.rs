@@ -7,5 +7,6 @@ pub mod faults;
 pub mod feed;
 pub mod hand_in;
 pub mod receiver;
+pub mod rtcm_writer;
 pub mod server;
 pub mod staff;

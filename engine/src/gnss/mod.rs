@@ -18,6 +18,7 @@ mod observation_reader_3;
 mod observation_reader_tests;
 pub mod observations;
 pub mod rinex_error;
+pub mod rtcm;
 pub mod satellite;
 pub mod signal;
 pub mod single_point;

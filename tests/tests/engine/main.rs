@@ -11,6 +11,7 @@ mod instruments;
 mod memory;
 mod order_of_arrival;
 mod recorded_walks;
+mod rtcm;
 mod saved_state;
 mod scenario;
 mod simulated_walks;
