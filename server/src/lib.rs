@@ -20,6 +20,7 @@ pub mod http;
 pub mod jobs;
 pub mod live;
 pub mod markers;
+pub mod ntrip;
 pub mod sessions;
 pub mod store;
 pub mod stream_field;

@@ -11,7 +11,7 @@ const LANGUAGES: [(&str, &str); 2] = [
 ];
 
 /// What a system or a screen alone says, in the same languages.
-const OWN: [(&str, [&str; 2]); 4] = [
+const OWN: [(&str, [&str; 2]); 5] = [
     (
         "markers",
         [
@@ -38,6 +38,13 @@ const OWN: [(&str, [&str; 2]); 4] = [
         [
             include_str!("../../static/messages/cabin.en.json"),
             include_str!("../../static/messages/cabin.zh-CN.json"),
+        ],
+    ),
+    (
+        "rover",
+        [
+            include_str!("../../static/messages/rover.en.json"),
+            include_str!("../../static/messages/rover.zh-CN.json"),
         ],
     ),
 ];

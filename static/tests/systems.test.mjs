@@ -36,7 +36,7 @@ async function sharedFiles() {
     "sw.js",
   ];
   const shared = names.filter(
-    (name) => /\.(js|css|json|html)$/.test(name) && !/\/(pedestrian|pole|cabin)[._]/.test(name),
+    (name) => /\.(js|css|json|html)$/.test(name) && !/\/(pedestrian|pole|cabin|rover)[._]/.test(name),
   );
   return Promise.all(shared.map(async (name) => /** @type {const} */ ([name, await read(name)])));
 }
@@ -183,6 +183,41 @@ test("a track is read with the columns of its system and no others", () => {
   const track = readTrack(table, generic(RAFT));
   assert.deepEqual([track.sigma_m[0], track.heading_rad[0], track.more], [0.5, NaN, {}]);
   assert.throws(() => readTrack(table, systemOf({})), /no column left_stance/);
+});
+
+test("a rover's track is cut where its quality changes, and its files are told apart by their endings", async () => {
+  const { byQuality, refined, slotOf } = await import("../js/systems/rover.js");
+  const track = { t_s: [0, 1, 2, 3], e_m: [0, 10, 20, 30], n_m: [0, 0, 0, 5] };
+  const line = { chart: "quality", series: "main", start_s: 0, step_s: 1, low: [1, 1, 2, 3] };
+  const pieces = byQuality(/** @type {any} */ (track), line);
+  assert.deepEqual(
+    pieces.map(({ points, ink }) => [ink, points.length]),
+    // A piece begins where the one before ends; the last line is there for its ends alone.
+    [
+      ["5", 2],
+      ["warn", 2],
+      ["runA", 2],
+      ["runA", 4],
+    ],
+  );
+  assert.deepEqual(byQuality(/** @type {any} */ (track), undefined), []);
+  assert.deepEqual(
+    ["base.nav", "BRDC00IGS_R_20243180000_01D_MN.rnx.gz", "base.obs.gz", "rover.24o", "uwb.csv", "x.bin"].map(slotOf),
+    ["navigation_1", "navigation_1", "base", "rover", "ranges", null],
+  );
+  const rover = refined(generic({ ...RAFT, name: "rover" }));
+  const plots = rover.plots(kit);
+  assert.ok(plots.every(({ group }) => rover.plotGroups.includes(group)));
+  setLanguage("en", { ...(await words("en")), ...(await words("rover.en")) });
+  const values = { quality: 1, satellites: 14, anchors: 3, ratio: 12.34 };
+  const moment = {
+    point: () => null,
+    chart: (/** @type {string} */ chart) => values[/** @type {"ratio"} */ (chart)] ?? null,
+  };
+  assert.deepEqual(
+    rover.readouts.map((readout) => readout.words(moment)),
+    ["fixed: whole cycles", "14 + 3", "12.3"],
+  );
 });
 
 test("what a system has beside its declaration comes with its words when a session of it is opened", async () => {

@@ -23,7 +23,7 @@ async function sources() {
 }
 
 test("the keys of a system or a screen with a file of its own begin with its name, and no other does", async () => {
-  assert.deepEqual(systems, ["cabin", "markers", "pedestrian", "pole"]);
+  assert.deepEqual(systems, ["cabin", "markers", "pedestrian", "pole", "rover"]);
   for (const file of [...systems.flatMap((s) => [`${s}.en`, `${s}.zh-CN`]), "en", "zh-CN"])
     for (const key of Object.keys(await words(file)))
       assert.equal(

@@ -90,7 +90,7 @@ const ENGINE_ARROWS: [(&str, &[&str]); 27] = [
         ],
     ),
     ("track", &["anomaly", "event", "geo", "stream", "system"]),
-    ("parse", &["anomaly", "figures", "geo", "sample", "stream", "system", "track", "word"]),
+    ("parse", &["anomaly", "figures", "geo", "gnss", "sample", "stream", "system", "track", "word"]),
     ("evaluate", &["event", "parse", "track"]),
     ("parameters", &["identify", "system", "systems"]),
     ("sim", &["geo", "rotation", "sample"]),

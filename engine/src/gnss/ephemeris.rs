@@ -153,6 +153,11 @@ impl Navigation {
         self.notes.append(&mut other.notes);
     }
 
+    /// Brings the ephemerides into the order of their reference times; those of one time stay as they came.
+    pub fn in_order_of_time(&mut self) {
+        self.ephemerides.sort_by_key(|one| one.toe);
+    }
+
     /// The ephemeris of a healthy satellite whose reference time is nearest; none in reach.
     pub fn nearest(&self, satellite: Satellite, time: GpsTime) -> Option<&Ephemeris> {
         self.ephemerides

@@ -7,6 +7,7 @@ use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
 use crate::parse::batch::{self, Batch, StreamKey};
 use crate::parse::error::{ParseError, ParseErrorKind, quoted};
+use crate::parse::range_rows;
 use crate::sample::ImuSample;
 use crate::stream::{FormerKeys, Readings, Rows, StreamId};
 
@@ -143,12 +144,13 @@ impl DeviceMessage {
         match tag.name.as_ref() {
             "hello" => from_str::<HelloFields>(text, "a hello")?.hello(former).map(DeviceMessage::Hello),
             "batch" => from_str::<BatchFields>(text, "a batch")?.batch(former).map(DeviceMessage::Batch),
+            "ranges" => from_str::<RangesFields>(text, "ranges")?.batch().map(DeviceMessage::Batch),
             "visit" => from_str(text, "a visit").map(DeviceMessage::Visit),
             "fault" => from_str(text, "a fault").map(DeviceMessage::Fault),
             "finish" => Ok(DeviceMessage::Finish),
             other => Err(ParseError::new(
                 ParseErrorKind::UnknownMessage,
-                "a message of type hello, batch, visit, fault or finish",
+                "a message of type hello, batch, ranges, visit, fault or finish",
                 quoted(other.as_bytes()),
                 "look the message up in the device protocol",
             )),
@@ -298,6 +300,58 @@ impl BatchFields {
     }
 }
 
+/// Ranges of a tag at one time: a batch of the stream of ranges, as who ranges has them.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct RangesFields {
+    #[serde(rename = "type")]
+    _message: serde::de::IgnoredAny,
+    stream: Option<StreamId>,
+    sequence: u64,
+    t_s: f64,
+    ranges: Vec<RangeFields>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct RangeFields {
+    anchor: String,
+    range_m: Option<f64>,
+}
+
+impl RangesFields {
+    fn batch(self) -> Result<Batch, ParseError> {
+        /// The stream where none is named.
+        const RANGES: StreamId = StreamId::named("ranges");
+        /// Beyond, times are no seconds of anything.
+        const LATEST_S: f64 = 9e9;
+        batch::check_size(self.ranges.len())?;
+        if self.t_s.abs() >= LATEST_S {
+            return Err(ParseError::new(
+                ParseErrorKind::BadTime,
+                "t_s in seconds of the GPS week, or of the session",
+                format!("{}", self.t_s),
+                "send seconds, not milliseconds",
+            ));
+        }
+        let t_ns = libm::round(self.t_s * 1e9) as i64;
+        let mut rows = Rows::new(range_rows::COLUMNS.len());
+        for RangeFields { anchor, range_m } in &self.ranges {
+            let name = range_rows::packed(anchor).ok_or_else(|| {
+                ParseError::new(
+                    ParseErrorKind::TooLong,
+                    "the name of an anchor, 1 to 18 bytes",
+                    quoted(anchor.as_bytes()),
+                    "give the anchor a shorter name, here and in the survey",
+                )
+            })?;
+            rows.push(t_ns, range_rows::values(t_ns, name, range_m.unwrap_or(f64::NAN)));
+        }
+        let stream = StreamKey::Id(self.stream.unwrap_or(RANGES));
+        Ok(Batch { stream, sequence: self.sequence, readings: Readings::Values(rows) })
+    }
+}
+
 /// Rows of equal length, as `[t_ns, [value, …]]`, null for a missing value.
 fn rows_of(given: Vec<(i64, Vec<Option<f64>>)>) -> Result<Rows, ParseError> {
     let columns = given.first().map_or(0, |(_, values)| values.len());
@@ -428,6 +482,24 @@ mod tests {
         let odd = r#"{"type":"batch","stream":"fix","sequence":0,"rows":[[10,[1]],[20,[3,4]]]}"#;
         let error = DeviceMessage::from_json(odd, FORMER).unwrap_err().to_string();
         assert!(error.contains("1 in the first, 2 at 20 ns"), "{error}");
+    }
+
+    #[test]
+    fn ranges_are_the_rows_that_their_log_would_give() {
+        let text = r#"{"type":"ranges","sequence":4,"t_s":116400.0501,"ranges":[{"anchor":"A1","range_m":3.25},{"anchor":"A2","range_m":null}]}"#;
+        let DeviceMessage::Batch(batch) = read(text) else { panic!("a batch") };
+        assert_eq!((batch.stream, batch.sequence), (StreamKey::Id(StreamId::named("ranges")), 4));
+        let Readings::Values(rows) = batch.readings else { panic!("rows") };
+        let (log, _) =
+            range_rows::read(b"t_s,anchor,range_m\n116400.0501,A1,3.25\n116400.0501,A2,\n").unwrap();
+        assert_eq!(rows, log);
+        for (wrong, code) in [
+            (text.replace("A1", "an-anchor-in-the-hall"), "too_long"),
+            (text.replace("116400.0501", "1e12"), "bad_time"),
+            (text.replace("range_m\":3.25", "range_mm\":3250"), "not_json"),
+        ] {
+            assert_eq!(DeviceMessage::from_json(&wrong, FORMER).unwrap_err().code(), code);
+        }
     }
 
     #[test]

@@ -80,6 +80,11 @@ pub enum LogCause {
         /// What is wrong with it.
         packing: &'static str,
     },
+    /// Something else, in the words of who read it.
+    Noted {
+        /// What, as a sentence.
+        note: String,
+    },
     /// The clock of this log is another than that of the first log of the walk.
     ClocksApart {
         /// By how much it is ahead, s.
@@ -101,7 +106,8 @@ impl Cause for LogCause {
             LogCause::LinesLeftOut { .. }
             | LogCause::Filling { .. }
             | LogCause::EmptyRows { .. }
-            | LogCause::Packing { .. } => LINES_LEFT_OUT,
+            | LogCause::Packing { .. }
+            | LogCause::Noted { .. } => LINES_LEFT_OUT,
             LogCause::ClocksApart { .. } => CLOCKS_APART,
         }
     }
@@ -141,6 +147,7 @@ impl Cause for LogCause {
                 format!("{empty_rows} rows without any value were left out")
             }
             LogCause::Packing { packing } => format!("the packed file {packing}: what is in it was read"),
+            LogCause::Noted { note } => note.clone(),
             LogCause::ClocksApart { ahead_by_s, sigma_s } => format!(
                 "the clock of this log is ahead of the other log's by {ahead_by_s:.2} s (sigma {sigma_s:.2} s), as the steps of both show: it was set to the other"
             ),
@@ -169,6 +176,7 @@ impl Cause for LogCause {
             LogCause::Filling { filling_bytes } => figures([("filling_bytes", (*filling_bytes).into())]),
             LogCause::EmptyRows { empty_rows } => figures([("empty_rows", (*empty_rows).into())]),
             LogCause::Packing { packing } => figures([("packing", (*packing).into())]),
+            LogCause::Noted { note } => figures([("note", note.as_str().into())]),
             LogCause::ClocksApart { ahead_by_s, sigma_s } => {
                 figures([("ahead_by_s", (*ahead_by_s).into()), ("sigma_s", (*sigma_s).into())])
             }
@@ -194,6 +202,7 @@ impl LogCause {
             LogCause::Filling { filling_bytes: 60_000.0 },
             LogCause::EmptyRows { empty_rows: 3.0 },
             LogCause::Packing { packing: "ends in the middle" },
+            LogCause::Noted { note: "the last epoch is cut off and was left out".to_owned() },
             LogCause::ClocksApart { ahead_by_s: 3598.0, sigma_s: 0.1 },
         ]
     }

@@ -2,13 +2,14 @@
 
 use crate::anomaly::Anomaly;
 use crate::parse::error::{ParseError, ParseErrorKind};
-use crate::parse::gnss_columns;
 use crate::parse::log_format::{LogFormat, Recognised};
 use crate::parse::log_reader::{LogReader, Reading};
+use crate::parse::remark::LogCause;
 use crate::parse::table_head::{TableHead, TextHead};
 use crate::parse::values_csv::ValuesCsv;
+use crate::parse::{gnss_columns, navigation_rows, observation_rows, range_rows};
 use crate::stream::{Kind, Readings, Rows};
-use crate::system::StreamRule;
+use crate::system::{Column, StreamRule};
 
 /// A push parser for the log of a stream: takes bytes in pieces of any size and gives the readings that they complete.
 #[derive(Debug)]
@@ -27,14 +28,29 @@ pub struct ValuesReader {
     zero_ns: i64,
     clock_ns: Option<(i64, i64)>,
     head: Vec<u8>,
+    notes: Vec<String>,
 }
 
 #[derive(Debug)]
 enum RowsParser {
     /// A table of the declared columns.
     Table(Box<ValuesCsv>),
-    /// Positions in any form that receivers and programs write: kept until the log is over.
-    Positions(Vec<u8>),
+    /// A form of its own, which is kept until the log is over.
+    Whole(Vec<u8>, ReadWhole),
+}
+
+/// Reads a whole log: its rows, and what was passed over or put right, a sentence each.
+type ReadWhole = fn(&[u8]) -> Result<(Rows, Vec<String>), ParseError>;
+
+/// How the log of a stream of these columns is read, where it is no table of them.
+fn whole(columns: &[Column]) -> Option<ReadWhole> {
+    let forms: [(fn(&[Column]) -> bool, ReadWhole); 4] = [
+        (gnss_columns::are_of, |bytes| gnss_columns::read(bytes).map(|rows| (rows, Vec::new()))),
+        (observation_rows::are_of, observation_rows::read),
+        (navigation_rows::are_of, navigation_rows::read),
+        (range_rows::are_of, range_rows::read),
+    ];
+    forms.into_iter().find(|(are_of, _)| are_of(columns)).map(|(_, read)| read)
 }
 
 /// The beginning of a table that is kept to be shown.
@@ -91,7 +107,7 @@ impl StreamReader {
     pub fn anomalies(&self) -> Vec<Anomaly> {
         match self {
             StreamReader::Imu(reader) => reader.anomalies(),
-            StreamReader::Values(_) => Vec::new(),
+            StreamReader::Values(reader) => reader.anomalies(),
         }
     }
 
@@ -154,15 +170,22 @@ impl ValuesReader {
             ));
         }
         Ok(ValuesReader {
-            parser: match gnss_columns::are_of(rule.columns) {
-                true => RowsParser::Positions(Vec::new()),
-                false => RowsParser::Table(Box::new(ValuesCsv::new(rule.columns))),
+            parser: match whole(rule.columns) {
+                Some(read) => RowsParser::Whole(Vec::new(), read),
+                None => RowsParser::Table(Box::new(ValuesCsv::new(rule.columns))),
             },
             columns: rule.columns.len(),
             zero_ns: clock_zero_ns.unwrap_or(0),
             clock_ns: None,
             head: Vec::new(),
+            notes: Vec::new(),
         })
+    }
+
+    fn anomalies(&self) -> Vec<Anomaly> {
+        let (first_ns, last_ns) = self.clock_ns.unwrap_or_default();
+        let at_ns = [first_ns, last_ns].map(|t_ns| t_ns.saturating_sub(self.zero_ns));
+        self.notes.iter().map(|note| LogCause::Noted { note: note.clone() }.at(at_ns, 0)).collect()
     }
 
     fn push(&mut self, bytes: &[u8], rows: &mut Rows) -> Result<(), ParseError> {
@@ -171,7 +194,7 @@ impl ValuesReader {
         let mut new = Rows::new(self.columns);
         let parsed = match &mut self.parser {
             RowsParser::Table(table) => table.push(bytes, &mut new),
-            RowsParser::Positions(kept) => {
+            RowsParser::Whole(kept, _) => {
                 kept.extend_from_slice(bytes);
                 Ok(())
             }
@@ -184,7 +207,10 @@ impl ValuesReader {
         let mut new = Rows::new(self.columns);
         let end = match &mut self.parser {
             RowsParser::Table(table) => table.finish(&mut new),
-            RowsParser::Positions(kept) => gnss_columns::read(kept).map(|rows| new = rows),
+            RowsParser::Whole(kept, read) => read(kept).map(|(rows, notes)| {
+                new = rows;
+                self.notes = notes;
+            }),
         };
         self.place(&new, rows);
         end

@@ -1,13 +1,18 @@
 //! The systems that there are. This is the one file that names them all: a new one is one line here.
 
-use super::{cabin, fixes, pedestrian, pole};
+use super::{cabin, fixes, pedestrian, pole, rover};
 use crate::event::AidKind;
 use crate::stream::{FormerKeys, StreamId};
 use crate::system::Declaration;
 
 /// All systems; the first is that of a session of which nothing is said.
-pub const SYSTEMS: &[&Declaration] =
-    &[&pedestrian::DECLARATION, &fixes::DECLARATION, &pole::DECLARATION, &cabin::DECLARATION];
+pub const SYSTEMS: &[&Declaration] = &[
+    &pedestrian::DECLARATION,
+    &fixes::DECLARATION,
+    &pole::DECLARATION,
+    &cabin::DECLARATION,
+    &rover::DECLARATION,
+];
 
 /// The system of a session of which nothing is said.
 pub fn usual() -> &'static Declaration {

@@ -28,6 +28,7 @@ mod simulate;
 mod site_file;
 mod solution;
 mod stopping;
+mod stream;
 mod text_columns;
 mod track_output;
 mod visits;
@@ -64,6 +65,8 @@ enum Verb {
     Integers(integers::IntegersArgs),
     /// Serves uploads, live walks and the map
     Serve(serve::ServeArgs),
+    /// Brings what receivers send to a server, as one live session
+    Stream(stream::StreamCommand),
     /// Loads a server with many inspectors at once, and audits what it kept
     Load(load::LoadArgs),
     /// Makes accounts at the machine itself, while no server runs
@@ -96,6 +99,7 @@ pub fn run(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
         Verb::Predict(args) => predict::predict(&args),
         Verb::Integers(args) => integers::run(&args),
         Verb::Serve(args) => serve::serve(args),
+        Verb::Stream(args) => stream::stream(args),
         Verb::Load(args) => load::load(&args),
         Verb::Account(args) => account::account(args),
         Verb::Backup(args) => backup::backup(&args),

@@ -56,6 +56,7 @@ export function sessionView(app, side, id, asked, askAgain) {
       <div data-panel="replay">
         <section class="board"></section>
         <section class="runs-choice"></section>
+        <section class="of-system" hidden></section>
         <section class="aids-choice"></section>
         <section class="walk-choice"></section>
       </div>
@@ -115,8 +116,24 @@ export function sessionView(app, side, id, asked, askAgain) {
   /** @type {ReturnType<typeof import("../systems/cabin_board.js").makeBoard> | null} */
   let board = null;
   let charted_ms = performance.now();
+  /** What the system shows beside the track. @type {import("../systems/system.js").Overlay | null} */
+  let beyond = null;
+  /** @type {import("../map/runs.js").RunCursor[]} */
+  let moving = [];
   /** @type {import("../map/runs.js").Runs} */
-  const onMap = { lines: [], cursors: [], corrections: [], arrows: true, selected: null };
+  const onMap = {
+    lines: [],
+    get cursors() {
+      return [...(beyond?.places ?? []), ...moving];
+    },
+    set cursors(moved) {
+      moving = moved;
+      showCard();
+    },
+    corrections: [],
+    arrows: true,
+    selected: null,
+  };
   app.runs = onMap;
   // A walk is looked at closely; the other screens want the map as they left it.
   const showAsBefore = app.stage.remember();
@@ -162,6 +179,7 @@ export function sessionView(app, side, id, asked, askAgain) {
     onMap.lines = [
       ...beside.map((walk) => ({ points: line(walk.track), ink: walk.ink, dash: [], width: 2 })),
       ...shown.toReversed().map((run) => ({ points: line(run.track), ink: run.ink, dash: run.dash, width: run.width })),
+      ...(shown.some((run) => run.name === "main") ? (beyond?.lines ?? []) : []),
     ];
     render(
       one(".runs-choice", side),
@@ -194,11 +212,28 @@ export function sessionView(app, side, id, asked, askAgain) {
       >`;
     render(
       one("#legend"),
-      html`${shown.map((run) => key(run, runName(system, run, alone())))}${beside.map((walk) => key({ ink: walk.ink, dash: [] }, walk.name))}
+      html`${shown.map((run) => key(run, runName(system, run, alone())))}${beside.map((walk) => key({ ink: walk.ink, dash: [] }, walk.name))}${(beyond?.legend ?? []).map(({ ink: name, words }) => key({ ink: name, dash: [] }, words))}
       ${onMap.arrows && onMap.corrections.length > 0 && key({ ink: "arrow", dash: [] }, t("session.run.arrows"))}`,
     );
     ink();
     app.layers.runs.invalidate();
+  }
+
+  /** What the system says of the moment of the cursor. */
+  function showCard() {
+    const card = one(".of-system", side);
+    card.hidden = beyond === null;
+    if (beyond) render(card, beyond.card(replay.now()));
+  }
+
+  /** @param {import("./track.js").Track} main */
+  async function lookBeyond(main) {
+    const found = await system.overlay?.(id, main).catch(() => null);
+    if (gone || !found) return;
+    beyond = found;
+    showRuns();
+    showCard();
+    one(".session", side).dataset.beyond = "yes";
   }
 
   /** Canvas knows no style sheet, and an attribute no custom property. */
@@ -315,6 +350,7 @@ export function sessionView(app, side, id, asked, askAgain) {
     showRuns();
     replay.walksChanged();
     board?.show(main);
+    lookBeyond(main);
     if (first) replay.seek(moment.t_s ?? (known.state === "live" ? Infinity : main.t_s[0]));
     one(".session", side).dataset.drawn = "yes";
   }

@@ -24,6 +24,7 @@ const FILES = {
 const WHEN_OPENED = {
   pole: () => import("./pole.js"),
   cabin: () => import("./cabin.js"),
+  rover: () => import("./rover.js"),
 };
 
 /** What a session is of that names no system. */

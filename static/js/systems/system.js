@@ -16,6 +16,13 @@
 
 /**
  * @typedef {{
+ *   lines: import("../map/runs.js").RunLine[], places: import("../map/runs.js").RunCursor[], legend: {ink: string, words: string}[],
+ *   card: (t_s: number) => ReturnType<typeof import("../html.js").html>,
+ * }} Overlay lines over the track, places with their words, keys for both; and what stands at the side, at the time of the cursor
+ */
+
+/**
+ * @typedef {{
  *   name: string, carrierKind: string, icon: string,
  *   uploadSlots: UploadSlot[], exchangeable: boolean, slotOf: (fileName: string) => string | null,
  *   instrument: {about: string, example: string} | null, placesItself: boolean,
@@ -26,6 +33,7 @@
  *   plots: (kit: typeof import("../replay/plots.js")) => import("../replay/plots.js").Plot[],
  *   plotGroups: string[], firstPlotGroups: string[],
  *   readouts: Readout[], reportFigures: (report: any) => {value: string, label: string}[],
+ *   overlay?: (id: string, track: import("../sessions/track.js").Track) => Promise<Overlay>,
  *   clients: (() => Promise<{clients: (origin: string) => [string, string][]}>) | null,
  *   board?: () => Promise<typeof import("./cabin_board.js")>,
  *   words: Record<string, string>,
@@ -49,6 +57,7 @@
  * `plotGroups`, …    groups of charts to switch, and those shown at first
  * `readouts`         more figures at the cursor
  * `reportFigures`    more figures of the report
+ * `overlay`          what a session shows on its map and beside it, beyond the track
  * `clients`          example programs for the page of the API
  * `board`            what it shows of a session beside the map, of the moment of the replay or live
  * `words`            what the server's declaration says, by key, where the page has no message

@@ -5,7 +5,7 @@ import * as api from "../api.js";
 import { bytes, duration, percent } from "../format.js";
 import { html, one, render, setAttribute, setText } from "../html.js";
 import { t, tOr, translate } from "../i18n.js";
-import { learnSystems, systemNamed, systemNames, word } from "../systems/index.js";
+import { learnSystems, openSystem, systemNamed, systemNames, word } from "../systems/index.js";
 import { mayNot } from "../ui/may_not.js";
 import { problemBox } from "../ui/problem.js";
 import { uploadForm } from "./form.js";
@@ -439,7 +439,8 @@ export function uploadView(app, side, argument) {
   showUnfinished();
   showWaiting();
   showSystems();
-  learnSystems(api).then(() => {
+  learnSystems(api).then(async () => {
+    await openSystem(named);
     if (gone) return;
     // What it is of is known now: the screen anew, by the router.
     if (systemNamed(named) !== system) dispatchEvent(new HashChangeEvent("hashchange"));

@@ -51,7 +51,7 @@ pub struct MadeFile {
 }
 
 /// The files of a world: `rover.obs`, `base.obs`, `base.nav` where there are satellites, `uwb.csv`, `anchors.csv`,
-/// `rover.toml` where there are anchors, and `truth.csv` and `meta.json`.
+/// where there are anchors, and `rover.toml`, `site.toml`, `truth.csv` and `meta.json`.
 pub fn simulate(scene: Scene, seed: u64) -> Vec<MadeFile> {
     let world = World::draw(scene, seed);
     let mut random = Random::new(seed, 0, Purpose::RoverSky);
@@ -83,8 +83,9 @@ pub fn simulate(scene: Scene, seed: u64) -> Vec<MadeFile> {
             let _ = writeln!(text, "{},{e:.4},{n:.4},{u:.4}", anchor.name);
         }
         file("anchors.csv", text);
-        file("rover.toml", toml(&world));
     }
+    file("rover.toml", toml(&world));
+    file("site.toml", site(&world));
     file("truth.csv", truth(&world, begin, &counts));
     file("meta.json", meta(&world, begin, offset_s, slips));
     files
@@ -193,14 +194,37 @@ fn visible(world: &World, ranks: &[Vec<usize>; 2], t_s: f64, random: &mut Random
     })
 }
 
+/// The site of the world: its metres count from the base.
+fn site(world: &World) -> String {
+    format!("name = \"Base\"\n{}", place(world))
+}
+
+fn place(world: &World) -> String {
+    let Geodetic { latitude_deg, longitude_deg, height_m } = world.base;
+    format!("latitude_deg = {latitude_deg}\nlongitude_deg = {longitude_deg}\nheight_m = {height_m}\n")
+}
+
 fn toml(world: &World) -> String {
     let [e, n, u] = world.antenna_offset_m;
-    let mut text = format!(
-        "[uwb]\n# UWB antenna minus satellite antenna, east north up, metres\nantenna_offset_m = [{e:.3}, {n:.3}, {u:.3}]\n"
+    let mut text = format!("[site]\n{}", place(world));
+    if world.anchors.is_empty() {
+        return text;
+    }
+    let _ = write!(
+        text,
+        "\n[uwb]\n# UWB antenna minus satellite antenna, east north up, metres\nantenna_offset_m = [{e:.3}, {n:.3}, {u:.3}]\n"
     );
     if world.scene == Scene::Hall {
         let height = world.tag_n(0.0)[2];
         let _ = write!(text, "antenna_height_m = {height:.2}\nantenna_height_sigma_m = 0.05\n");
+    }
+    for anchor in &world.anchors {
+        let [e, n, u] = anchor.p_n;
+        let _ = write!(
+            text,
+            "\n[[anchors]]\nname = \"{}\"\ne_m = {e:.4}\nn_m = {n:.4}\nu_m = {u:.4}\n",
+            anchor.name
+        );
     }
     text
 }

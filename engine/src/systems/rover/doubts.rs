@@ -2,6 +2,7 @@
 
 use nalgebra::Vector3;
 
+use super::causes::RoverCause;
 use super::differences::Base;
 use super::row::{Quality, Row};
 use super::run::Inputs;
@@ -16,7 +17,7 @@ const LOOKED_AT: usize = 7;
 const TAGS_S: i32 = 30;
 
 /// What speaks against the files before any filter.
-pub fn before(inputs: &Inputs<'_>, base: &Base) -> Vec<String> {
+pub fn before(inputs: &Inputs<'_>, base: &Base) -> Vec<RoverCause> {
     let mut all = Vec::new();
     let (rover, navigation) = (inputs.rover, inputs.navigation);
     let (Some(first), Some(last)) = (rover.epochs.first(), rover.epochs.last()) else { return all };
@@ -24,45 +25,32 @@ pub fn before(inputs: &Inputs<'_>, base: &Base) -> Vec<String> {
         epoch.satellites.iter().filter(|one| navigation.nearest(one.satellite, epoch.time).is_some()).count()
     };
     if with_orbit(first) == 0 && with_orbit(last) == 0 {
-        let theirs = match navigation.span() {
-            Some((from, to)) => format!("they hold orbits from {} to {}", from.calendar(), to.calendar()),
-            None => "they hold no orbit".to_owned(),
-        };
-        all.push(format!(
-            "the navigation files have no orbit for the rover's time, {} to {}: {theirs}; give the navigation file of that day",
-            first.time.calendar(),
-            last.time.calendar()
-        ));
+        all.push(RoverCause::NoOrbits {
+            rover: [first.time, last.time],
+            orbits: navigation.span().map(|(from, to)| [from, to]),
+        });
         return all;
     }
     if let (Some(base_first), Some(base_last)) = (inputs.base.epochs.first(), inputs.base.epochs.last())
         && (base_first.time.since(last.time) > 0.5
             || first.time.since(base_last.time) > super::run::OLDEST_BASE_S)
     {
-        all.push(format!(
-            "rover and base have no time in common: the rover observed from {} to {}, the base from {} to {}; give the base file of that time",
-            first.time.calendar(),
-            last.time.calendar(),
-            base_first.time.calendar(),
-            base_last.time.calendar()
-        ));
+        all.push(RoverCause::NoCommonTime {
+            rover: [first.time, last.time],
+            base: [base_first.time, base_last.time],
+        });
         return all;
     }
     if let Some(point) = middle(inputs.base, inputs, Some(base.p_e)) {
         let off = base.c_ne * (point - base.p_e);
         let plan = libm::hypot(off.x, off.y);
         if plan > BASE_M || off.z.abs() > 2.0 * BASE_M {
-            all.push(format!(
-                "the base's position is {plan:.0} m in plan and {:.0} m in height away from where its own observations put it; correct --base-position or the base file's APPROX POSITION XYZ",
-                off.z.abs()
-            ));
+            all.push(RoverCause::BasePlace { plan_m: plan, height_m: off.z.abs() });
         }
     }
     for (who, file) in [("rover", rover), ("base", inputs.base)] {
         if let Some(seconds) = tags_off(file, inputs, base) {
-            all.push(format!(
-                "the {who}'s time tags seem to be {seconds} s off: its observations fit the satellites' orbits only so; set the receiver's clock, or correct the file's times"
-            ));
+            all.push(RoverCause::TimeTags { who, off_s: f64::from(seconds) });
         }
     }
     all
@@ -117,7 +105,7 @@ fn tags_off(file: &Observations, inputs: &Inputs<'_>, base: &Base) -> Option<i32
 }
 
 /// By how much the ranges' clock is off, s, where ranges do not fit the places that satellites fixed, and fit so.
-pub fn ranges_clock(inputs: &Inputs<'_>, rows: &[Row]) -> Option<String> {
+pub fn ranges_clock(inputs: &Inputs<'_>, rows: &[Row]) -> Option<RoverCause> {
     let fixed: Vec<(f64, Vector3<f64>)> = rows
         .iter()
         .filter(|row| row.quality == Quality::Fixed)
@@ -165,20 +153,13 @@ pub fn ranges_clock(inputs: &Inputs<'_>, rows: &[Row]) -> Option<String> {
         && off < 0.6
         && off < 0.5 * now
     {
-        return Some(format!(
-            "anchors {} and {} seem to have each other's place: ranges fit the fixed positions only so; correct the anchors' file",
-            inputs.anchors[a].name, inputs.anchors[b].name
-        ));
+        let name = |k: usize| inputs.anchors[k].name.clone();
+        return Some(RoverCause::AnchorsSwapped { first: name(a), second: name(b) });
     }
     let clocks = (-60..=60).filter_map(|half| misfit(f64::from(half) * 0.5, [0, 0]).map(|off| (off, half)));
     let best = clocks.min_by(|a, b| a.0.total_cmp(&b.0))?;
     if best.0 < 0.6 && best.0 < 0.5 * now && best.1 != 0 {
-        return Some(format!(
-            "the ranges' clock seems to be {:.1} s off GPS time: ranges fit the fixed positions only so; set the clock of the UWB computer",
-            f64::from(best.1) * 0.5
-        ));
+        return Some(RoverCause::RangesClock { off_s: f64::from(best.1) * 0.5 });
     }
-    (now > 3.0).then(|| {
-        format!("ranges are {now:.1} m off the fixed positions in the middle: check the anchors' coordinates and names")
-    })
+    (now > 3.0).then_some(RoverCause::RangesOff { off_m: now })
 }

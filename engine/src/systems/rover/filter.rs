@@ -38,6 +38,8 @@ pub struct Position {
     pub p_n: [f64; 3],
     /// Standard deviations, m.
     pub sigma_n: [f64; 3],
+    /// Covariance of east and north, m².
+    pub covariance_en_m2: f64,
     /// What it rests on.
     pub quality: Quality,
     /// The ratio of a search.
@@ -435,6 +437,7 @@ impl Filter {
         Position {
             p_n: [state.x[0], state.x[1], state.x[2]],
             sigma_n: [sigma(0), sigma(1), sigma(2)],
+            covariance_en_m2: state.covariance(0, 1),
             quality,
             ratio,
             satellites,

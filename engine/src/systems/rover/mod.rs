@@ -33,21 +33,32 @@
 
 pub mod anchors;
 pub mod arcs;
+pub mod causes;
+pub mod computation;
 pub mod coupling;
+mod declaration;
 pub mod differences;
 pub mod doubts;
 pub mod filter;
 pub mod fixing;
 pub mod instrument;
+mod live;
 pub mod lost_tag;
 pub mod noise;
 pub mod paper;
+mod pass;
 pub mod ranges;
 pub mod ranges_alone;
 pub mod ranges_check;
+pub mod recording;
 pub mod row;
 pub mod run;
 pub mod satellites;
 pub mod smoothing;
 pub mod state;
+pub mod streams;
+mod system;
+pub mod told;
 pub mod uwb_alone;
+
+pub use declaration::DECLARATION;

@@ -135,6 +135,7 @@ pub fn epoch(
         answer = Some(Position {
             p_n: [state.x[0], state.x[1], state.x[2]],
             sigma_n,
+            covariance_en_m2: state.covariance(0, 1),
             quality,
             ratio: found.ratio,
             satellites: result.satellites,

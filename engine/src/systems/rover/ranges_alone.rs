@@ -1,5 +1,6 @@
 //! A whole run without satellites: ranges and anchors in, rows and what became of each anchor out.
 
+use super::causes::RoverCause;
 use super::instrument::Instrument;
 use super::ranges_check;
 use super::row::{Quality, Row};
@@ -14,7 +15,19 @@ pub struct RangesAlone {
     /// Each surveyed anchor's name and what became of its ranges.
     pub anchors: Vec<(String, AnchorUse)>,
     /// What was odd, a sentence each.
-    pub anomalies: Vec<String>,
+    pub anomalies: Vec<RoverCause>,
+}
+
+/// What the filter is told of the tag.
+pub(super) fn settings(instrument: &Instrument, initial_position_m: Option<[f64; 3]>) -> UwbSettings {
+    let tag = &instrument.uwb;
+    UwbSettings {
+        antenna_height_m: tag.antenna_height_m,
+        antenna_height_sigma_m: tag.antenna_height_sigma_m,
+        range_sigma_m: tag.range_sigma_m,
+        range_bias_m: tag.range_bias_m,
+        initial_position_m,
+    }
 }
 
 /// Works a run out; `smoothed`: by all of the ranges.
@@ -28,22 +41,14 @@ pub fn run(
     instrument: &Instrument,
     initial_position_m: Option<[f64; 3]>,
     smoothed: bool,
-) -> Result<RangesAlone, String> {
+) -> Result<RangesAlone, RoverCause> {
     let matched = ranges_check::matched(ranges, anchors)?;
     ranges_check::check_unit(&ranges.rows, &matched, anchors)?;
-    let mut out = RangesAlone { anomalies: ranges.notes.clone(), ..RangesAlone::default() };
+    let mut out = RangesAlone::default();
     out.anomalies.extend(ranges_check::unknown(ranges, &matched));
     let swapped = ranges_check::swapped(&ranges.rows, &matched, anchors);
     let doubtful = swapped.is_some();
     out.anomalies.extend(swapped);
-    let tag = &instrument.uwb;
-    let settings = UwbSettings {
-        antenna_height_m: tag.antenna_height_m,
-        antenna_height_sigma_m: tag.antenna_height_sigma_m,
-        range_sigma_m: tag.range_sigma_m,
-        range_bias_m: tag.range_bias_m,
-        initial_position_m,
-    };
     let known: Vec<UwbRange> = ranges
         .rows
         .iter()
@@ -51,7 +56,7 @@ pub fn run(
             Some(UwbRange { t_ns: row.t_ns, anchor: matched[row.anchor]?, range_m: row.range_m })
         })
         .collect();
-    let mut filter = UwbAlone::new(anchors.to_vec(), settings);
+    let mut filter = UwbAlone::new(anchors.to_vec(), settings(instrument, initial_position_m));
     let mut points: Vec<UwbPoint> = Vec::new();
     for of_one_time in known.chunk_by(|a, b| a.t_ns == b.t_ns) {
         points.extend(filter.push(of_one_time));
@@ -61,27 +66,23 @@ pub fn run(
     }
     let answering = filter.anchors().iter().filter(|anchor| anchor.used > 0).count();
     match filter.started_ns() {
-        None => out.anomalies.push(format!(
-            "the tag was not found: a position needs three anchors that agree, and {} answered",
-            matched.iter().flatten().count()
-        )),
-        Some(_) if answering < 3 => {
-            out.anomalies
-                .push("fewer than three anchors agree: positions are not to be relied on".to_owned());
+        None => {
+            out.anomalies.push(RoverCause::TagNotFound { answered: matched.iter().flatten().count() });
         }
+        Some(_) if answering < 3 => out.anomalies.push(RoverCause::FewAnchors { agree: answering }),
         Some(_) => {}
     }
     if filter.restarts() > 0 {
-        out.anomalies.push(format!("the tag was lost and found anew {} times", filter.restarts()));
+        out.anomalies.push(RoverCause::TagLost { times: filter.restarts() });
     }
     out.anchors = anchors.iter().map(|anchor| anchor.name.clone()).zip(filter.anchors()).collect();
     for (name, of) in &out.anchors {
         if of.rejected > of.used && of.used + of.rejected > 20 {
-            out.anomalies.push(format!(
-                "anchor {name}: {} of its {} ranges were rejected; check its coordinates and its cable",
-                of.rejected,
-                of.used + of.rejected
-            ));
+            out.anomalies.push(RoverCause::RangesRejected {
+                anchor: name.clone(),
+                rejected: of.rejected as usize,
+                ranges: (of.used + of.rejected) as usize,
+            });
         }
     }
     out.rows = points.iter().map(|point| row(point, doubtful)).collect();
@@ -89,7 +90,7 @@ pub fn run(
 }
 
 /// A row; with a survey that is in doubt its sigmas say so.
-fn row(point: &UwbPoint, doubtful: bool) -> Row {
+pub(super) fn row(point: &UwbPoint, doubtful: bool) -> Row {
     const IN_DOUBT_M: f64 = 10.0;
     let sigma = |axis: usize| {
         let own = point.covariance[axis][axis].max(0.0).sqrt();
@@ -101,16 +102,19 @@ fn row(point: &UwbPoint, doubtful: bool) -> Row {
         p_n_m: point.p_n,
         geodetic: None,
         sigma_n_m: [sigma(0), sigma(1), sigma(2)],
+        covariance_en_m2: if doubtful { 0.0 } else { point.covariance[0][1] },
         quality: if point.anchors > 0 { Quality::Uwb } else { Quality::Predicted },
         ratio: None,
         satellites: 0,
         anchors: point.anchors,
+        base_age_s: None,
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::anomaly::Cause as _;
     use crate::sample::TagRange;
     use crate::systems::rover::anchors::distance_m;
 
@@ -136,7 +140,11 @@ mod tests {
     }
 
     fn alone(ranges: &TagRanges, anchors: &[SurveyedAnchor]) -> Result<RangesAlone, String> {
-        run(ranges, anchors, &Instrument::default(), None, false)
+        run(ranges, anchors, &Instrument::default(), None, false).map_err(|cause| cause.sentence())
+    }
+
+    fn said(out: &RangesAlone) -> Vec<String> {
+        out.anomalies.iter().map(RoverCause::sentence).collect()
     }
 
     #[test]
@@ -163,7 +171,7 @@ mod tests {
         let mut some = anchors();
         some[3].name = "B9".into();
         let out = alone(&ranges(1.0), &some).unwrap();
-        assert!(out.anomalies[0].contains("300 ranges to A3"), "{:?}", out.anomalies);
+        assert!(said(&out)[0].contains("300 ranges to A3"), "{:?}", out.anomalies);
         some.iter_mut().for_each(|anchor| anchor.name.insert(0, 'X'));
         let error = alone(&ranges(1.0), &some).unwrap_err();
         assert!(error.contains("XA0") && error.contains("A3"), "{error}");
@@ -176,7 +184,8 @@ mod tests {
         swapped[0].p_n = swapped[1].p_n;
         swapped[1].p_n = place;
         let out = alone(&ranges(1.0), &swapped).unwrap();
-        let said = out.anomalies.iter().find(|sentence| sentence.contains("swapped")).unwrap();
+        let said = said(&out);
+        let said = said.iter().find(|sentence| sentence.contains("swapped")).unwrap();
         assert!(said.contains("A0 and A1"), "{said}");
         assert!(out.rows.iter().all(|row| row.sigma_n_m[0] >= 10.0));
     }
@@ -185,10 +194,6 @@ mod tests {
     fn two_anchors_are_too_few_and_that_is_said() {
         let out = alone(&ranges(1.0), &anchors()[..2]).unwrap();
         assert!(out.rows.is_empty());
-        assert!(
-            out.anomalies.iter().any(|sentence| sentence.contains("three anchors")),
-            "{:?}",
-            out.anomalies
-        );
+        assert!(said(&out).iter().any(|sentence| sentence.contains("three anchors")), "{:?}", out.anomalies);
     }
 }

@@ -1,5 +1,6 @@
 //! What is wrong with ranges and anchors before any filter: units, names, anchors that were swapped.
 
+use super::causes::RoverCause;
 use crate::sample::{SurveyedAnchor, TagRange, TagRanges};
 use crate::systems::rover::anchors::{AntennaHeight, distance_m};
 use crate::systems::rover::uwb_alone::{EXPECTED_BIAS_M, window_cost};
@@ -14,22 +15,21 @@ const SLACK_M: f64 = 2.0;
 /// # Errors
 ///
 /// A sentence, where no name is known.
-pub fn matched(ranges: &TagRanges, anchors: &[SurveyedAnchor]) -> Result<Vec<Option<usize>>, String> {
+pub fn matched(ranges: &TagRanges, anchors: &[SurveyedAnchor]) -> Result<Vec<Option<usize>>, RoverCause> {
     let matched: Vec<Option<usize>> =
         ranges.anchors.iter().map(|name| anchors.iter().position(|anchor| anchor.name == *name)).collect();
     if matched.iter().any(Option::is_some) {
         return Ok(matched);
     }
     let list = |names: Vec<&str>| names.join(", ");
-    Err(format!(
-        "none of the anchors of the ranges ({}) is among the surveyed ones ({}); correct the names in one of the two files",
-        list(ranges.anchors.iter().map(String::as_str).take(8).collect()),
-        list(anchors.iter().map(|anchor| anchor.name.as_str()).take(8).collect()),
-    ))
+    Err(RoverCause::NoKnownAnchor {
+        ranged: list(ranges.anchors.iter().map(String::as_str).take(8).collect()),
+        surveyed: list(anchors.iter().map(|anchor| anchor.name.as_str()).take(8).collect()),
+    })
 }
 
 /// A sentence on ranges of anchors that nobody surveyed, where there are any.
-pub fn unknown(ranges: &TagRanges, matched: &[Option<usize>]) -> Option<String> {
+pub fn unknown(ranges: &TagRanges, matched: &[Option<usize>]) -> Option<RoverCause> {
     let names: Vec<&str> = ranges
         .anchors
         .iter()
@@ -41,7 +41,7 @@ pub fn unknown(ranges: &TagRanges, matched: &[Option<usize>]) -> Option<String> 
         return None;
     }
     let count = ranges.rows.iter().filter(|row| matched[row.anchor].is_none()).count();
-    Some(format!("{count} ranges to {} were left out: no such anchor is surveyed", names.join(", ")))
+    Some(RoverCause::UnknownAnchor { ranges: count, anchors: names.join(", ") })
 }
 
 /// Refuses ranges that are in another unit than metres: two ranges of one moment and the distance of their anchors
@@ -54,7 +54,7 @@ pub fn check_unit(
     rows: &[TagRange],
     matched: &[Option<usize>],
     anchors: &[SurveyedAnchor],
-) -> Result<(), String> {
+) -> Result<(), RoverCause> {
     const FEWEST: usize = 20;
     const FOOT_M: f64 = 0.3048;
     let share = |scale: f64| {
@@ -81,9 +81,7 @@ pub fn check_unit(
     }
     for (unit, scale) in [("millimetres", 1e-3), ("centimetres", 1e-2), ("feet", FOOT_M)] {
         if share(scale).is_some_and(|fit| fit > 0.8) {
-            return Err(format!(
-                "ranges do not fit the anchors in metres, but in {unit}; give range_m in metres"
-            ));
+            return Err(RoverCause::WrongUnit { unit });
         }
     }
     Ok(())
@@ -138,7 +136,11 @@ impl Windows {
 }
 
 /// A sentence on two anchors that explain the ranges only when they change places.
-pub fn swapped(rows: &[TagRange], matched: &[Option<usize>], anchors: &[SurveyedAnchor]) -> Option<String> {
+pub fn swapped(
+    rows: &[TagRange],
+    matched: &[Option<usize>],
+    anchors: &[SurveyedAnchor],
+) -> Option<RoverCause> {
     let windows = Windows::of(rows, matched);
     let as_told = windows.cost(anchors, 1.0);
     let mut best: Option<((f64, usize), usize, usize)> = None;
@@ -155,8 +157,5 @@ pub fn swapped(rows: &[TagRange], matched: &[Option<usize>], anchors: &[Surveyed
         }
     }
     let (_, i, j) = best?;
-    Some(format!(
-        "anchors {} and {} seem to be swapped in the survey: the ranges fit only when they change places",
-        anchors[i].name, anchors[j].name
-    ))
+    Some(RoverCause::AnchorsSwapped { first: anchors[i].name.clone(), second: anchors[j].name.clone() })
 }

@@ -22,6 +22,11 @@ impl Quality {
     pub const ALL: [Quality; 5] =
         [Quality::Fixed, Quality::Float, Quality::Uwb, Quality::Single, Quality::Predicted];
 
+    /// As charts number it, from 1 for the best.
+    pub fn number(self) -> f64 {
+        f64::from(self as u8 + 1)
+    }
+
     /// As files spell it.
     pub fn word(self) -> &'static str {
         match self {
@@ -47,6 +52,8 @@ pub struct Row {
     pub geodetic: Option<[f64; 3]>,
     /// Standard deviations east, north, up, m.
     pub sigma_n_m: [f64; 3],
+    /// Covariance of east and north, m².
+    pub covariance_en_m2: f64,
     /// What the position rests on.
     pub quality: Quality,
     /// Squared norm of the second best integers over that of the best, where they were searched.
@@ -55,6 +62,8 @@ pub struct Row {
     pub satellites: usize,
     /// Anchors used.
     pub anchors: usize,
+    /// How much older the base's epoch is, s; none where no base was used.
+    pub base_age_s: Option<f64>,
 }
 
 /// The first line of a track.
@@ -100,10 +109,12 @@ mod tests {
             p_n_m: [1.0, 2.0, 3.0],
             geodetic: None,
             sigma_n_m: [0.1, 0.2, 0.3],
+            covariance_en_m2: 0.0,
             quality: Quality::Uwb,
             ratio: None,
             satellites: 0,
             anchors: 3,
+            base_age_s: None,
         };
         let mut text = String::new();
         row.write(&mut text);

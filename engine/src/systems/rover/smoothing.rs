@@ -43,6 +43,8 @@ pub struct Smoothed {
     pub p_n: [f64; 3],
     /// Standard deviations, m.
     pub sigma_n: [f64; 3],
+    /// Covariance of east and north, m².
+    pub covariance_en_m2: f64,
 }
 
 impl Tape {
@@ -103,6 +105,7 @@ impl Tape {
                 sigma_n: std::array::from_fn(|axis| {
                     moments.p[(POSITION + axis, POSITION + axis)].max(0.0).sqrt()
                 }),
+                covariance_en_m2: moments.p[(POSITION, POSITION + 1)],
             });
             later = Some((knot, moments));
         }

@@ -58,6 +58,8 @@ pub(super) fn navigation(paths: &[impl AsRef<Path>], anomalies: &mut Vec<String>
         anomalies.extend(named(path, &file.notes));
         all.append(file);
     }
+    // As a session takes them.
+    all.in_order_of_time();
     Ok(all)
 }
 
@@ -66,6 +68,7 @@ pub(super) fn ranges(path: &Path, anomalies: &mut Vec<String>) -> Result<TagRang
     let (bytes, cut) = unpacked(path)?;
     let file = ranges_csv::read(&bytes).map_err(|error| Failure::bad_input(path, error))?;
     anomalies.extend(cut);
+    anomalies.extend(named(path, &file.notes));
     Ok(file)
 }
 

@@ -6,5 +6,5 @@ mod process;
 mod report;
 mod simulate;
 
-pub(super) use process::{command, run};
+pub(super) use process::{command, parse_place, run};
 pub(super) use simulate::{command as simulate_command, run as simulate};

@@ -6,16 +6,18 @@ use std::time::Instant;
 
 use anyhow::Result;
 use clap::{ArgMatches, Args, Command, FromArgMatches as _, ValueEnum};
-use lodestep_engine::geo::Geodetic;
-use lodestep_engine::gnss::observations::Observations;
+use lodestep_engine::anomaly::Cause as _;
 use lodestep_engine::gnss::satellite::Constellation;
-use lodestep_engine::systems::rover::coupling::{CoupledAnchor, CoupledRange};
-use lodestep_engine::systems::rover::instrument::Instrument;
-use lodestep_engine::systems::rover::row::{HEADER, Row};
-use lodestep_engine::systems::rover::{ranges_alone, ranges_check, run as whole_run};
+use lodestep_engine::systems::rover::causes::RoverCause;
+use lodestep_engine::systems::rover::computation::{self, Done, Means};
+use lodestep_engine::systems::rover::instrument::{Anchor, Place};
+use lodestep_engine::systems::rover::recording::Recording;
+use lodestep_engine::systems::rover::row::HEADER;
+use lodestep_engine::systems::rover::told::{self, Placement};
+use lodestep_engine::track::Track;
 
 use super::files;
-use super::report::{AnchorLine, Report};
+use super::report::Report;
 use crate::cli::failure::Failure;
 use crate::cli::output_file;
 
@@ -60,10 +62,10 @@ struct RoverArgs {
     base_position: Option<[f64; 3]>,
 
     /// Ranges of the tag: t_s,anchor,range_m
-    #[arg(long, value_name = "uwb.csv", requires = "anchors")]
+    #[arg(long, value_name = "uwb.csv")]
     uwb: Option<PathBuf>,
 
-    /// The anchors: anchor,e_m,n_m,u_m
+    /// The anchors: anchor,e_m,n_m,u_m [default: those of the instrument]
     #[arg(long, value_name = "anchors.csv", requires = "uwb")]
     anchors: Option<PathBuf>,
 
@@ -121,7 +123,7 @@ fn parse_position(text: &str) -> Result<[f64; 3], String> {
     }
 }
 
-fn parse_place(text: &str) -> Result<[f64; 3], String> {
+pub(in crate::cli) fn parse_place(text: &str) -> Result<[f64; 3], String> {
     let place = parse_position(text)?;
     let [latitude, longitude, height] = place;
     if latitude.abs() > 90.0 || longitude.abs() > 360.0 || !(-1000.0..20_000.0).contains(&height) {
@@ -143,167 +145,87 @@ pub(in crate::cli) fn command() -> Command {
 pub(in crate::cli) fn run(matches: &ArgMatches) -> Result<()> {
     let args = RoverArgs::from_arg_matches(matches).map_err(|error| Failure::usage(error.to_string()))?;
     let began = Instant::now();
-    let instrument = files::instrument(args.instrument.as_deref())?;
-    let done = match (&args.rover, &args.base) {
-        (Some(rover), Some(base)) => with_satellites(&args, rover, base, &instrument)?,
-        _ => ranges_only(&args, &instrument)?,
+    let Some(main) = args.rover.as_ref().or(args.uwb.as_ref()) else {
+        return Err(Failure::usage(
+            "give --rover, --base and --nav for satellites, or --uwb and --anchors for ranges alone",
+        ));
     };
+    let means = means(&args)?;
+    let mut notes = Vec::new();
+    let recording = recording(&args, &mut notes)?;
+    let smoothed = args.solution == Solution::Smoothed;
+    let done = computation::compute(&recording, &means, smoothed, args.estimator == Estimator::Paper)
+        .map_err(|cause| Failure::bad_input(blamed(&cause, &args).unwrap_or(main), cause.sentence()))?;
+    notes.extend(done.anomalies.iter().map(RoverCause::sentence));
     let mut text = String::with_capacity(170 * (done.rows.len() + 1));
     text.push_str(HEADER);
     done.rows.iter().for_each(|row| row.write(&mut text));
     output_file::write(&args.out, |out| out.write_all(text.as_bytes()))?;
     let report = Report {
-        rows: &done.rows,
+        done: &done,
         process_seconds: began.elapsed().as_secs_f64(),
-        slips: done.slips,
-        anchors: done.anchors,
-        uwb_clock_offset_s: done.clock_offset_s,
-        anomalies: &done.anomalies,
+        anomalies: &notes,
         estimator: if args.estimator == Estimator::Own { "own" } else { "paper" },
-        solution: if args.solution == Solution::Filtered { "filtered" } else { "smoothed" },
+        solution: if smoothed { "smoothed" } else { "filtered" },
     };
     if let Some(place) = &args.report {
-        let json = serde_json::to_string_pretty(&report.json())?;
+        let json =
+            serde_json::to_string_pretty(&report.json(&track_sha256(&done, &means, recording.zero_ns())))?;
         output_file::write(place, |out| writeln!(out, "{json}"))?;
     }
-    for anomaly in &done.anomalies {
-        let _ = writeln!(std::io::stderr(), "lodestep: {anomaly}");
+    for note in &notes {
+        let _ = writeln!(std::io::stderr(), "lodestep: {note}");
     }
     let _ = writeln!(std::io::stderr(), "{}", report.sentence(&args.out));
     Ok(())
 }
 
-/// What either way comes to.
-#[derive(Default)]
-struct Done {
-    rows: Vec<Row>,
-    slips: usize,
-    anchors: Vec<AnchorLine>,
-    clock_offset_s: Option<[f64; 2]>,
-    anomalies: Vec<String>,
+/// The file that such a cause is about, where it is another than the main one.
+fn blamed<'a>(cause: &RoverCause, args: &'a RoverArgs) -> Option<&'a PathBuf> {
+    match cause {
+        RoverCause::NoBasePlace => args.base.as_ref(),
+        RoverCause::WrongUnit { .. } | RoverCause::NoKnownAnchor { .. } => args.uwb.as_ref(),
+        RoverCause::NoOrbits { .. } => args.nav.first(),
+        _ => None,
+    }
 }
 
-fn with_satellites(
-    args: &RoverArgs,
-    rover_path: &std::path::Path,
-    base_path: &std::path::Path,
-    instrument: &Instrument,
-) -> Result<Done> {
-    let mut anomalies = Vec::new();
-    let rover = files::observations(rover_path, &mut anomalies)?;
-    let base = files::observations(base_path, &mut anomalies)?;
-    let navigation = files::navigation(&args.nav, &mut anomalies)?;
-    let base_place = match args.base_position {
-        Some([latitude_deg, longitude_deg, height_m]) => Geodetic { latitude_deg, longitude_deg, height_m },
-        None => place_of(&base).ok_or_else(|| {
-            Failure::bad_input(
-                base_path,
-                "the header has no APPROX POSITION XYZ; give the base's place by --base-position LAT,LON,H",
-            )
-        })?,
-    };
-    let (ranges, anchors, mut doubts) = match (&args.uwb, &args.anchors) {
-        (Some(uwb), Some(surveyed)) => coupled(uwb, surveyed, &mut anomalies)?,
-        _ => Default::default(),
-    };
-    let outcome = whole_run::run(&whole_run::Inputs {
-        rover: &rover,
-        base: &base,
-        navigation: &navigation,
-        base_place,
-        instrument,
-        systems: &args.systems.0,
-        ranges: &ranges,
-        anchors: &anchors,
-        doubtful: !doubts.is_empty(),
-        smoothed: args.solution == Solution::Smoothed,
-        paper: args.estimator == Estimator::Paper,
-        initial_position_m: args.initial_position,
-    });
-    anomalies.append(&mut doubts);
-    anomalies.extend(outcome.anomalies);
-    if outcome.rows.is_empty() {
-        let why = anomalies.last().cloned();
-        let why = why
-            .unwrap_or_else(|| "no epoch has enough satellites with known orbits for a position".to_owned());
-        return Err(Failure::bad_input(rover_path, why));
+/// Reads the files.
+fn recording(args: &RoverArgs, notes: &mut Vec<String>) -> Result<Recording> {
+    let mut recording = Recording::default();
+    if let (Some(rover), Some(base)) = (&args.rover, &args.base) {
+        recording.rover = files::observations(rover, notes)?;
+        recording.base = files::observations(base, notes)?;
+        recording.navigation = files::navigation(&args.nav, notes)?;
     }
-    let anchors = outcome.anchors.into_iter().map(|one| AnchorLine {
-        anchor: one.anchor,
-        bias_m: one.bias_m,
-        sigma_m: one.sigma_m,
-        used: one.used as u64,
-        rejected: one.rejected as u64,
-    });
-    Ok(Done {
-        rows: outcome.rows,
-        slips: outcome.slips,
-        anchors: anchors.collect(),
-        clock_offset_s: outcome.clock_offset_s,
-        anomalies,
+    if let Some(uwb) = &args.uwb {
+        recording.ranges = files::ranges(uwb, notes)?;
+    }
+    Ok(recording)
+}
+
+/// What is known beforehand; what the command line says goes before the instrument's file.
+fn means(args: &RoverArgs) -> Result<Means> {
+    let mut instrument = files::instrument(args.instrument.as_deref())?;
+    if let Some(anchors) = &args.anchors {
+        instrument.anchors = files::anchors(anchors)?.into_iter().map(Anchor::from).collect();
+    }
+    if let Some([latitude_deg, longitude_deg, height_m]) = args.base_position {
+        instrument.base = Some(Place { latitude_deg, longitude_deg, height_m });
+    }
+    Ok(Means {
+        instrument,
+        systems: args.systems.0.clone(),
+        initial_position_m: args.initial_position,
+        with_ranges: true,
     })
 }
 
-/// Ranges and anchors by number, and what speaks against them.
-type Coupled = (Vec<CoupledRange>, Vec<CoupledAnchor>, Vec<String>);
-
-fn coupled(
-    uwb: &std::path::Path,
-    surveyed: &std::path::Path,
-    anomalies: &mut Vec<String>,
-) -> Result<Coupled> {
-    let ranges = files::ranges(uwb, anomalies)?;
-    let anchors = files::anchors(surveyed)?;
-    let matched =
-        ranges_check::matched(&ranges, &anchors).map_err(|sentence| Failure::bad_input(uwb, sentence))?;
-    ranges_check::check_unit(&ranges.rows, &matched, &anchors)
-        .map_err(|sentence| Failure::bad_input(uwb, sentence))?;
-    anomalies.extend(ranges.notes.iter().map(|note| format!("{}: {note}", uwb.display())));
-    anomalies.extend(ranges_check::unknown(&ranges, &matched));
-    let doubts: Vec<String> = ranges_check::swapped(&ranges.rows, &matched, &anchors).into_iter().collect();
-    let known = ranges
-        .rows
-        .iter()
-        .filter(|row| row.range_m.is_finite())
-        .filter_map(|row| {
-            Some(CoupledRange {
-                t_s: row.t_ns as f64 * 1e-9,
-                anchor: matched[row.anchor]?,
-                range_m: row.range_m,
-            })
-        })
-        .collect();
-    let anchors =
-        anchors.into_iter().map(|one| CoupledAnchor { name: one.name, p_n: one.p_n.into() }).collect();
-    Ok((known, anchors, doubts))
-}
-
-/// The antenna by a file's header.
-fn place_of(file: &Observations) -> Option<Geodetic> {
-    let marker = Geodetic::from_ecef_m(file.approximate_position_m?);
-    let [up, east, north] = file.antenna_delta_hen_m;
-    Some(lodestep_engine::geo::LocalFrame::new(marker).to_geodetic([east, north, up]))
-}
-
-fn ranges_only(args: &RoverArgs, instrument: &Instrument) -> Result<Done> {
-    let (Some(uwb), Some(anchors)) = (&args.uwb, &args.anchors) else {
-        return Err(Failure::usage(
-            "give --rover, --base and --nav for satellites, or --uwb and --anchors for ranges alone",
-        ));
-    };
-    let mut anomalies = Vec::new();
-    let ranges = files::ranges(uwb, &mut anomalies)?;
-    let surveyed = files::anchors(anchors)?;
-    let smoothed = args.solution == Solution::Smoothed;
-    let outcome = ranges_alone::run(&ranges, &surveyed, instrument, args.initial_position, smoothed)
-        .map_err(|sentence| Failure::bad_input(uwb, sentence))?;
-    anomalies.extend(outcome.anomalies);
-    let anchors = outcome.anchors.into_iter().map(|(anchor, one)| AnchorLine {
-        anchor,
-        bias_m: one.bias_m,
-        sigma_m: one.bias_sigma_m,
-        used: one.used,
-        rejected: one.rejected,
-    });
-    Ok(Done { rows: outcome.rows, anchors: anchors.collect(), anomalies, ..Done::default() })
+/// The hash of the track that a session of the server comes to with the same files, where the site is that of the instrument's file.
+fn track_sha256(done: &Done, means: &Means, zero_ns: i64) -> String {
+    let site = means.instrument.site.map(|site| site.geodetic());
+    let placement = Placement::new(done.base, site);
+    let mut track = Track { points: told::points(done, placement, zero_ns), ..Track::default() };
+    told::anomalies(done, placement, zero_ns).into_iter().for_each(|event| track.take(event));
+    track.sha256()
 }

@@ -1,24 +1,13 @@
 //! What a run of the rover came to, as JSON.
 
-use lodestep_engine::systems::rover::row::{Quality, Row};
+use lodestep_engine::systems::rover::computation::Done;
+use lodestep_engine::systems::rover::row::Quality;
 use serde_json::{Map, Value, json};
-
-/// An anchor's part of the report.
-pub(super) struct AnchorLine {
-    pub(super) anchor: String,
-    pub(super) bias_m: f64,
-    pub(super) sigma_m: f64,
-    pub(super) used: u64,
-    pub(super) rejected: u64,
-}
 
 /// What the report says.
 pub(super) struct Report<'a> {
-    pub(super) rows: &'a [Row],
+    pub(super) done: &'a Done,
     pub(super) process_seconds: f64,
-    pub(super) slips: usize,
-    pub(super) anchors: Vec<AnchorLine>,
-    pub(super) uwb_clock_offset_s: Option<[f64; 2]>,
     pub(super) anomalies: &'a [String],
     pub(super) estimator: &'static str,
     pub(super) solution: &'static str,
@@ -30,13 +19,13 @@ impl Report<'_> {
         let counts: Vec<String> = Quality::ALL
             .iter()
             .filter_map(|quality| {
-                let count = self.rows.iter().filter(|row| row.quality == *quality).count();
+                let count = self.done.rows.iter().filter(|row| row.quality == *quality).count();
                 (count > 0).then(|| format!("{count} {}", quality.word()))
             })
             .collect();
         format!(
             "{} epochs in {:.2} s: {}; track in {}",
-            self.rows.len(),
+            self.done.rows.len(),
             self.process_seconds,
             counts.join(", "),
             out.display()
@@ -44,13 +33,14 @@ impl Report<'_> {
     }
 
     /// The report as JSON.
-    pub(super) fn json(&self) -> Value {
+    pub(super) fn json(&self, track_sha256: &str) -> Value {
         let mut by_quality = Map::new();
         for quality in Quality::ALL {
-            let count = self.rows.iter().filter(|row| row.quality == quality).count();
+            let count = self.done.rows.iter().filter(|row| row.quality == quality).count();
             by_quality.insert(quality.word().to_owned(), count.into());
         }
         let anchors: Vec<Value> = self
+            .done
             .anchors
             .iter()
             .map(|line| {
@@ -64,17 +54,18 @@ impl Report<'_> {
             })
             .collect();
         let mut report = json!({
-            "epochs": self.rows.len(),
+            "epochs": self.done.rows.len(),
             "process_seconds": rounded(self.process_seconds, 1e6),
             "estimator": self.estimator,
             "solution": self.solution,
             "quality": by_quality.clone(),
-            "slips": self.slips,
-            "ranges_rejected": self.anchors.iter().map(|line| line.rejected).sum::<u64>(),
+            "slips": self.done.slips,
+            "ranges_rejected": self.done.anchors.iter().map(|line| line.rejected).sum::<usize>(),
             "anchors": anchors,
-            "uwb_clock_offset_s": self.uwb_clock_offset_s.map(|[offset, _]| rounded(offset, 1e5)),
-            "uwb_clock_offset_sigma_s": self.uwb_clock_offset_s.map(|[_, sigma]| rounded(sigma, 1e5)),
+            "uwb_clock_offset_s": self.done.clock_offset_s.map(|[offset, _]| rounded(offset, 1e5)),
+            "uwb_clock_offset_sigma_s": self.done.clock_offset_s.map(|[_, sigma]| rounded(sigma, 1e5)),
             "anomalies": self.anomalies,
+            "track_sha256": track_sha256,
         });
         if let Some(report) = report.as_object_mut() {
             report.append(&mut by_quality);

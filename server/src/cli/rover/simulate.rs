@@ -66,10 +66,9 @@ pub(in crate::cli) fn run(matches: &ArgMatches) -> Result<()> {
         next += &format!(" --rover {folder}/rover.obs --base {folder}/base.obs --nav {folder}/base.nav");
     }
     if has("uwb.csv") {
-        next += &format!(
-            " --uwb {folder}/uwb.csv --anchors {folder}/anchors.csv --instrument {folder}/rover.toml"
-        );
+        next += &format!(" --uwb {folder}/uwb.csv");
     }
+    next += &format!(" --instrument {folder}/rover.toml");
     let out = &mut std::io::stdout();
     writeln!(out, "{folder}: {}", files.iter().map(|file| file.name).collect::<Vec<_>>().join(", "))?;
     writeln!(out, "next: {next} --out {folder}/track.csv --report {folder}/report.json")?;
