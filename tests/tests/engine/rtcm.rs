@@ -127,7 +127,12 @@ fn orbits_and_stations_come_back_in_whatever_week() {
 }
 
 /// A minute of epochs, an orbit and a station as frames.
-fn minute() -> (Vec<Vec<u8>>, GpsTime) {
+fn minute() -> &'static (Vec<Vec<u8>>, GpsTime) {
+    static MADE: std::sync::LazyLock<(Vec<Vec<u8>>, GpsTime)> = std::sync::LazyLock::new(make_minute);
+    &MADE
+}
+
+fn make_minute() -> (Vec<Vec<u8>>, GpsTime) {
     let (sent, navigation) = made(Scene::Doorway);
     let mut writer = RtcmWriter::default();
     let mut frames: Vec<Vec<u8>> = sent.epochs[..60].iter().map(|epoch| writer.epoch(epoch, 7)).collect();
@@ -139,6 +144,7 @@ fn minute() -> (Vec<Vec<u8>>, GpsTime) {
 #[test]
 fn a_frame_that_is_damaged_costs_no_other_and_garbage_in_between_none() {
     let (frames, now) = minute();
+    let now = *now;
     let clean = Decoder::default().push(&frames.concat(), now);
     assert_eq!(clean.len(), 62);
     let mut dirty = b"HTTP/1.1 200 OK\r\n\r\n".to_vec();
@@ -166,7 +172,7 @@ proptest! {
     #[test]
     fn however_bytes_are_cut_they_give_the_same(cuts in prop::collection::vec(1_usize..700, 1..200)) {
         let (frames, now) = minute();
-        let bytes = frames.concat();
+        let (bytes, now) = (frames.concat(), *now);
         let whole = Decoder::default().push(&bytes, now);
         let mut decoder = Decoder::default();
         let (mut at, mut got) = (0_usize, Vec::new());

@@ -55,7 +55,9 @@ fn decoded(bytes: &[u8], navigation: &mut Navigation, near: &Observations) -> Ob
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn what_receivers_send_gives_the_bits_of_what_they_sent() {
     let folder = tempfile::tempdir().unwrap();
-    let files = simulate(Scene::Doorway, 4);
+    let mut files = simulate(Scene::Doorway, 4);
+    let ranges = files.iter_mut().find(|file| file.name == "uwb.csv").unwrap();
+    ranges.text = ranges.text.split_inclusive('\n').take(150).collect();
     for file in &files {
         std::fs::write(folder.path().join(file.name), &file.text).unwrap();
     }
@@ -63,7 +65,7 @@ async fn what_receivers_send_gives_the_bits_of_what_they_sent() {
     let path = |name: &str| folder.path().join(name).to_str().unwrap().to_owned();
     let read = |name: &str| {
         let mut file = observation_reader::read(text(name)).unwrap();
-        file.epochs.truncate(120);
+        file.epochs.truncate(60);
         file
     };
     let (rover, base) = (read("rover.obs"), read("base.obs"));
