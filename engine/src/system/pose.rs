@@ -47,7 +47,9 @@ pub struct BodyPose {
     pub off_plan_n_m: [f64; 3],
     /// The position is this close to the truth, but for one epoch in ten thousand, m.
     pub protection_level_m: f64,
-    /// More than this is not allowed, m.
+    /// Three sigmas of the least certain direction, m.
+    pub three_sigma_m: f64,
+    /// More than this three sigmas must not be, m.
     pub budget_m: f64,
     /// Until the budget is used up at the present growth, s; `None` while it does not grow.
     pub time_left_s: Option<f64>,

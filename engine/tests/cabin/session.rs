@@ -213,3 +213,64 @@ fn logs_in_other_units_and_devices_that_nobody_knows_are_refused_and_give_no_poi
         assert!(why.contains(said), "{why}");
     }
 }
+
+/// The same rows, those of a stream with another tag.
+fn tagged<'a>(
+    run: &'a SimulatedRun,
+    stream: &str,
+    tag_s: impl Fn(f64) -> f64,
+    imu: &'a mut Vec<ImuSample>,
+) -> Vec<Row<'a>> {
+    let shifted = |t_ns: i64| (tag_s(t_ns as f64 * 1e-9) * 1e9).round() as i64;
+    imu.extend(run.imu.iter().map(|sample| ImuSample { t_ns: shifted(sample.t_ns), ..*sample }));
+    let mut all = rows(run);
+    if stream == "imu" {
+        all.retain(|row| row.stream().name() != "imu");
+        let id = StreamId::read("imu").expect("a name");
+        all.extend(imu.iter().map(|sample| Row::Imu(id, sample)));
+    }
+    for row in &mut all {
+        if let Row::Values(of, t_ns, _) = row
+            && of.name() == stream
+        {
+            *t_ns = shifted(*t_ns);
+        }
+    }
+    all
+}
+
+#[test]
+fn clocks_that_step_and_rows_that_are_late_are_named_and_no_pose_is_told_to_be_surer_than_it_is() {
+    let plan = RunPlan { hold_s: 10.0, slew_s: 16.0, track_s: 6.0, ..RunPlan::default() };
+    let run = cabin::simulate(&plan, 0);
+    let step = |by_s: f64| move |t_s: f64| if t_s > 16.0 { t_s + by_s } else { t_s };
+    let late = |by_s: f64| move |t_s: f64| t_s + by_s;
+    type Case<'a> = (&'a str, &'a str, Box<dyn Fn(f64) -> f64>, &'a [&'a str]);
+    let cases: [Case<'_>; 7] = [
+        ("stations 2 s late", "stations", Box::new(late(2.0)), &["contradiction"]),
+        ("encoders 2 s late", "encoders", Box::new(late(2.0)), &["contradiction"]),
+        ("antennas 2 s late", "gnss", Box::new(late(2.0)), &["wrong_make", "late"]),
+        ("the sensor's clock 2 s on", "imu", Box::new(step(2.0)), &["silent", "contradiction"]),
+        ("the sensor's clock 2 s back", "imu", Box::new(step(-2.0)), &["time_repeats", "contradiction"]),
+        ("the stations' clock 1 s on", "stations", Box::new(step(1.0)), &["contradiction"]),
+        ("the encoders' clock 1 s back", "encoders", Box::new(step(-1.0)), &["unordered", "contradiction"]),
+    ];
+    for (what, stream, tag_s, named) in cases {
+        let mut imu = Vec::new();
+        let track = finished(&run, &tagged(&run, stream, tag_s, &mut imu));
+        let told: Vec<&str> = track.anomalies.iter().map(|anomaly| anomaly.kind.as_str()).collect();
+        assert!(named.iter().any(|kind| told.contains(kind)), "{what}: {told:?}");
+        let (mut beyond, mut all) = (0, 0);
+        for point in &track.points {
+            let Some(truth) = run.truth.iter().find(|truth| truth.t_ns == point.t_ns) else { continue };
+            let off = [0, 1, 2].map(|axis| point.position_n_m[axis] - truth.cabin[axis]);
+            let sigma = point.sigma_n_m.iter().fold(0.0_f64, |most, sigma| most.max(*sigma));
+            beyond += usize::from(magnitude(&off) > 5.1 * sigma);
+            all += 1;
+        }
+        assert!(
+            beyond * 20 <= all,
+            "{what}: {beyond} of {all} poses are farther off than their protection level"
+        );
+    }
+}

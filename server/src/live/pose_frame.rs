@@ -75,14 +75,16 @@ fn push_body(body: Option<&BodyPose>, known: bool, age_s: f64, bytes: &mut Vec<u
     let (sin, cos) = body.angles_rad[0].sin_cos();
     let angles = ahead(&body.angles_rad, &[-w_u, w_e * cos - w_n * sin, w_e * sin + w_n * cos]);
     let off_plan = ahead(&body.off_plan_n_m, &[0.0; 3]);
-    let level_m = body.protection_level_m + UNSEEN_M * age_s.powf(1.5);
+    let unseen_m = UNSEEN_M * age_s.powf(1.5);
+    let (level_m, three_sigma_m) = (body.protection_level_m + unseen_m, body.three_sigma_m + unseen_m);
     let mut flags = bits::KNOWN;
     let mut set = |bit, when| flags |= if when { bit } else { 0 };
     set(bits::MEASURED, body.is_measured);
     set(bits::VALID, known && body.is_measured && level_m.is_finite());
-    // Written so that a NaN alarms.
-    set(bits::ALARM, !(level_m <= body.budget_m));
-    set(bits::NEAR, !(level_m <= NEAR * body.budget_m));
+    // Of a NaN neither holds, so that it alarms.
+    let within = |most_m: f64| three_sigma_m <= most_m;
+    set(bits::ALARM, !within(body.budget_m));
+    set(bits::NEAR, !within(NEAR * body.budget_m));
     bytes.extend(position.iter().chain(&angles).flat_map(|x| x.to_le_bytes()));
     let small = [body.velocity_n_m_s, body.rate_n_rad_s, body.sigma_n_m, body.sigma_angles_rad, off_plan];
     let rest = [level_m, body.time_left_s.unwrap_or(f64::NAN)];
@@ -103,7 +105,8 @@ mod tests {
             sigma_n_m: [0.001; 3],
             sigma_angles_rad: [1e-4; 3],
             off_plan_n_m: [0.003, f64::NAN, 0.0],
-            protection_level_m: level_m,
+            protection_level_m: 1.7 * level_m,
+            three_sigma_m: level_m,
             budget_m: 0.015,
             time_left_s: None,
             is_measured: true,

@@ -1,7 +1,7 @@
 //! A run of the feed cabin goes through every door: command line, upload and device socket.
 
 use std::ffi::OsString;
-use std::io::{BufRead as _, BufReader};
+use std::io::{BufRead as _, BufReader, Write as _};
 use std::path::PathBuf;
 use std::process::{Child, Command, ExitCode, Stdio};
 use std::time::Duration;
@@ -315,7 +315,11 @@ fn is_there(program: &str) -> bool {
     let found = Command::new(program).arg("--version").stdout(Stdio::null()).stderr(Stdio::null()).status();
     let is_there = found.is_ok_and(|status| status.success());
     if !is_there {
-        eprintln!("skipped: there is no {program} here, so its client of the poses is not run");
+        // For people only: nothing depends on whether it can be shown.
+        let _ = writeln!(
+            std::io::stderr(),
+            "skipped: there is no {program} here, so its client of the poses is not run"
+        );
     }
     is_there
 }
@@ -353,8 +357,9 @@ async fn the_clients_in_python_and_c_are_told_valid_poses_that_are_close_to_the_
     let read = |child: &mut Option<Child>| {
         let out = child.as_mut().and_then(|child| child.stdout.take());
         tokio::task::spawn_blocking(move || {
-            let lines = out.map(|out| BufReader::new(out).lines().map(Result::unwrap).collect());
-            lines.unwrap_or_else(Vec::<String>::new)
+            let lines: Option<Vec<String>> =
+                out.map(|out| BufReader::new(out).lines().map(Result::unwrap).collect());
+            lines.unwrap_or_default()
         })
     };
     let (of_python, of_c) = (read(&mut python), read(&mut c));

@@ -13,6 +13,7 @@ use nalgebra::Vector3;
 
 use super::aids::Aids;
 use super::causes::CabinCause;
+use super::doubt::Doubt;
 use super::filter::Filter;
 use super::gravity_alignment::GravityAlignment;
 use super::rig::Rig;
@@ -65,6 +66,7 @@ pub(super) struct Body {
     wanted_ns: i64,
     holds_platform: bool,
     misfit: Option<String>,
+    doubt: Doubt,
     /// The rows of the last epoch that were weighed.
     weighed: Vec<Weighed>,
 }
@@ -100,6 +102,7 @@ impl Body {
             wanted_ns: if is_cabin { i64::MAX } else { i64::MIN },
             holds_platform: true,
             misfit: None,
+            doubt: Doubt::default(),
             weighed: Vec::new(),
         }
     }
@@ -213,6 +216,7 @@ impl Body {
             self.begin_anew();
             return Ok(());
         }
+        self.contradictions(t_ns, aids, watch);
         self.silences(t_ns, aids, watch);
         if self.rig.has_imu {
             self.late(t_ns, watch);
@@ -247,6 +251,7 @@ impl Body {
 
     fn begin_anew(&mut self) {
         self.behind_n = [Vector3::zeros(); 2];
+        self.doubt = Doubt::default();
         self.filter = None;
         self.sightings.clear();
         self.velocities.clear();

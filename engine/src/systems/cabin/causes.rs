@@ -33,6 +33,13 @@ pub enum CabinCause {
     AllSilent,
     /// Nothing agrees with the pose any more.
     Lost,
+    /// Most devices of a kind contradict the pose at once.
+    Contradiction {
+        /// How many.
+        devices: u64,
+        /// By how much, root mean square of the worst, m.
+        off_m: f64,
+    },
     /// Two antennas, or prisms, in each other's place.
     Exchanged {
         /// The other.
@@ -118,6 +125,7 @@ impl CabinCause {
             C::TimeRepeats => "time_repeats",
             C::SensorSilent { .. } | C::Silent | C::AllSilent => "silent",
             C::Lost => "lost",
+            C::Contradiction { .. } => "contradiction",
             C::Exchanged { .. } => "exchanged",
             C::Misplaced | C::WrongFix { .. } => "wrong_fix",
             C::WrongMake => "wrong_make",
@@ -149,6 +157,10 @@ impl CabinCause {
             C::Silent => "it writes nothing".to_owned(),
             C::AllSilent => "none of them writes".to_owned(),
             C::Lost => "nothing agreed with the pose for three seconds; it was found anew".to_owned(),
+            C::Contradiction { devices, off_m } => format!(
+                "{devices} of them contradict the pose at once, by {:.0} mm: a clock, the encoders or the inertial sensor is off; poses are told with as much more sigma",
+                1e3 * off_m
+            ),
             C::Exchanged { with } => format!("it stands where {with} should: the two are exchanged"),
             C::Misplaced => "it is not where the instrument has it beside the others".to_owned(),
             C::WrongFix { off_n_m: [e, n, u] } => format!(
@@ -196,6 +208,9 @@ impl CabinCause {
                 figures([("force_m_s2", (*force_m_s2).into()), ("rate_rad_s", (*rate_rad_s).into())])
             }
             C::SensorSilent { silent_s } => figures([("silent_s", (*silent_s).into())]),
+            C::Contradiction { devices, off_m } => {
+                figures([("devices", count(devices)), ("off_m", (*off_m).into())])
+            }
             C::Exchanged { with } => figures([("with", with.as_str().into())]),
             C::WrongFix { off_n_m: [e, n, u] } => {
                 figures([("off_e_m", (*e).into()), ("off_n_m", (*n).into()), ("off_u_m", (*u).into())])
@@ -235,6 +250,7 @@ impl CabinCause {
             C::TimeRepeats => kind("time_repeats", 61),
             C::SensorSilent { .. } | C::Silent | C::AllSilent => kind("silent", 62),
             C::Lost => kind("lost", 63),
+            C::Contradiction { .. } => kind("contradiction", 77),
             C::Exchanged { .. } => kind("exchanged", 64),
             C::Misplaced | C::WrongFix { .. } => kind("wrong_fix", 65),
             C::WrongMake => kind("wrong_make", 66),
@@ -303,6 +319,7 @@ pub(super) fn examples() -> Vec<Anomaly> {
         C::Silent,
         C::AllSilent,
         C::Lost,
+        C::Contradiction { devices: 4, off_m: 0.05 },
         C::Exchanged { with: "A2".to_owned() },
         C::Misplaced,
         C::WrongFix { off_n_m: [0.05, 0.1, -0.02] },

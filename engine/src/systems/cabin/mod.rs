@@ -13,6 +13,7 @@ mod body;
 mod causes;
 mod covariance;
 mod declaration;
+mod doubt;
 mod filter;
 mod gravity_alignment;
 mod handover;
@@ -32,6 +33,7 @@ mod system;
 mod tape;
 mod tuning;
 mod watch;
+mod weighing;
 
 pub use aids::Aids;
 pub use causes::CabinCause;

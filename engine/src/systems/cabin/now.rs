@@ -21,7 +21,7 @@ pub struct BodyNow {
     pub row: Row,
     /// Rate of turn against n, in n, rad/s.
     pub rate_n: Vector3<f64>,
-    /// More than this its protection level must not be, m.
+    /// More than this three sigmas must not be, m.
     pub budget_m: f64,
 }
 
@@ -40,6 +40,7 @@ impl BodyNow {
             off_plan_n_m: planned_n
                 .map_or([f64::NAN; 3], |planned| (row.p_n - Vector3::from(planned)).into()),
             protection_level_m: row.protection_level_m(),
+            three_sigma_m: 3.0 * row.largest_sigma_m(),
             budget_m: self.budget_m,
             time_left_s: row.time_left_s,
             is_measured: !row.is_held,

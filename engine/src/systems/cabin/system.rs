@@ -13,8 +13,9 @@ use super::points::{self, Pairs};
 use super::rows::ImuRow;
 use super::session::{CabinConfig, CabinError, CabinSession, Estimator, Poses};
 use super::watch::CabinAnomaly;
+use super::weighing::Weighing;
 use crate::anomaly::Anomaly;
-use crate::event::{AidKind, AidOutcome, Event, TrackPoint, VisitOutcome};
+use crate::event::{AidKind, Event, TrackPoint, VisitOutcome};
 use crate::parse::name_number;
 use crate::replay::InputStore;
 use crate::sample::ImuSample;
@@ -57,6 +58,7 @@ struct Cabin {
     /// `None` where rows are weighed as they come.
     order: Option<Order>,
     pairs: Pairs,
+    weighing: Weighing,
     plan: Plan,
     /// Of complete logs, until it is certain that they are not refused.
     held: Vec<Event>,
@@ -189,18 +191,9 @@ impl Cabin {
             told.push(Event::Point(point));
         }
         if let Some(session) = &mut self.filtered {
-            let aids = session.aids().clone();
             for weighed in session.weighed() {
-                let station = aids.is_station(weighed.aid);
-                told.push(Event::Aid(AidOutcome {
-                    t_ns: weighed.t_ns,
-                    stream: Some(if station { RAYS } else { GNSS }),
-                    aid: if station { STATIONS } else { ANTENNAS },
-                    nis: weighed.nis,
-                    degrees_of_freedom: 3,
-                    updates: 1,
-                    accepted: weighed.taken,
-                }));
+                let station = session.aids().is_station(weighed.aid);
+                self.weighing.take(&weighed, station, &mut told);
             }
             let fresh = session.fresh_anomalies();
             // Of complete logs they are told at the end, when it is known how long each lasted.
@@ -325,6 +318,7 @@ impl System for Cabin {
         };
         self.pairs.take(&mut poses);
         self.tell(events);
+        self.weighing.tell(if self.order.is_some() { &mut self.held } else { events });
         if let Some(smoothed) = &mut self.smoothed
             && let Some(session) = smoothed.session.take()
         {
@@ -461,6 +455,7 @@ impl SystemConfig for Config {
             unknown_told: [false; 3],
             order: (!is_live).then(|| Order::new(sources)),
             pairs: Pairs::default(),
+            weighing: Weighing::default(),
             plan: Plan::default(),
             held: Vec::new(),
             charts: Vec::new(),

@@ -30,9 +30,13 @@ impl Body {
         let Some(filter) = &self.filter else { return };
         let Some(pose) = filter.body(t_ns) else { return };
         let (row, columns) = filter.row(t_ns, &pose, recording);
+        let row = self.doubt.widened(row);
         let of_platform = if joined { filter.platform(t_ns) } else { None };
         self.holds_platform = of_platform.as_ref().is_none_or(|pose| pose.is_held());
-        let beside = of_platform.map(|pose| filter.row(t_ns, &pose, recording));
+        let beside = of_platform.map(|pose| {
+            let (row, columns) = filter.row(t_ns, &pose, recording);
+            (self.doubt.widened(row), columns)
+        });
         let row = if recording { row } else { row.behind(&self.behind_n[0]) };
         let beside = if recording {
             beside
@@ -78,7 +82,8 @@ impl Body {
         let all = (antennas || self.rig.antennas.is_empty())
             && (stations || !self.config.has_stations)
             && (encoders || !self.config.has_encoders)
-            && mask & 1 == 1;
+            && mask & 1 == 1
+            && !self.doubt.is_there();
         match (self.aligned, antennas || stations, all) {
             (false, ..) => Status::Aligning,
             (true, false, _) => Status::Coasting,
@@ -93,7 +98,7 @@ impl Body {
         let t_ns = filter.t_ns;
         let of = |pose: Pose, which: usize, rate_n: Vector3<f64>| {
             let (row, _) = filter.row(t_ns, &pose, false);
-            let mut row = row.behind(&self.behind_n[which]);
+            let mut row = self.doubt.widened(row).behind(&self.behind_n[which]);
             row.aids = aids.fresh(t_ns);
             row.status = self.status(row.aids, aids);
             row.time_left_s = self.time_left_s[which];

@@ -66,6 +66,7 @@ impl Body {
         let measured = filter.measure_antenna(row)?;
         let taken = filter.weigh(&measured, filter.tuning.gate);
         self.weighed.push(Weighed { aid, t_ns: row.t_ns, nis: filter.nis, taken });
+        self.doubt.note(aid, taken, measured.innovation.norm());
         if taken {
             aids.took(aid, row.t_ns);
         } else {
@@ -97,6 +98,7 @@ impl Body {
         let measured = filter.measure_ray(row)?;
         let taken = filter.weigh(&measured, filter.tuning.gate);
         self.weighed.push(Weighed { aid, t_ns: row.t_ns, nis: filter.nis, taken });
+        self.doubt.note(aid, taken, off_m(&measured, row.slant_m));
         if taken {
             aids.took(aid, row.t_ns);
             return Some(true);
@@ -109,6 +111,20 @@ impl Body {
         };
         watch.wrong(aids.name(aid), cause, row.t_ns, 2);
         Some(false)
+    }
+
+    /// Devices that contradict the pose together: nobody knows who is right.
+    pub(super) fn contradictions(&mut self, t_ns: i64, aids: &Aids, watch: &mut Watch) {
+        let makes: Vec<usize> = self.rig.antennas.iter().map(|antenna| antenna.make).collect();
+        // The paper's filter knows no doubt.
+        if self.filter.as_ref().is_none_or(|filter| !filter.tuning.calibration) {
+            return;
+        }
+        if let Some(found) = self.doubt.pass(t_ns, aids, &makes) {
+            let group = if found.stations { "stations" } else { "antennas" };
+            let cause = CabinCause::Contradiction { devices: found.devices as u64, off_m: found.off_m };
+            watch.wrong(group, cause, t_ns, 4);
+        }
     }
 
     /// Makes, or stations, whose rows are later or earlier than stated by more than the stated sigma allows.
@@ -161,10 +177,20 @@ pub(super) fn believable(row: &AntennaRow) -> bool {
         && row.sigma_n.iter().all(|sigma| *sigma > 0.0 && *sigma < 1.0)
 }
 
+/// How far a ray passes its prism across, m.
+fn across_m(measured: &Measured, slant_m: f64) -> f64 {
+    libm::hypot(measured.innovation.x * 0.5, measured.innovation.y) * slant_m
+}
+
+/// How far off a ray is, m.
+fn off_m(measured: &Measured, slant_m: f64) -> f64 {
+    libm::hypot(across_m(measured, slant_m), measured.innovation.z)
+}
+
 /// Which kind of trouble a refused ray shows.
 fn wrong_ray(measured: &Measured, slant_m: f64) -> &'static str {
     let off = measured.innovation;
-    let across_m = libm::hypot(off.x * 0.5, off.y) * slant_m;
+    let across_m = across_m(measured, slant_m);
     if across_m > 0.3 || off.z.abs() > 0.5 {
         "wrong_prism"
     } else if off.z.abs() > across_m {
