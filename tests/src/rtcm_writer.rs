@@ -47,8 +47,11 @@ fn remainder(bytes: &[u8]) -> u32 {
     })
 }
 
+/// A signal: band, way of tracking, and its number.
+type Named = (u8, u8, u32);
+
 /// Bits of a signal in masks, by RINEX's names: (band, way of tracking, number).
-const SIGNALS: [(Constellation, &[(u8, u8, u32)]); 4] = [
+const SIGNALS: [(Constellation, &[Named]); 4] = [
     (
         Constellation::Gps,
         &[
@@ -96,7 +99,7 @@ impl RtcmWriter {
     }
 
     fn msm(&mut self, epoch: &Epoch, constellation: Constellation, kind: i64, more: bool) -> Vec<u8> {
-        let known = SIGNALS.iter().find(|(of, _)| *of == constellation).unwrap().1;
+        let known = SIGNALS.iter().find(|(of, _)| *of == constellation).expect("every system has signals").1;
         let number_of = |signal: &Signal| {
             known
                 .iter()
@@ -137,7 +140,10 @@ impl RtcmWriter {
         }
         let rough: Vec<i64> = satellites
             .values()
-            .map(|signals| (signals.values().next().unwrap().code_m / MILLISECOND_M * 1024.0).round() as i64)
+            .map(|signals| {
+                (signals.values().next().expect("a satellite has signals").code_m / MILLISECOND_M * 1024.0)
+                    .round() as i64
+            })
             .collect();
         for range in &rough {
             message.put(range >> 10, 8);
@@ -186,7 +192,10 @@ impl RtcmWriter {
                 false if i == 0 => 0,
                 false => 32 << (i - 1),
             };
-            let indicator = (0..=most).take_while(|i| least(*i) <= cell.held_ms).last().unwrap();
+            let indicator = (0..=most)
+                .take_while(|i| least(*i) <= cell.held_ms)
+                .last()
+                .expect("the first indicator is of no time");
             message.put(indicator as i64, length);
         }
         for cell in &cells {
@@ -207,7 +216,7 @@ impl RtcmWriter {
     }
 
     fn cell(&mut self, satellite: Satellite, signal: &Signal, time: GpsTime, rough_ms: f64) -> Cell {
-        let wavelength_m = wavelength_m(satellite.constellation, signal.band).unwrap();
+        let wavelength_m = wavelength_m(satellite.constellation, signal.band).expect("a band that is used");
         let key = (satellite, signal.band, signal.attribute);
         let away = |shift: f64| (signal.phase_cycles - shift) * wavelength_m / MILLISECOND_M - rough_ms;
         if signal.lost_lock || self.arcs.get(&key).is_some_and(|(shift, _)| away(*shift).abs() > 0.0035) {

@@ -42,9 +42,12 @@ enum RowsParser {
 /// Reads a whole log: its rows, and what was passed over or put right, a sentence each.
 type ReadWhole = fn(&[u8]) -> Result<(Rows, Vec<String>), ParseError>;
 
+/// Whether columns are those of a form.
+type IsForm = fn(&[Column]) -> bool;
+
 /// How the log of a stream of these columns is read, where it is no table of them.
 fn whole(columns: &[Column]) -> Option<ReadWhole> {
-    let forms: [(fn(&[Column]) -> bool, ReadWhole); 4] = [
+    let forms: [(IsForm, ReadWhole); 4] = [
         (gnss_columns::are_of, |bytes| gnss_columns::read(bytes).map(|rows| (rows, Vec::new()))),
         (observation_rows::are_of, observation_rows::read),
         (navigation_rows::are_of, navigation_rows::read),
