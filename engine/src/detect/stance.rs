@@ -38,6 +38,9 @@ pub enum StanceTuning {
         walking_activity: f64,
         /// The time over which that mean is taken, s.
         activity_time_s: f64,
+        /// Below this the foot may stand, where the strapdown has come to rest, too: a hard or hasty contact.
+        /// It grows with that mean as it is.
+        doubtful_threshold: f64,
         /// The window reaches so far to either side, s.
         half_window_s: f64,
     },
@@ -64,6 +67,7 @@ impl Default for StanceTuning {
             threshold: 8.0,
             walking_activity: 1450.0,
             activity_time_s: 1.0,
+            doubtful_threshold: 140.0,
             half_window_s: 0.03,
         }
     }
@@ -74,6 +78,8 @@ impl Default for StanceTuning {
 pub struct StanceDecision {
     /// Whether the foot stands.
     pub stance: bool,
+    /// Whether it may stand: its strapdown has to say the same.
+    pub doubtful: bool,
     /// Root mean square of the angular rate around the sample, rad/s: how much a standing foot still
     /// rolls.
     pub rate_rms_rad_s: f64,
@@ -216,14 +222,15 @@ impl StanceDetector {
         let unsteadiness_squared = (self.sum_force_squared / count - 2.0 * self.gravity_m_s2 * mean_force
             + self.gravity_m_s2 * self.gravity_m_s2)
             .max(0.0);
-        let stance = match self.tuning {
-            StanceTuning::Threshold { .. } => 2 * self.standing > self.window.len(),
+        let (stance, doubtful) = match self.tuning {
+            StanceTuning::Threshold { .. } => (2 * self.standing > self.window.len(), false),
             StanceTuning::LikelihoodRatio {
                 sigma_rate_rad_s,
                 sigma_specific_force_m_s2,
                 threshold,
                 walking_activity,
                 activity_time_s,
+                doubtful_threshold,
                 ..
             } => {
                 let statistic = rate_squared / (sigma_rate_rad_s * sigma_rate_rad_s)
@@ -231,11 +238,13 @@ impl StanceDetector {
                 let share = (self.interval_s / activity_time_s).min(1.0);
                 self.activity += (statistic.min(MOST_ACTIVE) - self.activity) * share;
                 let running = (self.activity / walking_activity).max(1.0);
-                statistic < threshold * running * running * running
+                let stance = statistic < threshold * running * running * running;
+                (stance, !stance && statistic < doubtful_threshold * running)
             }
         };
         StanceDecision {
             stance,
+            doubtful,
             rate_rms_rad_s: rate_squared.sqrt(),
             unsteadiness_m_s2: unsteadiness_squared.sqrt(),
         }

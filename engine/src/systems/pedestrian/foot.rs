@@ -27,6 +27,8 @@ pub(crate) struct Step {
     pub(crate) pressure_hpa: Option<f64>,
     /// Whether the foot stands.
     pub(crate) stance: bool,
+    /// Whether it may stand, if its strapdown has come to rest.
+    pub(crate) doubtful: bool,
     /// Sigma of the velocity if it stands, m/s.
     pub(crate) zupt_sigma_m_s: f64,
     /// Whether it begins a new epoch.
@@ -60,6 +62,10 @@ pub(crate) struct FootState {
     pub(crate) usual_field_ut: Option<(f64, f64)>,
     /// Height in the filter less pressure height when the altimeter's zero was taken, m.
     pub(crate) altimeter_zero_m: Option<f64>,
+    /// The fastest that the foot has been in this swing, m/s.
+    pub(crate) fastest_m_s: f64,
+    /// When it was last told that a swing does not end, ns.
+    pub(crate) endless_told_ns: Option<i64>,
 }
 
 /// The present stance, or the last one.
@@ -105,6 +111,8 @@ impl FootState {
             moved_n: Vector3::zeros(),
             usual_field_ut: None,
             altimeter_zero_m: None,
+            fastest_m_s: 0.0,
+            endless_told_ns: None,
         }
     }
 }

@@ -168,6 +168,14 @@ pub(crate) const TABLE: &[Parameter] = &[
         "The time over which that mean is taken."
     ),
     at!(
+        "stance.doubtful_threshold",
+        "1",
+        "stance",
+        0.0..5000.0,
+        stance.doubtful_threshold,
+        "Below this the foot may stand, if its strapdown has come to rest, too."
+    ),
+    at!(
         "stance.half_window_s",
         "s",
         "stance",
@@ -198,6 +206,38 @@ pub(crate) const TABLE: &[Parameter] = &[
         0.0..0.2,
         tuning.shake_time_s,
         "How long a standing foot goes on at what its specific force is unsteady by: the product is added, too."
+    ),
+    at!(
+        "longest_swing_s",
+        "s",
+        "zero_velocity",
+        0.1..60.0,
+        tuning.longest_swing_s,
+        "After a swing of so long a contact is overdue: then a doubtful one is believed, too,"
+    ),
+    at!(
+        "landing_gate",
+        "1",
+        "zero_velocity",
+        0.1..1000.0,
+        tuning.landing_gate,
+        "If its velocity squared is below so many times the variance that it would have."
+    ),
+    at!(
+        "landing_sigma_m_s",
+        "m/s",
+        "zero_velocity",
+        0.01..10.0,
+        tuning.landing_sigma_m_s,
+        "And its sigma is below this."
+    ),
+    at!(
+        "swing_doubt",
+        "1",
+        "zero_velocity",
+        0.0..1.0,
+        tuning.swing_doubt,
+        "Once a contact is overdue, the velocity is doubted by this share of the fastest in the swing."
     ),
     at!(
         "standing_s",

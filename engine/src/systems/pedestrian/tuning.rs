@@ -33,6 +33,15 @@ pub struct Tuning {
     pub slowest_flight_m_s: f64,
     /// And so far from standing: its velocity squared over the variance that it would have.
     pub flight_gate: f64,
+    /// After a swing of so long a contact is overdue, s: a swing of a walk takes 0.4 s, of a slow one 0.6 s.
+    /// Then a doubtful stance is believed, too,
+    pub longest_swing_s: f64,
+    /// where the velocity squared over the variance that it would have is below this,
+    pub landing_gate: f64,
+    /// and that sigma below this, m/s.
+    pub landing_sigma_m_s: f64,
+    /// By what share of its fastest speed in the swing a foot's velocity is then doubted.
+    pub swing_doubt: f64,
     /// How long a standing foot goes on at what its specific force is unsteady by, s: the product is
     /// added to that sigma, too.
     pub shake_time_s: f64,
@@ -144,6 +153,10 @@ impl Default for Tuning {
             shake_time_s: 0.014,
             slowest_flight_m_s: 4.0,
             flight_gate: 50.0,
+            longest_swing_s: 0.8,
+            landing_gate: 6.0,
+            landing_sigma_m_s: 0.7,
+            swing_doubt: 0.05,
             first_position_sigma_m: 0.1,
             first_magnetic_heading_sigma_rad: 0.12,
             given_heading_sigma_rad: 0.02,
