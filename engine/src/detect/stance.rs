@@ -38,6 +38,16 @@ pub enum StanceTuning {
         walking_activity: f64,
         /// The time over which that mean is taken, s.
         activity_time_s: f64,
+        /// A hurried gait never comes to rest so far: there the foot stands below so many times the least that the
+        /// statistic has come to in the last stride,
+        least_times: f64,
+        /// which takes about so long, s,
+        stride_s: f64,
+        /// but only below this share of that mean: what is quiet is quiet beside the motion.
+        activity_share: f64,
+        /// Below this the foot may stand, where the strapdown has come to rest, too: a hard or hasty contact.
+        /// It grows with that mean as it is.
+        doubtful_threshold: f64,
         /// The window reaches so far to either side, s.
         half_window_s: f64,
     },
@@ -64,6 +74,10 @@ impl Default for StanceTuning {
             threshold: 8.0,
             walking_activity: 1450.0,
             activity_time_s: 1.0,
+            least_times: 3.0,
+            stride_s: 1.0,
+            activity_share: 0.05,
+            doubtful_threshold: 140.0,
             half_window_s: 0.03,
         }
     }
@@ -74,6 +88,8 @@ impl Default for StanceTuning {
 pub struct StanceDecision {
     /// Whether the foot stands.
     pub stance: bool,
+    /// Whether it may stand: its strapdown has to say the same.
+    pub doubtful: bool,
     /// Root mean square of the angular rate around the sample, rad/s: how much a standing foot still
     /// rolls.
     pub rate_rms_rad_s: f64,
@@ -101,7 +117,14 @@ pub struct StanceDetector {
     interval_s: f64,
     /// Mean of the statistic over the last strides.
     activity: f64,
+    /// The least statistic of each part of the last stride, the newest last.
+    least: VecDeque<f64>,
+    /// Samples of the newest part so far.
+    of_part: usize,
 }
+
+/// Into so many parts a stride is cut for its least statistic.
+const PARTS_OF_A_STRIDE: usize = 16;
 
 /// More samples than any sensor sends in the longest window.
 const LONGEST_HALF_WINDOW: usize = 1_000_000;
@@ -137,6 +160,8 @@ impl StanceDetector {
             since_fresh_sums: 0,
             interval_s,
             activity: 0.0,
+            least: VecDeque::with_capacity(PARTS_OF_A_STRIDE + 1),
+            of_part: 0,
         }
     }
 
@@ -208,6 +233,22 @@ impl StanceDetector {
         }
     }
 
+    /// Takes the newest value of the statistic and tells the least of the last stride, itself included.
+    fn least_of_a_stride(&mut self, statistic: f64, stride_s: f64) -> f64 {
+        let samples_a_part = ((stride_s / self.interval_s) as usize / PARTS_OF_A_STRIDE).max(1);
+        if self.of_part == 0 {
+            self.least.push_back(statistic);
+            if self.least.len() > PARTS_OF_A_STRIDE + 1 {
+                self.least.pop_front();
+            }
+        }
+        self.of_part = (self.of_part + 1) % samples_a_part;
+        if let Some(newest) = self.least.back_mut() {
+            *newest = newest.min(statistic);
+        }
+        self.least.iter().copied().fold(statistic, f64::min)
+    }
+
     fn decide(&mut self) -> StanceDecision {
         let count = self.window.len() as f64;
         let rate_squared = (self.sum_rate_squared / count).max(0.0);
@@ -216,14 +257,18 @@ impl StanceDetector {
         let unsteadiness_squared = (self.sum_force_squared / count - 2.0 * self.gravity_m_s2 * mean_force
             + self.gravity_m_s2 * self.gravity_m_s2)
             .max(0.0);
-        let stance = match self.tuning {
-            StanceTuning::Threshold { .. } => 2 * self.standing > self.window.len(),
+        let (stance, doubtful) = match self.tuning {
+            StanceTuning::Threshold { .. } => (2 * self.standing > self.window.len(), false),
             StanceTuning::LikelihoodRatio {
                 sigma_rate_rad_s,
                 sigma_specific_force_m_s2,
                 threshold,
                 walking_activity,
                 activity_time_s,
+                least_times,
+                stride_s,
+                activity_share,
+                doubtful_threshold,
                 ..
             } => {
                 let statistic = rate_squared / (sigma_rate_rad_s * sigma_rate_rad_s)
@@ -231,11 +276,15 @@ impl StanceDetector {
                 let share = (self.interval_s / activity_time_s).min(1.0);
                 self.activity += (statistic.min(MOST_ACTIVE) - self.activity) * share;
                 let running = (self.activity / walking_activity).max(1.0);
-                statistic < threshold * running * running * running
+                let hurried = (least_times * self.least_of_a_stride(statistic, stride_s))
+                    .min(activity_share * self.activity);
+                let stance = statistic < (threshold * running * running * running).max(hurried);
+                (stance, !stance && statistic < doubtful_threshold * running)
             }
         };
         StanceDecision {
             stance,
+            doubtful,
             rate_rms_rad_s: rate_squared.sqrt(),
             unsteadiness_m_s2: unsteadiness_squared.sqrt(),
         }
@@ -278,6 +327,44 @@ mod tests {
             assert!(told[..90].iter().all(|s| *s), "stands before the swing");
             assert!(told[105..145].iter().all(|s| !*s), "swings");
             assert!(told[160..].iter().all(|s| *s), "stands after the swing");
+        }
+    }
+
+    /// Five seconds of strides of 0.7 s at 200 Hz whose contacts, 0.15 s long, shake by so much, and whose swings
+    /// turn by so much; the standing start before.
+    fn hurried_strides(shaking_m_s2: f64, turning_rad_s: f64) -> Vec<(bool, Vector3<f64>, Vector3<f64>)> {
+        let standing = (0..200).map(|_| (false, Vector3::zeros(), Vector3::new(0.0, 0.0, 9.8)));
+        let strides = (0..1000).map(|k| {
+            let (t_s, sign) = (f64::from(k % 140) * 0.005, if k % 2 == 0 { 1.0 } else { -1.0 });
+            if t_s < 0.15 {
+                (true, Vector3::new(0.4, 0.0, 0.0), Vector3::new(sign * shaking_m_s2, 0.0, 9.8))
+            } else {
+                let push = 20.0 * libm::sin((t_s - 0.15) * 11.4);
+                (
+                    false,
+                    Vector3::new(turning_rad_s, 0.0, 0.0),
+                    Vector3::new(push, sign * 3.0, 9.8 + push.abs()),
+                )
+            }
+        });
+        standing.chain(strides).collect()
+    }
+
+    #[test]
+    fn contacts_of_a_hurried_gait_are_found_from_the_second_stride_on_and_no_swing_with_them() {
+        for shaking_m_s2 in [1.2, 1.6, 2.0] {
+            let walk = hurried_strides(shaking_m_s2, 5.0);
+            let mut detector = StanceDetector::new(StanceTuning::default(), 0.005, 9.8);
+            let mut told: Vec<bool> =
+                walk.iter().filter_map(|(_, w, f)| detector.push(w, f)).map(|d| d.stance).collect();
+            while let Some(decision) = detector.flush() {
+                told.push(decision.stance);
+            }
+            let contact = |stride: usize| 200 + stride * 140..230 + stride * 140;
+            let missed = (2..7).filter(|stride| !told[contact(*stride)].iter().any(|stands| *stands)).count();
+            assert_eq!(missed, 0, "shaken by {shaking_m_s2} m/s²");
+            let in_swings = (0..7).map(|stride| 240 + stride * 140..332 + stride * 140);
+            assert!(in_swings.flat_map(|swing| told[swing].to_vec()).all(|stands| !stands));
         }
     }
 

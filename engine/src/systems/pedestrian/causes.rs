@@ -10,6 +10,8 @@ use crate::word::Word;
 pub const IMPOSSIBLE_CADENCE: AnomalyKind = AnomalyKind(Word::declared("impossible_cadence", 8));
 /// One foot's log is not there, begins late, ends early or is silent while the other goes on.
 pub const FOOT_MISSING: AnomalyKind = AnomalyKind(Word::declared("foot_missing", 11));
+/// A foot moves, and no contact with the ground is recognised.
+pub const NO_CONTACT: AnomalyKind = AnomalyKind(Word::declared("no_contact", 30));
 
 /// What is wrong, and by how much.
 #[derive(Clone, Debug, PartialEq)]
@@ -83,6 +85,11 @@ pub(crate) enum WalkCause {
         /// The sigma, degrees.
         sigma_heading_deg: f64,
     },
+    /// No contact for longer than any step takes.
+    NoContact {
+        /// For how long, s.
+        flown_s: f64,
+    },
 }
 
 impl Cause for WalkCause {
@@ -98,6 +105,7 @@ impl Cause for WalkCause {
             | WalkCause::FootEarly { .. }
             | WalkCause::FootSilent { .. } => FOOT_MISSING,
             WalkCause::HeadingUncertain { .. } => AnomalyKind::HEADING_UNCERTAIN,
+            WalkCause::NoContact { .. } => NO_CONTACT,
         }
     }
 
@@ -137,6 +145,9 @@ impl Cause for WalkCause {
             WalkCause::HeadingUncertain { sigma_heading_deg } => format!(
                 "the heading is uncertain by {sigma_heading_deg:.0}° (1σ): only a marker or the magnetometer can mend it"
             ),
+            WalkCause::NoContact { flown_s } => format!(
+                "the foot has moved for {flown_s:.1} s without a contact with the ground that could be recognised: the track goes on freely and its sigma grows; look at the kind of motion and at how the sensor is tied"
+            ),
         }
     }
 
@@ -166,6 +177,7 @@ impl Cause for WalkCause {
             WalkCause::HeadingUncertain { sigma_heading_deg } => {
                 figures([("sigma_heading_deg", sigma_heading_deg.into())])
             }
+            WalkCause::NoContact { flown_s } => figures([("flown_s", flown_s.into())]),
             WalkCause::FootAbsent { .. } | WalkCause::FootNotStored { .. } => Figures::new(),
         }
     }
@@ -195,7 +207,8 @@ impl WalkCause {
                 Some(WalkCause::FootSilent { side: Side::Left, longest_silence_s: 1.0 })
             }
             WalkCause::FootSilent { .. } => Some(WalkCause::HeadingUncertain { sigma_heading_deg: 31.0 }),
-            WalkCause::HeadingUncertain { .. } => None,
+            WalkCause::HeadingUncertain { .. } => Some(WalkCause::NoContact { flown_s: 3.0 }),
+            WalkCause::NoContact { .. } => None,
         })
     }
 }
@@ -224,7 +237,7 @@ mod tests {
     fn every_example_comes_back_from_json_and_every_kind_is_among_them() {
         let all = examples();
         let kinds: BTreeSet<AnomalyKind> = all.iter().map(|anomaly| anomaly.kind).collect();
-        assert_eq!(kinds.len(), 14);
+        assert_eq!(kinds.len(), 15);
         for anomaly in all {
             let read: Anomaly = serde_json::from_str(&serde_json::to_string(&anomaly).unwrap()).unwrap();
             assert_eq!(read, anomaly);

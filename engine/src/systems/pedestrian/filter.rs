@@ -1,7 +1,7 @@
 //! The joint filter of one or two feet: both strapdowns and one error covariance, a sample at a time.
 //!
-//! What it is aided by stands in files of its own: `stance_aids`, `two_feet`, `visits`; what it tells,
-//! in `position`.
+//! What it is aided by stands in files of its own: `stance_aids`, `two_feet`, `visits`; whether a foot stands, in
+//! `contact`; what it tells, in `position`.
 
 use nalgebra::{Matrix3, Vector3};
 use serde::{Deserialize, Serialize};
@@ -26,11 +26,6 @@ use crate::system::SessionConfig;
 
 /// A step longer than this is not integrated: what the foot did meanwhile is unknown, s.
 const LONGEST_STEP_S: f64 = 0.2;
-/// A stance of walking is surer than this, m/s: beyond, the foot rolls by a radian a second or is shaken.
-const DOUBTFUL_STAND_M_S: f64 = 0.075;
-/// After so long in the air a foot may have come down, whatever its speed: the strapdown of a hard run, whose
-/// gyro has met its limit, is wrong by metres a second, s.
-const SURE_FLIGHT_S: f64 = 0.35;
 /// 99.9 % quantile of χ² with 3 degrees of freedom.
 pub(super) const GATE_3: f64 = 16.27;
 /// 99.9 % quantile of χ² with 2 degrees of freedom.
@@ -119,12 +114,13 @@ impl<const B: usize, const F: usize> Filter<B, F> {
             );
             foot.transition.extend(&made, &foot.nav.c_nb);
             let moved_n = foot.nav.p_n - before_p_n;
+            foot.fastest_m_s = foot.fastest_m_s.max(foot.nav.v_n.norm());
             self.shorten(sensor, &moved_n);
         }
         let foot = &mut self.feet[sensor];
         foot.t_ns = step.t_ns;
         foot.last_w_ib_b = step.w_ib_b;
-        let stands = step.stance && !self.is_in_flight(setting, step);
+        let stands = self.is_in_contact(setting, step);
         let foot = &self.feet[sensor];
         // A foot that is held is propagated when that happens.
         let held = stands && foot.stance.stands && setting.aids.zupt;
@@ -135,30 +131,11 @@ impl<const B: usize, const F: usize> Filter<B, F> {
             (false, true) => self.touch_down(setting, step, told),
             (true, true) => self.stand(setting, step, dt_s, told),
             (true, false) => self.lift_off(setting, sensor, told),
-            (false, false) => self.swing(setting, sensor, told),
+            (false, false) => {
+                self.watch_swing(setting, step, dt_s, told);
+                self.swing(setting, sensor, told);
+            }
         }
-    }
-
-    /// Whether a foot that is taken to stand is on its way all the same. A runner's swing has a moment that is
-    /// as quiet as the ground of a hard run; what tells them apart is the speed that the strapdown has come to.
-    /// It is asked only where the threshold of walking would not say that the foot stands, and soon after it
-    /// has left the ground.
-    #[inline]
-    fn is_in_flight(&mut self, setting: &Setting, step: &Step) -> bool {
-        let foot = &self.feet[step.sensor];
-        let doubtful = step.zupt_sigma_m_s > DOUBTFUL_STAND_M_S && !foot.stance.stands && !foot.lost;
-        if !doubtful || seconds(step.t_ns - foot.swing.begun_ns()) > SURE_FLIGHT_S {
-            return false;
-        }
-        if foot.nav.v_n.norm() < setting.tuning.slowest_flight_m_s {
-            return false;
-        }
-        self.propagate(setting, step.sensor);
-        let velocity = ErrorState::Velocity.of(step.sensor);
-        let covariance = self.eskf.covariance.block(velocity, velocity)
-            + Matrix3::from_diagonal_element(step.zupt_sigma_m_s * step.zupt_sigma_m_s);
-        let v_n = self.feet[step.sensor].nav.v_n;
-        covariance.cholesky().is_some_and(|factor| v_n.dot(&factor.solve(&v_n)) > setting.tuning.flight_gate)
     }
 
     pub(super) fn propagate(&mut self, setting: &Setting, sensor: usize) {
@@ -192,8 +169,10 @@ impl<const B: usize, const F: usize> Filter<B, F> {
 
     fn lift_off(&mut self, setting: &Setting, sensor: usize, told: &mut Vec<Event>) {
         self.close_stance(setting, sensor, told);
+        self.note_gait(sensor);
         let foot = &mut self.feet[sensor];
         foot.stance.stands = false;
+        foot.fastest_m_s = foot.nav.v_n.norm();
         let p_n = foot.nav.p_n;
         let t_ns = foot.t_ns;
         foot.swing.begin(&p_n, t_ns);

@@ -10,6 +10,9 @@ use super::tuning::Tuning;
 use crate::ins::error_model::Transition;
 use crate::ins::nav_state::NavState;
 
+/// A walk of fewer stances says little of the field that it goes through: so many count as undisturbed before the first.
+const UNSEEN_STANCES: f64 = 10.0;
+
 /// A sample with the decision about its stance, ready for the filter.
 #[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 pub(crate) struct Step {
@@ -27,6 +30,8 @@ pub(crate) struct Step {
     pub(crate) pressure_hpa: Option<f64>,
     /// Whether the foot stands.
     pub(crate) stance: bool,
+    /// Whether it may stand, if its strapdown has come to rest.
+    pub(crate) doubtful: bool,
     /// Sigma of the velocity if it stands, m/s.
     pub(crate) zupt_sigma_m_s: f64,
     /// Whether it begins a new epoch.
@@ -58,8 +63,24 @@ pub(crate) struct FootState {
     pub(crate) moved_n: Vector3<f64>,
     /// Mean field of this foot's undisturbed stances: horizontal and vertical part, µT.
     pub(crate) usual_field_ut: Option<(f64, f64)>,
+    /// Mean square of how far the field of a stance was from the usual, as an angle of its horizontal part, rad².
+    pub(crate) field_spread_rad2: f64,
+    /// Stances in that mean, up to those that it goes back to.
+    pub(crate) field_stances: f64,
     /// Height in the filter less pressure height when the altimeter's zero was taken, m.
     pub(crate) altimeter_zero_m: Option<f64>,
+    /// The fastest that the foot has been in this swing, m/s.
+    pub(crate) fastest_m_s: f64,
+    /// Whether the detector was sure of the present contact at any moment.
+    pub(crate) sure_contact: bool,
+    /// For how many strides doubtful contacts are still believed at once.
+    pub(crate) hasty_strides: u8,
+    /// Since when the foot has looked still, ns.
+    pub(crate) quiet_since_ns: i64,
+    /// Whether strapdown and detector have contradicted each other since then, for as long as a stance.
+    pub(crate) contradicted: bool,
+    /// When it was last told that a swing does not end, ns.
+    pub(crate) endless_told_ns: Option<i64>,
 }
 
 /// The present stance, or the last one.
@@ -104,7 +125,15 @@ impl FootState {
             stride_error: Vector3::zeros(),
             moved_n: Vector3::zeros(),
             usual_field_ut: None,
+            field_spread_rad2: 0.0,
+            field_stances: UNSEEN_STANCES,
             altimeter_zero_m: None,
+            fastest_m_s: 0.0,
+            sure_contact: false,
+            hasty_strides: 0,
+            quiet_since_ns: t_ns,
+            contradicted: false,
+            endless_told_ns: None,
         }
     }
 }

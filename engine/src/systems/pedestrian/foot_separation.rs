@@ -30,6 +30,15 @@ impl Beside {
     }
 }
 
+/// How the part of `difference_n` along a horizontal direction, `row`, changes by an attitude error about the vertical
+/// because the direction itself is known by the attitude only.
+///
+/// Turned about the vertical with everything else, two feet keep their distance across and along a stride. The errors
+/// of the two positions alone would see such a turn, and the heading with them: what a stride cannot know.
+pub fn by_its_direction(row: &RowVector3<f64>, difference_n: &Vector3<f64>) -> RowVector3<f64> {
+    RowVector3::new(0.0, 0.0, row.y * difference_n.x - row.x * difference_n.y)
+}
+
 /// A distance across the swing of now or of a past moment is `separation_m`. What it depends on is added
 /// by whoever knows where that error stands.
 pub fn foot_separation(distance_m: f64, separation_m: f64, sigma_m: f64) -> Observation<1> {
@@ -109,6 +118,19 @@ mod tests {
                     let from_p_n = to_p_n - stride_n;
                     stride_symmetry(swinging, standing, &from_p_n, &to_p_n, &feet[standing].p_n, 0.2, 0.1)
                 });
+            }
+        }
+    }
+
+    #[test]
+    fn a_turn_of_both_feet_about_the_vertical_is_not_seen() {
+        let vertical = Vector3::z();
+        for difference_n in [Vector3::new(0.1, 0.02, 0.3), Vector3::new(-0.7, 0.4, 0.0)] {
+            for row in [RowVector3::new(0.6, 0.8, 0.0), RowVector3::new(-1.0, 0.0, 0.0)] {
+                // An attitude error φ moves the end of d by d × φ.
+                let by_positions = (row * difference_n.cross(&vertical))[0];
+                let by_direction = (by_its_direction(&row, &difference_n) * vertical)[0];
+                assert!((by_positions + by_direction).abs() < 1e-15);
             }
         }
     }

@@ -16,7 +16,7 @@ pub(crate) struct KeptStep {
     mag_b_ut: [f32; 3],
     pressure_hpa: f32,
     zupt_sigma_m_s: f32,
-    /// The epoch, above one bit each for the sensor, the stance, and whether it opens the epoch.
+    /// The epoch, above one bit each for a doubtful stance, the sensor, the stance, and whether it opens the epoch.
     epoch_and_flags: u32,
 }
 
@@ -30,7 +30,8 @@ impl KeptStep {
             mag_b_ut: step.mag_b_ut.as_ref().map_or([f32::NAN; 3], single),
             pressure_hpa: step.pressure_hpa.map_or(f32::NAN, |hpa| hpa as f32),
             zupt_sigma_m_s: step.zupt_sigma_m_s as f32,
-            epoch_and_flags: (epoch as u32) << 3
+            epoch_and_flags: (epoch as u32) << 4
+                | u32::from(step.doubtful) << 3
                 | (step.sensor as u32) << 2
                 | u32::from(step.stance) << 1
                 | u32::from(step.opens_epoch),
@@ -47,6 +48,7 @@ impl KeptStep {
             mag_b_ut: (!self.mag_b_ut[0].is_nan()).then(|| double(&self.mag_b_ut)),
             pressure_hpa: (!self.pressure_hpa.is_nan()).then(|| self.pressure_hpa.into()),
             stance: self.epoch_and_flags & 2 != 0,
+            doubtful: self.epoch_and_flags & 8 != 0,
             zupt_sigma_m_s: self.zupt_sigma_m_s.into(),
             opens_epoch: self.opens_epoch(),
         }
@@ -66,7 +68,7 @@ impl Input for KeptStep {
     }
 
     fn epoch(&self) -> u64 {
-        u64::from(self.epoch_and_flags >> 3)
+        u64::from(self.epoch_and_flags >> 4)
     }
 
     fn opens_epoch(&self) -> bool {
@@ -119,6 +121,7 @@ mod tests {
                 mag_b_ut: mag_b_ut.map(|x| Vector3::new(x, 36.7, -31.2).map(single)),
                 pressure_hpa,
                 stance: sensor == 1,
+                doubtful: sensor == 1,
                 zupt_sigma_m_s: single(0.03),
                 opens_epoch: sensor == 0,
             };

@@ -217,6 +217,7 @@ impl FootLine {
             mag_b_ut: sample.mag_b_ut.map(Vector3::from),
             pressure_hpa: sample.pressure_hpa,
             stance: decision.stance,
+            doubtful: decision.doubtful,
             // Of single precision, as all that a step holds.
             zupt_sigma_m_s: f64::from(zupt_sigma_m_s as f32),
             opens_epoch: false,

@@ -24,6 +24,7 @@ pub(crate) mod system;
 
 mod cadence;
 mod config;
+mod contact;
 mod declaration;
 pub mod foot_separation;
 mod inside;

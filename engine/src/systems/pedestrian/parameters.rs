@@ -168,6 +168,31 @@ pub(crate) const TABLE: &[Parameter] = &[
         "The time over which that mean is taken."
     ),
     at!(
+        "stance.least_times",
+        "1",
+        "stance",
+        0.0..100.0,
+        stance.least_times,
+        "In a hurried gait the foot stands below so many times the least statistic of the last stride,"
+    ),
+    at!("stance.stride_s", "s", "stance", 0.1..10.0, stance.stride_s, "which takes about so long,"),
+    at!(
+        "stance.activity_share",
+        "1",
+        "stance",
+        0.0..1.0,
+        stance.activity_share,
+        "but only below this share of the mean statistic."
+    ),
+    at!(
+        "stance.doubtful_threshold",
+        "1",
+        "stance",
+        0.0..5000.0,
+        stance.doubtful_threshold,
+        "Below this the foot may stand, if its strapdown has come to rest, too."
+    ),
+    at!(
         "stance.half_window_s",
         "s",
         "stance",
@@ -198,6 +223,62 @@ pub(crate) const TABLE: &[Parameter] = &[
         0.0..0.2,
         tuning.shake_time_s,
         "How long a standing foot goes on at what its specific force is unsteady by: the product is added, too."
+    ),
+    at!(
+        "slowest_glide_m_s",
+        "m/s",
+        "zero_velocity",
+        0.0..5.0,
+        tuning.slowest_glide_m_s,
+        "A foot that looks still and is on its way all the same is at least so fast."
+    ),
+    at!(
+        "glide_gate",
+        "1",
+        "zero_velocity",
+        1.0..1000000.0,
+        tuning.glide_gate,
+        "And its velocity squared is so many times the variance that it would have."
+    ),
+    at!(
+        "longest_glide_s",
+        "s",
+        "zero_velocity",
+        0.0..60.0,
+        tuning.longest_glide_s,
+        "And it left the ground no longer ago than this."
+    ),
+    at!(
+        "longest_swing_s",
+        "s",
+        "zero_velocity",
+        0.1..60.0,
+        tuning.longest_swing_s,
+        "After a swing of so long a contact is overdue: then a doubtful one is believed, too,"
+    ),
+    at!(
+        "landing_gate",
+        "1",
+        "zero_velocity",
+        0.1..1000.0,
+        tuning.landing_gate,
+        "If its velocity squared is below so many times the variance that it would have."
+    ),
+    at!(
+        "landing_sigma_m_s",
+        "m/s",
+        "zero_velocity",
+        0.01..10.0,
+        tuning.landing_sigma_m_s,
+        "And its sigma is below this."
+    ),
+    at!(
+        "swing_doubt_s_m",
+        "s/m",
+        "zero_velocity",
+        0.0..1.0,
+        tuning.swing_doubt_s_m,
+        "Once a contact is overdue, the velocity is doubted by this times the square of the fastest in the swing."
     ),
     at!(
         "standing_s",
@@ -262,6 +343,14 @@ pub(crate) const TABLE: &[Parameter] = &[
         0.0001..0.5,
         tuning.slow_errors.fixed_deviation_rad,
         "Deviation of the compass that does not turn with the foot."
+    ),
+    at!(
+        "slow_errors.common_deviation_rad",
+        "rad",
+        "heading",
+        0.0..0.5,
+        tuning.slow_errors.common_deviation_rad,
+        "Deviation that both compasses share."
     ),
     at!(
         "slow_errors.hard_iron_deviation_rad",

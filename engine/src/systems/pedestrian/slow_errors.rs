@@ -83,6 +83,9 @@ impl<const B: usize, const F: usize> Filter<B, F> {
             self.eskf.covariance.set_diagonal(deviation(sensor, F), squares(fixed, turning, turning));
             self.eskf.covariance.set_diagonal(stride(sensor, F), squares(plan, plan, up));
         }
+        let shared = slow.common_deviation_rad * slow.common_deviation_rad;
+        let both: [usize; F] = std::array::from_fn(|sensor| deviation(sensor, F));
+        self.eskf.add_noise(&both, &Vector3::new(shared, 0.0, 0.0));
         let first = squares(slow.deflection_rad, slow.first_pressure_sigma_m, tuning.separation_spread_m);
         self.eskf.covariance.set_diagonal(surroundings(F), first);
     }
@@ -107,6 +110,15 @@ impl<const B: usize, const F: usize> Filter<B, F> {
         self.eskf.add_multiple(position, stride(sensor, F), &stride_matrix(&moved_n));
     }
 
+    /// Variance of the field's deflection, rad²: at least as assumed, and as large as the field of this walk says.
+    ///
+    /// What stands around bends the field any way. Two of the three components show, in the strength of the horizontal
+    /// and of the vertical part from stance to stance; the third, which turns it, is as large as each of those on the mean.
+    fn deflection_rad2(&self, assumed_rad: f64) -> f64 {
+        let seen = self.feet.iter().map(|foot| 0.5 * foot.field_spread_rad2).fold(0.0, f64::max);
+        seen.max(assumed_rad * assumed_rad)
+    }
+
     /// The slow errors go on by what a foot, now standing, has walked since the last stance of any.
     pub(super) fn drift(&mut self, setting: &Setting, sensor: usize) {
         let slow = &setting.tuning.slow_errors;
@@ -121,7 +133,7 @@ impl<const B: usize, const F: usize> Filter<B, F> {
         let block = surroundings(F);
         self.eskf.scale(block, &Vector3::new(kept, 1.0, 1.0));
         let grown = |density: f64| density * density * elapsed_s;
-        let deflection = slow.deflection_rad * slow.deflection_rad * (1.0 - kept * kept);
+        let deflection = self.deflection_rad2(slow.deflection_rad) * (1.0 - kept * kept);
         let drift = Vector3::new(deflection, grown(slow.pressure_drift_m_sqrt_s), 0.0);
         self.eskf.add_noise(&[block], &drift);
         for other in 0..F {

@@ -25,16 +25,18 @@ use crate::rotation::heading;
 const HEADING_UNCERTAIN_RAD: f64 = 0.5;
 /// Stances that are shorter say nothing of the mounting: a foot that runs is taken to stand in
 /// mid-swing now and then, s.
-const SHORTEST_STAND_S: f64 = 0.2;
+pub(super) const SHORTEST_STAND_S: f64 = 0.2;
 /// So many stances in a row in a field that cannot be the site's, and it is told.
 const ODD_FIELD_STANCES: u32 = 5;
 /// How much a stance counts in what field is usual for a foot.
 const USUAL_FIELD_SHARE: f64 = 0.03;
 /// Beyond this from the usual a field counts less, µT: more than a foot's own iron does in a turn.
 const STRANGE_FIELD_UT: f64 = 2.0;
+/// Below this a horizontal field tells no direction, µT.
+const WEAKEST_HORIZONTAL_UT: f64 = 1.0;
 /// A swing that is integrated rightly ends slower than this, m/s: 0.1 at most for the CMP10A, 0.8 for
 /// recorded walks; with two axes swapped it ends at 1.5 to 4.
-const FASTEST_LANDING_M_S: f64 = 1.5;
+pub(super) const FASTEST_LANDING_M_S: f64 = 1.5;
 /// Somebody who stands for longer is taken in pieces of this length, so that a live track profits, s.
 const PIECE_OF_A_STAND_S: f64 = 5.0;
 
@@ -213,7 +215,12 @@ impl<const B: usize, const F: usize> Filter<B, F> {
         let share = USUAL_FIELD_SHARE * (STRANGE_FIELD_UT / off_ut.max(STRANGE_FIELD_UT));
         usual.0 += share * off_horizontal_ut;
         usual.1 += share * off_up_ut;
-        off_ut / horizontal_ut
+        let disturbed_rad = off_ut / horizontal_ut.max(WEAKEST_HORIZONTAL_UT);
+        let foot = &mut self.feet[sensor];
+        foot.field_stances = (foot.field_stances + 1.0).min(1.0 / USUAL_FIELD_SHARE);
+        foot.field_spread_rad2 +=
+            (disturbed_rad.min(1.0).powi(2) - foot.field_spread_rad2) / foot.field_stances;
+        disturbed_rad
     }
 
     /// Magnetic angular rate over the stance; and for somebody who stands for long, the mean rate.

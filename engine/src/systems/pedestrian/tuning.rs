@@ -33,6 +33,21 @@ pub struct Tuning {
     pub slowest_flight_m_s: f64,
     /// And so far from standing: its velocity squared over the variance that it would have.
     pub flight_gate: f64,
+    /// A foot that looks still and is on its way all the same (slow stairs, a crawl) is at least so fast, m/s,
+    pub slowest_glide_m_s: f64,
+    /// and so far from standing: its velocity squared over the variance that it would have,
+    pub glide_gate: f64,
+    /// and has been in the air for no longer than this, s: then the strapdown is no judge any more.
+    pub longest_glide_s: f64,
+    /// After a swing of so long a contact is overdue, s: a swing of a walk takes 0.4 s, of a slow one 0.6 s.
+    /// Then a doubtful stance is believed, too,
+    pub longest_swing_s: f64,
+    /// where the velocity squared over the variance that it would have is below this,
+    pub landing_gate: f64,
+    /// and that sigma below this, m/s.
+    pub landing_sigma_m_s: f64,
+    /// How much a foot's velocity is then doubted for the square of its fastest speed in the swing, s/m.
+    pub swing_doubt_s_m: f64,
     /// How long a standing foot goes on at what its specific force is unsteady by, s: the product is
     /// added to that sigma, too.
     pub shake_time_s: f64,
@@ -89,6 +104,8 @@ pub struct Tuning {
 pub struct SlowErrorsTuning {
     /// Deviation of the compass that does not turn with the foot, 1σ, rad: soft iron, declination.
     pub fixed_deviation_rad: f64,
+    /// Deviation that both compasses share, 1σ, rad: the declination's error (half a degree in a model of the world).
+    pub common_deviation_rad: f64,
     /// Deviation by hard iron, 1σ of either component, rad.
     pub hard_iron_deviation_rad: f64,
     /// Random walk of all of them, rad/√s.
@@ -116,6 +133,7 @@ impl Default for SlowErrorsTuning {
     fn default() -> Self {
         SlowErrorsTuning {
             fixed_deviation_rad: 0.02,
+            common_deviation_rad: 0.008,
             hard_iron_deviation_rad: 0.016,
             deviation_walk_rad_sqrt_s: 1e-4,
             deflection_rad: 0.023,
@@ -124,7 +142,7 @@ impl Default for SlowErrorsTuning {
             stride_up_share: 0.005,
             stride_walk_sqrt_s: 2e-5,
             first_pressure_sigma_m: 0.05,
-            pressure_drift_m_sqrt_s: 0.0093,
+            pressure_drift_m_sqrt_s: 0.0125,
         }
     }
 }
@@ -144,6 +162,13 @@ impl Default for Tuning {
             shake_time_s: 0.014,
             slowest_flight_m_s: 4.0,
             flight_gate: 50.0,
+            slowest_glide_m_s: 0.4,
+            glide_gate: 25.0,
+            longest_glide_s: 4.0,
+            longest_swing_s: 0.8,
+            landing_gate: 6.0,
+            landing_sigma_m_s: 0.7,
+            swing_doubt_s_m: 0.025,
             first_position_sigma_m: 0.1,
             first_magnetic_heading_sigma_rad: 0.12,
             given_heading_sigma_rad: 0.02,
@@ -161,7 +186,7 @@ impl Default for Tuning {
             separation_sigma_m: 0.04,
             separation_spread_m: 0.03,
             symmetry_share: 0.2,
-            symmetry_sigma_up_m: 0.15,
+            symmetry_sigma_up_m: 2.0,
             marker_sigma_m: 1.0,
             altimeter_sigma_m: 0.2,
             slow_errors: SlowErrorsTuning::default(),

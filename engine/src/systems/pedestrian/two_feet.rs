@@ -1,12 +1,12 @@
 //! What two feet know of each other: how near they pass, and how evenly a stride lies about the
 //! standing foot.
 
-use nalgebra::RowVector3;
+use nalgebra::{Matrix2x3, RowVector3};
 use serde::{Deserialize, Serialize};
 
 use super::aids;
 use super::filter::{Filter, GATE_1, GATE_2, Setting, seconds};
-use super::foot_separation::{Beside, foot_separation, stride_symmetry};
+use super::foot_separation::{Beside, by_its_direction, foot_separation, stride_symmetry};
 use super::slow_errors::{SEPARATION, stride, stride_matrix, surroundings, surroundings_row};
 use super::swing::Following;
 use crate::event::{AidOutcome, Event};
@@ -52,7 +52,9 @@ impl<const B: usize, const F: usize> Filter<B, F> {
         let beside = Beside::new(&self.feet[0].nav.p_n, &self.feet[1].nav.p_n, &along_n);
         self.passing = Some(Passing { sensor, distance_m: beside.distance_m });
         // The positions of now go on from those of the covariance by what has not been brought into it yet.
-        let mut jacobians = [(0, RowVector3::zeros()); 6];
+        let mut jacobians = [(0, RowVector3::zeros()); 7];
+        let apart_n = self.feet[0].nav.p_n - self.feet[1].nav.p_n;
+        jacobians[6] = (ErrorState::Attitude.of(sensor), by_its_direction(&beside.to_left_n, &apart_n));
         let both = [beside.to_left_n, -beside.to_left_n];
         for ((places, (sensor, foot)), row) in
             jacobians.chunks_mut(3).zip(self.feet.iter().enumerate()).zip(both)
@@ -123,6 +125,11 @@ impl<const B: usize, const F: usize> Filter<B, F> {
             sigma_along_m,
             setting.tuning.symmetry_sigma_up_m,
         );
+        let stride_n = to_p_n - from_p_n;
+        let along_n = RowVector3::new(stride_n.x, stride_n.y, 0.0) / length_m;
+        let turned = by_its_direction(&along_n, &(to_p_n - standing_p_n));
+        let observation = observation
+            .with(ErrorState::Attitude.of(sensor), Matrix2x3::from_rows(&[turned, RowVector3::zeros()]));
         self.update(&observation, GATE_2);
     }
 }

@@ -3,6 +3,7 @@
 mod bounds;
 mod honesty;
 mod ladder;
+mod left_out;
 mod markers;
 mod picture;
 mod recordings;
@@ -14,6 +15,7 @@ use std::path::PathBuf;
 
 use anyhow::Result;
 use clap::{Args, Subcommand};
+use lodestep_engine::parameters::Parameters;
 use lodestep_engine::system::Declaration;
 use lodestep_engine::systems::pedestrian::Aids;
 use serde::Serialize;
@@ -83,6 +85,8 @@ enum Study {
     Bounds(bounds::BoundsArgs),
     /// Standing feet: which contacts are recognised, missed or false, by gait and sample rate
     Stance(stance::StanceArgs),
+    /// Every set of recordings judged with the value of a parameter that the other sets choose
+    LeftOut(left_out::LeftOutArgs),
     /// Which marker is it? Candidates on simulated walks: right first, calibration, automatic mode
     Markers(markers::MarkersArgs),
 }
@@ -94,6 +98,7 @@ pub(super) fn evaluate(args: &EvaluateArgs) -> Result<()> {
         Some(Study::Honesty(args)) => return honesty::honesty(args),
         Some(Study::Bounds(args)) => return bounds::bounds(args),
         Some(Study::Stance(args)) => return stance::stance(args),
+        Some(Study::LeftOut(args)) => return left_out::left_out(args),
         Some(Study::Markers(args)) => return markers::markers(args),
         None => {}
     }
@@ -115,7 +120,13 @@ pub(super) fn evaluate(args: &EvaluateArgs) -> Result<()> {
     let mut scores = Vec::with_capacity(found.len());
     for recording in &found {
         let hold_back = args.hold_back.map(usize::from);
-        scores.push(score::score(recording, args.aid.unwrap_or_default(), args.solution, hold_back)?);
+        scores.push(score::score(
+            recording,
+            args.aid.unwrap_or_default(),
+            args.solution,
+            hold_back,
+            &Parameters::default(),
+        )?);
         bar.inc(1);
     }
     bar.finish_and_clear();

@@ -7,6 +7,7 @@ use lodestep_engine::evaluate::{
     self, GroundPointErrors, LoopClosure, MotionCaptureErrors, Overlay, Spread, TruthErrors, VisitErrors,
 };
 use lodestep_engine::geo::Site;
+use lodestep_engine::parameters::Parameters;
 use lodestep_engine::parse::truth_csv::{self, KnownPlace};
 use lodestep_engine::session::SessionConfig;
 use lodestep_engine::systems::pedestrian::Side;
@@ -58,6 +59,7 @@ pub(super) fn score(
     aids: Aids,
     solution: Solution,
     hold_back: Option<usize>,
+    parameters: &Parameters,
 ) -> Result<Score> {
     let bar = ProgressBar::hidden();
     let mut feet = Vec::new();
@@ -69,6 +71,7 @@ pub(super) fn score(
     let sides: Vec<Side> = feet.iter().map(|(side, _)| *side).collect();
     let own = pedestrian::Config { aids, ..Default::default() };
     let mut config = SessionConfig { solution: solution.into(), ..own.session(&sides) };
+    parameters.apply(&mut config);
     let mut known = Vec::new();
     let mut told = Vec::new();
     match &recording.judge {
