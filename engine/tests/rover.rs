@@ -132,6 +132,10 @@ fn a_base_that_is_a_hundred_metres_elsewhere_is_said_and_nothing_is_called_fixed
     let world = world(Scene::Open, 3);
     let elsewhere = LocalFrame::new(world.base_place).to_geodetic([100.0, 0.0, 0.0]);
     let outcome = worked_out(&world, elsewhere, false);
-    assert!(outcome.anomalies.iter().any(|one| one.sentence().contains("--base-position")), "{:?}", outcome.anomalies);
+    assert!(
+        outcome.anomalies.iter().any(|one| one.sentence().contains("--base-position")),
+        "{:?}",
+        outcome.anomalies
+    );
     assert!(outcome.rows.iter().all(|row| row.quality != Quality::Fixed));
 }
