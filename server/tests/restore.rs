@@ -197,7 +197,7 @@ async fn what_is_not_lodestep_s_in_a_backup_is_named_and_refused() {
     let everybody = "create trigger everybody after insert on sign_ins begin
         update accounts set role = 'admin'; delete from audit; end";
     for (statement, words) in [
-        (everybody, ["the trigger \"everybody\" is not Lodestep's", "step 20"]),
+        (everybody, ["the trigger \"everybody\" is not Lodestep's", "step 22"]),
         ("create view seen as select name from accounts", ["the view \"seen\" is not Lodestep's", "dropped"]),
         ("create table extra (a)", ["the table \"extra\" is not Lodestep's", ""]),
         ("create index faster on sessions (title)", ["the index \"faster\" is not Lodestep's", ""]),
@@ -223,9 +223,9 @@ async fn steps_that_were_not_gone_by_a_lodestep_are_refused() {
     let scene = Scene::new();
     for (statement, words) in [
         ("update _sqlx_migrations set checksum = x'00' where version = 5", ["step 5", "different build"]),
-        ("update _sqlx_migrations set success = 0 where version = 20", ["step 20", "different build"]),
+        ("update _sqlx_migrations set success = 0 where version = 22", ["step 22", "different build"]),
         ("delete from _sqlx_migrations where version = 5", ["step 6", "different build"]),
-        ("delete from _sqlx_migrations where version = 20", ["step 19", "found otherwise"]),
+        ("delete from _sqlx_migrations where version = 22", ["step 21", "found otherwise"]),
         ("delete from _sqlx_migrations", ["step 0", "is not Lodestep's"]),
         ("drop table _sqlx_migrations", ["it is not a database of Lodestep", ""]),
         (

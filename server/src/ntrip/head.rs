@@ -139,7 +139,7 @@ mod tests {
         for (text, data) in [
             ("ICY 200 OK\r\n\r\n\u{13}", 14),
             ("ICY 200 OK\r\n!", 12),
-            ("HTTP/1.1 200 OK\r\nContent-Type: gnss/data\r\n\r\n!", 45),
+            ("HTTP/1.1 200 OK\r\nContent-Type: gnss/data\r\n\r\n!", 44),
         ] {
             assert_eq!(read(text.as_bytes()), Answer::Data(data), "{text:?}");
             for cut in 0..11 {

@@ -98,7 +98,7 @@ impl Walk {
         session_id
     }
 
-    /// The readings of all streams in batches as they would come: orbits first, then five seconds at a time.
+    /// The readings of all streams in batches as they would come: orbits first, then second by second.
     fn batches(&self) -> Vec<Batch> {
         let mut batches = Vec::new();
         for (order, (stream, file)) in [2, 1, 0, 3].map(|k: usize| (k, STREAMS[k])) {
@@ -106,7 +106,7 @@ impl Walk {
             let mut sequence = 0;
             while !left.is_empty() {
                 let second = |reading: lodestep_engine::stream::Reading<'_>| {
-                    if order == 2 { i64::MIN } else { reading.t_ns().div_euclid(5_000_000_000) }
+                    if order == 2 { i64::MIN } else { reading.t_ns().div_euclid(1_000_000_000) }
                 };
                 let first = second(left.get(0).unwrap());
                 let same = left.iter().take_while(|reading| second(*reading) == first).count();
