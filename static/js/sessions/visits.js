@@ -31,7 +31,7 @@ export function showVisits(el, visits, writes = false) {
                     <th class="num">ΔE</th>
                     <th class="num">ΔN</th>
                     <th class="num">NIS</th>
-                    ${writes && html`<th></th>`}
+                    ${writes && html`<td></td>`}
                   </tr>
                 </thead>
                 <tbody>
