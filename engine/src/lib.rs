@@ -89,6 +89,7 @@
 //! | paper 1, §2.2 | δv̇ = … − C δb_a | + C δb_a, as both biases here are true − estimated |
 //! | paper 1, §2.3 | one fixed threshold on ‖ω‖ and ‖f‖ | kept as [`StanceTuning::PAPER`](detect::stance::StanceTuning::PAPER); the default is a likelihood ratio ([`detect::stance`]) |
 //! | paper 1, §2.3 | ZUPT sigma 0.017 m/s at every sample | larger, and once in an interval: neighbouring samples of a stance err alike ([`systems::pedestrian::tuning`]) |
+//! | paper 1, §2.3 | a zero velocity measures the velocity's error | that error less the part that an error of the attitude has turned: a foot at rest tells nothing of north ([`measure::zero_velocity`]); after a correction the errors of velocity and position are those of the corrected ones |
 //! | paper 1, §3.1 | the row of H is all zeros | \[B_u B_e / B_h², B_u B_n / B_h², −1\]: at a dip of 40° the tilt counts too ([`measure::magnetic_heading`]) |
 //! | paper 1, §3.1 | true heading = magnetic heading − declination | azimuth of the levelled field = declination, east positive, which is the same with a declination of the other sign |
 //! | paper 1, §3.1 | a heading update at every sample of a stance | once a stance, and what bends the field from stance to stance alike is an error state: a compass's deviation and the field's deflection (`systems::pedestrian::slow_errors`) |

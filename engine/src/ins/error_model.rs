@@ -15,14 +15,16 @@ use super::sensor_map::SensorMap;
 ///
 /// With the signs of the notation page (biases true − estimated, velocity estimated − true):
 /// δφ̇ = −C δb_g, δv̇ = [f_n×] φ + C δb_a, δṗ = δv. Paper 1 prints −C in the velocity row, which
-/// holds for an accelerometer bias of the other sign. The position goes by the mean of the velocity
-/// before and after; what else is of second order in the interval (100 ms in a swing, 180 ms at most where a
+/// holds for an accelerometer bias of the other sign. By the attitude the position goes as the strapdown's own does, by
+/// the accelerometer bias and the velocity by the mean of the velocity before and after; what else is of second order in the interval (100 ms in a swing, 180 ms at most where a
 /// foot stands) is left out.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Transition {
     dt_s: f64,
     c_nb_dt: Matrix3<f64>,
     f_n_dt: Vector3<f64>,
+    /// Double integral of the specific force, as the strapdown's position takes it, m.
+    f_n_dt2: Vector3<f64>,
     /// Integrals of the squares of rate and acceleration on each axis of n, rad²/s and m²/s³.
     rate_squared_dt: Vector3<f64>,
     acceleration_squared_dt: Vector3<f64>,
@@ -35,6 +37,7 @@ impl Transition {
             dt_s: 0.0,
             c_nb_dt: Matrix3::zeros(),
             f_n_dt: Vector3::zeros(),
+            f_n_dt2: Vector3::zeros(),
             rate_squared_dt: Vector3::zeros(),
             acceleration_squared_dt: Vector3::zeros(),
         }
@@ -51,6 +54,7 @@ impl Transition {
     pub fn extend(&mut self, step: &Step, c_nb: &Matrix3<f64>) {
         self.dt_s += step.dt_s;
         self.c_nb_dt += c_nb * step.dt_s;
+        self.f_n_dt2 += (self.f_n_dt + step.f_n * (0.5 * step.dt_s)) * step.dt_s;
         self.f_n_dt += step.f_n * step.dt_s;
         self.rate_squared_dt += step.w_nb_n.component_mul(&step.w_nb_n) * step.dt_s;
         self.acceleration_squared_dt += step.acceleration_n.component_mul(&step.acceleration_n) * step.dt_s;
@@ -87,6 +91,7 @@ impl Transition {
             map: SensorMap {
                 c: std::array::from_fn(|row| std::array::from_fn(|column| c[(row, column)])),
                 f: self.f_n_dt.into(),
+                k: (self.f_n_dt2 - self.f_n_dt * (0.5 * self.dt_s)).into(),
                 half_s: 0.5 * self.dt_s,
                 gyro_bias_kept: kept.gyro,
                 accelerometer_bias_kept: kept.accelerometer,
@@ -191,7 +196,7 @@ mod tests {
         };
         set(0, 1, -transition.c_nb_dt);
         set(2, 3, Matrix3::identity() * transition.dt_s);
-        set(2, 0, skew(&transition.f_n_dt) * (0.5 * transition.dt_s));
+        set(2, 0, skew(&transition.f_n_dt2));
         set(2, 4, transition.c_nb_dt * (0.5 * transition.dt_s));
         set(3, 0, skew(&transition.f_n_dt));
         set(3, 4, transition.c_nb_dt);

@@ -10,13 +10,18 @@ pub(super) type Five = [[f64; 3]; 5];
 
 /// The map, written out:
 ///
-/// v₁ = v + C b_a + f × φ,  p₁ = p + (v + v₁)·dt/2,  φ₁ = φ − C b_g,  and each bias fades.
+/// v₁ = v + C b_a + f × φ,  p₁ = p + (v + v₁)·dt/2 + k × φ,  φ₁ = φ − C b_g,  and each bias fades.
+///
+/// k is what the mean of the velocities leaves of the way: with it, what an error of the attitude has turned is the very
+/// way that the strapdown has gone, and none of it tells of the heading.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct SensorMap {
     /// Integral of the attitude, s, row by row.
     pub(super) c: [[f64; 3]; 3],
     /// Integral of the specific force, m/s.
     pub(super) f: [f64; 3],
+    /// Double integral of the specific force less half the time times `f`, m.
+    pub(super) k: [f64; 3],
     /// Half of the time, s.
     pub(super) half_s: f64,
     /// What is left of the biases.
@@ -32,7 +37,7 @@ impl SensorMap {
         [
             difference(phi, times(&self.c, gyro)),
             scaled(gyro, self.gyro_bias_kept),
-            sum(p, scaled(sum(v, v_1), self.half_s)),
+            sum(sum(p, scaled(sum(v, v_1), self.half_s)), cross(self.k, phi)),
             v_1,
             scaled(accelerometer, self.accelerometer_bias_kept),
         ]
@@ -44,7 +49,7 @@ impl SensorMap {
         let later = scaled(p, self.half_s);
         let by_velocity = sum(v, later);
         [
-            difference(phi, cross(self.f, by_velocity)),
+            difference(difference(phi, cross(self.f, by_velocity)), cross(self.k, p)),
             difference(scaled(gyro, self.gyro_bias_kept), times_transposed(&self.c, phi)),
             p,
             sum(by_velocity, later),
@@ -59,7 +64,8 @@ impl SensorMap {
         let accelerometer = scaled(accelerometer, 1.0 / self.accelerometer_bias_kept);
         let phi = sum(phi, times(&self.c, gyro));
         let v_0 = difference(difference(v, times(&self.c, accelerometer)), cross(self.f, phi));
-        [phi, gyro, difference(p, scaled(sum(v, v_0), self.half_s)), v_0, accelerometer]
+        let p = difference(difference(p, scaled(sum(v, v_0), self.half_s)), cross(self.k, phi));
+        [phi, gyro, p, v_0, accelerometer]
     }
 }
 
@@ -112,6 +118,7 @@ mod tests {
         SensorMap {
             c: [[0.1, 0.2, -0.3], [0.4, -0.5, 0.6], [0.7, 0.8, 0.9]],
             f: [1.0, -2.0, 3.0],
+            k: [0.3, 0.1, -0.4],
             half_s: 0.25,
             gyro_bias_kept: 0.9,
             accelerometer_bias_kept: 0.8,

@@ -71,6 +71,7 @@ impl Pair {
     fn propagate(&mut self, sensor: usize, epochs: &[Epoch]) {
         let mut transition = Transition::none();
         let (mut dt_s, mut c_dt, mut f_dt) = (0.0, Matrix3::zeros(), Vector3::zeros());
+        let mut f_dt2 = Vector3::zeros();
         let (mut turning, mut pushing) = (Vector3::<f64>::zeros(), Vector3::<f64>::zeros());
         for pair in epochs.windows(2) {
             let [before, sample] = [0, 1].map(|k| pair[k].samples[sensor]);
@@ -83,6 +84,7 @@ impl Pair {
             let made = advance(foot, &before, &w, &f, DT_S, GRAVITY_M_S2);
             dt_s += DT_S;
             c_dt += foot.c_nb * DT_S;
+            f_dt2 += f_dt * DT_S + made.f_n * (0.5 * DT_S * DT_S);
             f_dt += made.f_n * DT_S;
             turning += made.w_nb_n.map(|rate| rate * rate * DT_S);
             pushing += made.acceleration_n.map(|acceleration| acceleration * acceleration * DT_S);
@@ -104,10 +106,10 @@ impl Pair {
         set(ErrorState::Attitude, ErrorState::GyroBias, -c_dt);
         set(ErrorState::Velocity, ErrorState::Attitude, skew(&f_dt));
         set(ErrorState::Velocity, ErrorState::AccelerometerBias, c_dt);
-        // The position goes by the mean of the velocity before and after.
+        // The position goes by the mean of the velocity before and after, but for what the attitude turns.
         let half_s = 0.5 * dt_s;
         set(ErrorState::Position, ErrorState::Velocity, Matrix3::identity() * dt_s);
-        set(ErrorState::Position, ErrorState::Attitude, skew(&f_dt) * half_s);
+        set(ErrorState::Position, ErrorState::Attitude, skew(&f_dt2));
         set(ErrorState::Position, ErrorState::AccelerometerBias, c_dt * half_s);
         self.dense = &phi * &self.dense * phi.transpose();
         let turning = turning * noise.angle_random_walk_share_sqrt_s.powi(2);

@@ -8,7 +8,7 @@
 
 use lodestep_engine::rotation::wrap;
 use lodestep_engine::sim::pedestrian::{SensorModel, WalkKind};
-use lodestep_engine::systems::pedestrian::{Aids, Config};
+use lodestep_engine::systems::pedestrian::{Aids, Config, Side};
 use nalgebra::{Matrix2, Vector2};
 
 use crate::scenario::Scenario;
@@ -116,4 +116,31 @@ fn two_hundred_metres_straight_on() {
         Scenario::simulated(WalkKind::Line { metres: 200.0 }, seed, &SensorModel::cmp10a())
     })
     .assert_honest();
+}
+
+#[test]
+fn a_heading_that_nothing_measures_stays_as_unknown_as_it_was() {
+    const UNKNOWN_RAD: f64 = 0.3;
+    // Two feet begin with headings that are unknown each by itself. That they go the same way tells of the difference,
+    // and leaves their mean.
+    let mean_rad = UNKNOWN_RAD / 2.0_f64.sqrt();
+    for (feet, separation, least_rad) in
+        [(1, false, UNKNOWN_RAD), (2, false, UNKNOWN_RAD), (2, true, mean_rad)]
+    {
+        let aids =
+            Aids { zupt: true, separation, heading: false, maru: false, markers: false, altimeter: false };
+        let mut scenario =
+            Scenario::beginning(WalkKind::Rectangle, 1, &SensorModel::cmp10a(), 300.0).with_true_heading();
+        if feet == 1 {
+            scenario = scenario.with_one_foot(Side::Left);
+        }
+        let config = Config::of_mut(&mut scenario.config);
+        config.aids = aids;
+        config.tuning.given_heading_sigma_rad = UNKNOWN_RAD;
+        let told = scenario.run();
+        let (walked_m, sigma_rad) = (told.summary.distance_m, told.last().sigma_heading_rad);
+        println!("{feet} feet, separation {separation}: {sigma_rad:.3} rad after {walked_m:.0} m");
+        assert!(walked_m > 250.0, "{walked_m} m");
+        assert!(sigma_rad > least_rad, "{feet} feet, separation {separation}: {sigma_rad} rad");
+    }
 }

@@ -21,11 +21,15 @@ use crate::ins::eskf::Eskf;
 use crate::ins::layout::{BLOCKS_A_SENSOR, ErrorState};
 use crate::ins::mechanization::advance;
 use crate::ins::observation::Observation;
-use crate::rotation::heading;
+use crate::rotation::{heading, skew};
 use crate::system::SessionConfig;
 
 /// A step longer than this is not integrated: what the foot did meanwhile is unknown, s.
 const LONGEST_STEP_S: f64 = 0.2;
+/// A velocity that is corrected by more was no estimate: what turns it means nothing, m/s.
+const LARGEST_TURNED_M_S: f64 = 2.0;
+/// And a position, m.
+const LARGEST_TURNED_M: f64 = 20.0;
 /// 99.9 % quantile of χ² with 3 degrees of freedom.
 pub(super) const GATE_3: f64 = 16.27;
 /// 99.9 % quantile of χ² with 2 degrees of freedom.
@@ -190,8 +194,23 @@ impl<const B: usize, const F: usize> Filter<B, F> {
     }
 
     /// Applies a correction to every state.
+    ///
+    /// Turned about the vertical with everything else, a foot's velocity errs by v × φ and its position by p × φ. The errors
+    /// of the covariance are those of the velocity and the position that were; they become those of the corrected
+    /// ones, or the difference would tell of the heading at the next hold (`measure::zero_velocity`).
     #[inline]
     pub(super) fn correct(&mut self, correction: &[Vector3<f64>; B]) {
+        for sensor in 0..F {
+            for (state, largest) in
+                [(ErrorState::Velocity, LARGEST_TURNED_M_S), (ErrorState::Position, LARGEST_TURNED_M)]
+            {
+                let moved_n = -correction[state.of(sensor)];
+                if moved_n.norm_squared() < largest * largest {
+                    let attitude = ErrorState::Attitude.of(sensor);
+                    self.eskf.add_multiple(state.of(sensor), attitude, &skew(&moved_n));
+                }
+            }
+        }
         for (sensor, foot) in self.feet.iter_mut().enumerate() {
             foot.nav.correct(sensor, correction);
             foot.deviation_rad += correction[deviation(sensor, F)];

@@ -166,6 +166,8 @@ impl Slow {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::ins::nav_state::NavState;
+    use crate::systems::pedestrian::foot::FootState;
 
     #[test]
     fn every_block_has_a_place_of_its_own() {
@@ -186,6 +188,29 @@ mod tests {
         assert_eq!(read(Vector3::x()), Vector3::new(3.0, 4.0, 0.0));
         assert_eq!(read(Vector3::y()), Vector3::new(-4.0, 3.0, 0.0));
         assert_eq!(read(Vector3::z()), Vector3::new(0.0, 0.0, 5.0));
+    }
+
+    #[test]
+    fn how_far_the_field_is_deflected_is_learnt_from_its_strength_and_dip() {
+        let nav = NavState {
+            c_nb: Matrix3::identity(),
+            v_n: Vector3::zeros(),
+            p_n: Vector3::zeros(),
+            gyro_bias_b: Vector3::zeros(),
+            accelerometer_bias_b: Vector3::zeros(),
+        };
+        // Disturbances of so much on every axis, in a field of 37 µT to the north and 30 µT down.
+        for disturbance_ut in [0.0, 4.0, 8.0] {
+            let mut filter =
+                Filter::<{ blocks(1) }, 1>::new([FootState::new(nav.clone(), 0, Vector3::zeros())]);
+            for k in 0..400 {
+                let wave = |frequency: f64| 2.0_f64.sqrt() * libm::sin(f64::from(k) * frequency);
+                let off_ut = Vector3::new(wave(0.71), wave(0.53), wave(0.37)) * disturbance_ut;
+                filter.weigh_field(0, &(Vector3::new(0.0, 37.0, -30.0) + off_ut));
+            }
+            let (learnt_rad, drawn_rad) = (filter.deflection_rad2(0.02).sqrt(), disturbance_ut / 37.0);
+            assert!((learnt_rad / drawn_rad.max(0.02) - 1.0).abs() < 0.3, "{learnt_rad} {drawn_rad}");
+        }
     }
 
     #[test]

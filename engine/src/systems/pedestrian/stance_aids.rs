@@ -206,7 +206,7 @@ impl<const B: usize, const F: usize> Filter<B, F> {
     ///
     /// A disturbance points anywhere. Of its three components two show, in the horizontal and in the
     /// vertical strength, and the third, which turns the field, is as large as those on the mean.
-    fn weigh_field(&mut self, sensor: usize, b_n_ut: &Vector3<f64>) -> f64 {
+    pub(super) fn weigh_field(&mut self, sensor: usize, b_n_ut: &Vector3<f64>) -> f64 {
         let (horizontal_ut, up_ut) = (b_n_ut.xy().norm(), b_n_ut.z);
         let usual = self.feet[sensor].usual_field_ut.get_or_insert((horizontal_ut, up_ut));
         let (off_horizontal_ut, off_up_ut) = (horizontal_ut - usual.0, up_ut - usual.1);

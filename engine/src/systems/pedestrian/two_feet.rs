@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 use super::aids;
 use super::filter::{Filter, GATE_1, GATE_2, Setting, seconds};
 use super::foot_separation::{Beside, by_its_direction, foot_separation, stride_symmetry};
-use super::slow_errors::{SEPARATION, stride, stride_matrix, surroundings, surroundings_row};
+use super::slow_errors::{SEPARATION, surroundings, surroundings_row};
 use super::swing::Following;
 use crate::event::{AidOutcome, Event};
 use crate::ins::layout::ErrorState;
@@ -41,31 +41,24 @@ impl<const B: usize, const F: usize> Filter<B, F> {
         }
         match foot.swing.follow(&foot.nav.p_n, &foot.nav.v_n, &other_p_n) {
             Following::Nothing => {}
-            Following::Nearest => self.set_distance_aside(sensor),
+            Following::Nearest => self.set_distance_aside(setting, sensor),
             Following::Passed => self.apply_separation(setting, sensor, told),
         }
     }
 
     /// Keeps the distance across the swing of this foot as it is now, with its error.
-    fn set_distance_aside(&mut self, sensor: usize) {
-        let along_n = self.feet[sensor].nav.v_n;
-        let beside = Beside::new(&self.feet[0].nav.p_n, &self.feet[1].nav.p_n, &along_n);
+    fn set_distance_aside(&mut self, setting: &Setting, sensor: usize) {
+        // The errors have to be those of the positions of now: what has not been brought into the covariance yet would
+        // tell of the heading.
+        self.propagate_all(setting);
+        let [left_p_n, right_p_n] = [self.feet[0].nav.p_n, self.feet[1].nav.p_n];
+        let beside = Beside::new(&left_p_n, &right_p_n, &self.feet[sensor].nav.v_n);
         self.passing = Some(Passing { sensor, distance_m: beside.distance_m });
-        // The positions of now go on from those of the covariance by what has not been brought into it yet.
-        let mut jacobians = [(0, RowVector3::zeros()); 7];
-        let apart_n = self.feet[0].nav.p_n - self.feet[1].nav.p_n;
-        jacobians[6] = (ErrorState::Attitude.of(sensor), by_its_direction(&beside.to_left_n, &apart_n));
-        let both = [beside.to_left_n, -beside.to_left_n];
-        for ((places, (sensor, foot)), row) in
-            jacobians.chunks_mut(3).zip(self.feet.iter().enumerate()).zip(both)
-        {
-            places.copy_from_slice(&[
-                (ErrorState::Position.of(sensor), row),
-                (ErrorState::Velocity.of(sensor), row * foot.transition.dt_s()),
-                (stride(sensor, F), row * stride_matrix(&foot.moved_n)),
-            ]);
-        }
-        self.eskf.set_aside(&jacobians);
+        self.eskf.set_aside(&[
+            (ErrorState::Position.of(0), beside.to_left_n),
+            (ErrorState::Position.of(1), -beside.to_left_n),
+            (ErrorState::Attitude.of(sensor), by_its_direction(&beside.to_left_n, &(left_p_n - right_p_n))),
+        ]);
     }
 
     /// This foot has passed the other: at the moment set aside their distance was the separation.
@@ -110,11 +103,7 @@ impl<const B: usize, const F: usize> Filter<B, F> {
         if !stood_just_now {
             return;
         }
-        // What has become of the standing foot in the last tenth of a second is nothing beside the sigmas.
-        if foot.transition.dt_s() > 0.0 {
-            self.propagate(setting, sensor);
-        }
-        self.stretch(sensor);
+        self.propagate_all(setting);
         let sigma_along_m = setting.tuning.symmetry_share * length_m;
         let observation = stride_symmetry(
             sensor,
@@ -127,7 +116,8 @@ impl<const B: usize, const F: usize> Filter<B, F> {
         );
         let stride_n = to_p_n - from_p_n;
         let along_n = RowVector3::new(stride_n.x, stride_n.y, 0.0) / length_m;
-        let turned = by_its_direction(&along_n, &(to_p_n - standing_p_n));
+        // The errors are those of where both feet are now.
+        let turned = by_its_direction(&along_n, &(to_p_n - self.feet[1 - sensor].nav.p_n));
         let observation = observation
             .with(ErrorState::Attitude.of(sensor), Matrix2x3::from_rows(&[turned, RowVector3::zeros()]));
         self.update(&observation, GATE_2);
