@@ -15,18 +15,26 @@ self.addEventListener("activate", (event) => event.waitUntil(self.clients.claim(
 
 self.addEventListener("message", (event) => {
   if (event.data?.type !== "keep") return;
-  event.waitUntil(
-    caches
-      .open(CACHE)
-      .then((cache) =>
-        Promise.all(
-          event.data.paths
-            .filter(kept)
-            .map((path) => cache.match(path).then((known) => known ?? cache.add(path).catch(() => undefined))),
-        ),
-      ),
-  );
+  const all = Promise.all(event.data.paths.filter(kept).map(keep));
+  event.waitUntil(all.then((done) => event.ports[0]?.postMessage({ kept: done.every(Boolean) })));
 });
+
+/**
+ * @param {string} path
+ * @returns {Promise<boolean>} whether it can be answered without a link from now on
+ */
+async function keep(path) {
+  const cache = await caches.open(CACHE);
+  if (await cache.match(path)) return true;
+  try {
+    const response = await fetch(path);
+    if (response.ok) await cache.put(path, response);
+    // What this account may not see, its page does without.
+    return response.ok || response.status === 403;
+  } catch {
+    return false;
+  }
+}
 
 self.addEventListener("fetch", (event) => {
   const { request } = event;

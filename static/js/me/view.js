@@ -443,15 +443,24 @@ export function meView(app, side) {
     show();
   };
   document.addEventListener("keydown", onKey, true);
-  const again = () => outbox.flush();
+  const again = () => {
+    outbox.flush();
+    keep();
+  };
   addEventListener("online", again);
-  const trying = setInterval(again, TRY_EVERY_MS);
+  const trying = setInterval(() => outbox.flush(), TRY_EVERY_MS);
 
   showWho();
   show();
   outbox.flush();
   const offline = one(".offline", side);
-  keepShell().then((kept) => setText(offline, t(kept ? "me.works_offline" : "me.stay_open")));
+  let kept = false;
+  const keep = async () => {
+    if (kept) return;
+    kept = await keepShell();
+    setText(offline, t(kept ? "me.works_offline" : "me.stay_open"));
+  };
+  keep();
   return {
     update(changed) {
       if (changed.has("all") || changed.has("session")) showWho();

@@ -4,6 +4,7 @@ import { spawn, spawnSync } from "node:child_process";
 import { createHash } from "node:crypto";
 import { once } from "node:events";
 import { access, mkdtemp, readFile, rm } from "node:fs/promises";
+import { connect, createServer } from "node:net";
 import { tmpdir } from "node:os";
 import { join } from "node:path";
 import { fileURLToPath } from "node:url";
@@ -208,3 +209,55 @@ export const PNG = Buffer.from(
   "iVBORw0KGgoAAAANSUhEUgAAAAEAAAABCAAAAAA6fptVAAAACklEQVR4nGP4DwABAQEAsGl0wAAAAABJRU5ErkJggg==",
   "base64",
 );
+
+/**
+ * A link to a server that a test can cut: what stands is torn, what comes is refused until it is mended. The browser's
+ * own "offline" holds for a page alone, and its worker is asked again whenever the browser starts it anew.
+ * @param {string} server
+ */
+export async function linkTo(server) {
+  const { hostname: host, port } = new URL(server);
+  /** @type {Set<import("node:net").Socket>} */
+  const open = new Set();
+  let cut = false;
+  const link = createServer((near) => {
+    if (cut) {
+      near.resetAndDestroy();
+      return;
+    }
+    const far = connect({ host, port: Number(port) });
+    for (const [end, other] of [
+      [near, far],
+      [far, near],
+    ]) {
+      open.add(end);
+      end.pipe(other);
+      end.on("error", () => other.destroy());
+      end.on("close", () => {
+        open.delete(end);
+        other.destroy();
+      });
+    }
+  });
+  link.listen(0, "127.0.0.1");
+  await once(link, "listening");
+  const address = /** @type {import("node:net").AddressInfo} */ (link.address());
+  const tear = () => {
+    for (const end of open) end.destroy();
+  };
+  return {
+    url: `http://127.0.0.1:${address.port}`,
+    cut() {
+      cut = true;
+      tear();
+    },
+    mend() {
+      cut = false;
+    },
+    async stop() {
+      tear();
+      link.close();
+      await once(link, "close");
+    },
+  };
+}
