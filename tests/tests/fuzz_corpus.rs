@@ -9,6 +9,8 @@ use std::path::Path;
 mod any_log;
 #[path = "../../fuzz/src/canonical_csv.rs"]
 mod canonical_csv;
+#[path = "../../fuzz/src/caster.rs"]
+mod caster;
 #[path = "../../fuzz/src/frame.rs"]
 mod frame;
 #[path = "../../fuzz/src/live_message.rs"]
@@ -17,6 +19,10 @@ mod live_message;
 mod mapped_table;
 #[path = "../../fuzz/src/query.rs"]
 mod query;
+#[path = "../../fuzz/src/rinex.rs"]
+mod rinex;
+#[path = "../../fuzz/src/rtcm.rs"]
+mod rtcm;
 #[path = "../../fuzz/src/samples.rs"]
 mod samples;
 #[path = "../../fuzz/src/saved_state.rs"]
@@ -107,4 +113,19 @@ fn stored_of_the_corpus() {
 #[test]
 fn query_of_the_corpus() {
     replay("query", query::run);
+}
+
+#[test]
+fn rinex_of_the_corpus() {
+    replay("rinex", rinex::run);
+}
+
+#[test]
+fn rtcm_of_the_corpus() {
+    replay("rtcm", rtcm::run);
+}
+
+#[test]
+fn caster_of_the_corpus() {
+    replay("caster", caster::run);
 }

@@ -115,6 +115,15 @@ pub fn whole(field: &[u8]) -> Option<i16> {
     std::str::from_utf8(field.trim_ascii()).ok()?.parse().ok()
 }
 
+/// A year, of which two digits may stand for four.
+pub fn of_century(year: i16) -> i16 {
+    match year {
+        0..80 => year + 2000,
+        80..100 => year + 1900,
+        _ => year,
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

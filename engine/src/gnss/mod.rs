@@ -1,7 +1,7 @@
 //! Satellites: what receivers wrote, where the satellites were, and what lies between.
 //!
 //! Files come as text ([`observation_reader`], [`navigation_reader`]), RINEX 2.10 to 4. Times are GPS time inside, whatever the
-//! file's own time system. It knows no estimator.
+//! file's own time system. [`solution`] writes positions for other programs. It knows no estimator.
 
 pub mod ephemeris;
 #[cfg(test)]
@@ -22,5 +22,6 @@ pub mod rtcm;
 pub mod satellite;
 pub mod signal;
 pub mod single_point;
+pub mod solution;
 pub mod time;
 pub mod troposphere;

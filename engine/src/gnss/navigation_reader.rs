@@ -1,7 +1,7 @@
 //! RINEX navigation files of versions 2.10 to 4, bytes to ephemerides.
 
 use super::ephemeris::{Ephemeris, Navigation};
-use super::fixed_columns::{Lines, columns, number, whole};
+use super::fixed_columns::{Lines, columns, number, of_century, whole};
 use super::rinex_error::RinexError;
 use super::satellite::{Constellation, Satellite};
 use super::time::{GPS_MINUS_BEIDOU_S, GpsTime};
@@ -56,7 +56,7 @@ fn header(lines: &mut Lines<'_>, found: &mut Navigation) -> Result<(), RinexErro
     loop {
         let Some(line) = lines.next() else {
             let advice = "the file is cut off; copy it again";
-            return Err(RinexError::new(lines.number() + 1, "END OF HEADER", b"", advice));
+            return Err(RinexError::new(lines.number().max(1), "END OF HEADER", b"", advice));
         };
         let four = |start: usize| -> Option<[f64; 4]> {
             let mut values = [0.0; 4];
@@ -149,20 +149,14 @@ fn clock_time(satellite: Satellite, line: &[u8], version_2: bool) -> Option<GpsT
     } else {
         [(3, 5), (8, 3), (11, 3), (14, 3), (17, 3), (20, 3)]
     };
-    let part = |k: usize| whole(columns(line, starts[k].0, starts[k].1));
-    let mut year = part(0)?;
-    if year < 100 {
-        year += if year < 80 { 2000 } else { 1900 };
+    let mut parts = [0_i16; 5];
+    for (part, (start, width)) in parts.iter_mut().zip(starts) {
+        *part = whole(columns(line, start, width))?;
     }
+    parts[0] = of_century(parts[0]);
     let second = number(columns(line, starts[5].0, starts[5].1))?;
-    let (month, day, hour, minute) = (part(1)?, part(2)?, part(3)?, part(4)?);
-    if !(1..=12).contains(&month) || !(1..=31).contains(&day) || hour < 0 || minute < 0 {
-        return None;
-    }
-    let offset = if satellite.constellation == Constellation::Beidou { GPS_MINUS_BEIDOU_S } else { 0 };
-    let second_ns = libm::round(second * 1e9) as i64 + offset * 1_000_000_000;
-    let [month, day, hour, minute] = [month, day, hour, minute].map(|part| part as u32);
-    Some(GpsTime::from_calendar(i32::from(year), month, day, hour, minute, second_ns))
+    let offset_s = if satellite.constellation == Constellation::Beidou { GPS_MINUS_BEIDOU_S } else { 0 };
+    GpsTime::from_date(parts, second, offset_s)
 }
 
 fn ephemeris(

@@ -123,7 +123,7 @@ impl Header {
         loop {
             let Some(line) = lines.next() else {
                 let advice = "the file is cut off; copy it again";
-                return Err(RinexError::new(lines.number() + 1, "END OF HEADER", b"", advice));
+                return Err(RinexError::new(lines.number().max(1), "END OF HEADER", b"", advice));
             };
             if columns(line, 60, 20).starts_with(b"END OF HEADER") {
                 break;

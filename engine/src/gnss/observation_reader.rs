@@ -4,7 +4,7 @@
 //! line, events between epochs and header lines within them, scale factors, BeiDou's B1I as `1I` or `2I`, BeiDou time, carriage
 //! returns. An epoch that is cut off at the end of the file is dropped, with a note.
 
-use super::fixed_columns::{Lines, columns, number, whole};
+use super::fixed_columns::{Lines, columns, number, of_century, whole};
 use super::observation_header::{Columns, Header, Kind};
 use super::observations::{Epoch, Observations, Signal, Tracked};
 use super::rinex_error::RinexError;
@@ -81,7 +81,7 @@ pub fn read(bytes: &[u8]) -> Result<Observations, RinexError> {
     if found.epochs.is_empty() {
         let advice =
             "the file holds no observation epochs; record again, or convert the receiver's log again";
-        return Err(RinexError::new(lines.number() + 1, "an observation epoch", b"", advice));
+        return Err(RinexError::new(lines.number().max(1), "an observation epoch", b"", advice));
     }
     Ok(found)
 }
@@ -92,22 +92,9 @@ pub(super) fn time(line: &[u8], starts: [(usize, usize); 6], header: &Header) ->
     for (part, (start, width)) in parts.iter_mut().zip(starts) {
         *part = whole(columns(line, start, width))?;
     }
-    let [mut year, month, day, hour, minute] = parts;
     let second = number(columns(line, starts[5].0, starts[5].1))?;
-    if year < 100 {
-        year += if year < 80 { 2000 } else { 1900 };
-    }
-    let fits = (1..=12).contains(&month)
-        && (1..=31).contains(&day)
-        && (0..=24).contains(&hour)
-        && (0..=60).contains(&minute)
-        && (0.0..=61.0).contains(&second)
-        && year >= 1980;
-    let second_ns = libm::round(second * 1e9) as i64 + header.to_gps_time_s * 1_000_000_000;
-    fits.then(|| {
-        let [month, day, hour, minute] = [month, day, hour, minute].map(|part| part as u32);
-        GpsTime::from_calendar(i32::from(year), month, day, hour, minute, second_ns)
-    })
+    parts[0] = of_century(parts[0]);
+    GpsTime::from_date(parts, second, header.to_gps_time_s)
 }
 
 /// Whether a line that ends the file without a line's end was cut within a number.

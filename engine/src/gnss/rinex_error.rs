@@ -21,7 +21,9 @@ impl RinexError {
         found: impl AsRef<[u8]>,
         advice: impl Into<String>,
     ) -> RinexError {
-        let shown: String = String::from_utf8_lossy(found.as_ref()).trim().chars().take(60).collect();
+        let text = String::from_utf8_lossy(found.as_ref());
+        let printable = |c: char| if c.is_control() { char::REPLACEMENT_CHARACTER } else { c };
+        let shown: String = text.trim().chars().take(60).map(printable).collect();
         let found = if shown.is_empty() { "nothing".to_owned() } else { format!("\"{shown}\"") };
         RinexError { line, expected: expected.into(), found, advice: advice.into() }
     }

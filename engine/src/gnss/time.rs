@@ -1,12 +1,19 @@
 //! GPS time, and what other systems call the same moment.
 
-use std::ops::{Add, Sub};
+use std::ops::{Add, Range, Sub};
 
 /// Seconds of a week.
 pub const WEEK_S: f64 = 604_800.0;
 const WEEK_NS: i64 = 604_800_000_000_000;
+/// The years and the weeks in which somebody may have observed.
+const YEARS: Range<i16> = 1980..2100;
+const WEEKS: Range<f64> = 0.0..6_300.0;
 /// GPS time − BeiDou time, s.
 pub const GPS_MINUS_BEIDOU_S: i64 = 14;
+/// GPS time was ahead of UTC by this when the last leap second was put in, s.
+pub const GPS_MINUS_UTC_S: i64 = 18;
+/// GPS time began here, s since 1970.
+const EPOCH_UNIX_S: i64 = 315_964_800;
 
 /// A moment in GPS time: whole nanoseconds since 6 January 1980, 0 h.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -18,7 +25,34 @@ pub struct GpsTime {
 impl GpsTime {
     /// The moment of a week and its second.
     pub fn from_week(week: i32, tow_s: f64) -> GpsTime {
-        GpsTime { ns: i64::from(week) * WEEK_NS + libm::round(tow_s * 1e9) as i64 }
+        GpsTime {
+            ns: (i64::from(week).saturating_mul(WEEK_NS)).saturating_add(libm::round(tow_s * 1e9) as i64),
+        }
+    }
+
+    /// The moment of a date as files write it, with what is to be added to come to GPS time, s; none where a part is out of its range.
+    pub fn from_date(
+        [year, month, day, hour, minute]: [i16; 5],
+        second: f64,
+        to_gps_s: i64,
+    ) -> Option<GpsTime> {
+        let fits = YEARS.contains(&year)
+            && (1..=12).contains(&month)
+            && (1..=31).contains(&day)
+            && (0..=24).contains(&hour)
+            && (0..=60).contains(&minute)
+            && (0.0..=61.0).contains(&second);
+        fits.then(|| {
+            let [month, day, hour, minute] = [month, day, hour, minute].map(|part| part as u32);
+            let second_ns = libm::round(second * 1e9) as i64 + to_gps_s * 1_000_000_000;
+            GpsTime::from_calendar(i32::from(year), month, day, hour, minute, second_ns)
+        })
+    }
+
+    /// The moment of a week and its second as they stand in a row; none where they are out of their range.
+    pub fn from_row(week: f64, tow_s: f64) -> Option<GpsTime> {
+        let fits = WEEKS.contains(&week) && (0.0..=WEEK_S).contains(&tow_s);
+        fits.then(|| GpsTime::from_week(week as i32, tow_s))
     }
 
     /// The moment of a date on the calendar of GPS time. Months and days outside of their range go on into the next.
@@ -26,6 +60,11 @@ impl GpsTime {
         let days = days_from_1970(year, month, day) - days_from_1970(1980, 1, 6);
         let seconds = days * 86_400 + i64::from(hour) * 3600 + i64::from(minute) * 60;
         GpsTime { ns: seconds * 1_000_000_000 + second_ns }
+    }
+
+    /// The moment of a count of UTC, ns since 1970.
+    pub fn from_unix_ns(unix_ns: i64) -> GpsTime {
+        GpsTime { ns: unix_ns + (GPS_MINUS_UTC_S - EPOCH_UNIX_S) * 1_000_000_000 }
     }
 
     /// The week, counted on without rolling over.
@@ -40,7 +79,13 @@ impl GpsTime {
 
     /// Seconds from another moment to this one.
     pub fn since(self, other: GpsTime) -> f64 {
-        (self.ns - other.ns) as f64 * 1e-9
+        self.ns.saturating_sub(other.ns) as f64 * 1e-9
+    }
+
+    /// The date and time of day to a millisecond, `2024-06-24 08:20:00.100`, in GPS time.
+    pub fn calendar_ms(self) -> String {
+        let ms = (self.ns + 500_000).div_euclid(1_000_000);
+        format!("{}.{:03}", GpsTime { ns: ms * 1_000_000 }.calendar(), ms.rem_euclid(1000))
     }
 
     /// The date and time of day, `2024-06-24 08:20:00`, in GPS time.
@@ -77,7 +122,7 @@ impl Add<f64> for GpsTime {
     type Output = GpsTime;
 
     fn add(self, seconds: f64) -> GpsTime {
-        GpsTime { ns: self.ns + libm::round(seconds * 1e9) as i64 }
+        GpsTime { ns: self.ns.saturating_add(libm::round(seconds * 1e9) as i64) }
     }
 }
 
@@ -109,6 +154,19 @@ mod tests {
             GpsTime::from_calendar(2024, 2, 29, 23, 59, 59_000_000_000).calendar(),
             "2024-02-29 23:59:59"
         );
+    }
+
+    #[test]
+    fn a_date_that_nobody_observed_on_is_none() {
+        let of = |year| GpsTime::from_date([year, 6, 24, 8, 20], 0.5, 14);
+        assert_eq!(of(2024), Some(GpsTime::from_calendar(2024, 6, 24, 8, 20, 14_500_000_000)));
+        assert_eq!([of(1979), of(2100), of(i16::MAX)], [None; 3]);
+        assert_eq!(GpsTime::from_date([2024, 13, 1, 0, 0], 0.0, 0), None);
+        assert_eq!(GpsTime::from_date([2024, 1, 1, 0, 0], f64::NAN, 0), None);
+        assert_eq!(GpsTime::from_row(2320.0, 116_400.0), Some(GpsTime::from_week(2320, 116_400.0)));
+        assert_eq!([GpsTime::from_row(19_999.0, 0.0), GpsTime::from_row(2320.0, f64::NAN)], [None; 2]);
+        // Sums of what cannot be stay at the end of time.
+        assert_eq!((GpsTime { ns: i64::MAX } + 1e30).since(GpsTime { ns: i64::MIN }), i64::MAX as f64 * 1e-9);
     }
 
     #[test]

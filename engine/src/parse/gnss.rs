@@ -10,7 +10,7 @@ use crate::parse::error::{ParseError, ParseErrorKind};
 use crate::parse::{gnss_csv, nmea, rtklib_pos};
 
 /// GPS time was ahead of UTC by this when the last leap second was put in, s.
-pub const LEAP_SECONDS: i64 = 18;
+pub const LEAP_SECONDS: i64 = crate::gnss::time::GPS_MINUS_UTC_S;
 
 /// How the receiver came to a position.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

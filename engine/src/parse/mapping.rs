@@ -132,10 +132,16 @@ impl TimeUnit {
 #[cfg_attr(feature = "schema", schemars(rename = "{U}Axes"))]
 pub struct Axes<U> {
     /// The columns of x, y and z.
-    #[cfg_attr(feature = "schema", schemars(example = ["x", "y", "z"]))]
+    #[cfg_attr(feature = "schema", schemars(example = xyz()))]
     pub columns: [String; 3],
     /// Their unit.
     pub unit: U,
+}
+
+/// What columns may be called; a function, for a derive by itself reads no arrays.
+#[cfg(feature = "schema")]
+fn xyz() -> [&'static str; 3] {
+    ["x", "y", "z"]
 }
 
 /// One column of one quantity.

@@ -57,7 +57,7 @@ pub(super) fn are_of(columns: &[Column]) -> bool {
 /// # Errors
 ///
 /// What is no such RINEX file, or holds no orbit of a system that is known here.
-pub(super) fn read(bytes: &[u8]) -> Result<(Rows, Vec<String>), ParseError> {
+pub fn read(bytes: &[u8]) -> Result<(Rows, Vec<String>), ParseError> {
     let file = navigation_reader::read(bytes).map_err(|error| {
         ParseError::new(ParseErrorKind::UnknownFormat, error.expected, error.found, error.advice)
             .at_line(error.line as u64)
@@ -124,12 +124,12 @@ pub fn take(values: &[f64], navigation: &mut Navigation) -> bool {
     let [week, toe_s, satellite, toc_s, clock, drift, change, sqrt_a, eccentricity, m0, delta_n, omega0, ..] =
         *orbit;
     let [.., omega_dot, omega, i0, i_dot, cuc, cus, crc, crs, cic, cis, healthy] = *orbit;
-    let is_time = (0.0..20_000.0).contains(&week) && (0.0..=604_800.0).contains(&toe_s);
-    let Some(satellite) = satellite_of(satellite).filter(|_| is_time) else { return false };
+    let (Some(satellite), Some(toe)) = (satellite_of(satellite), GpsTime::from_row(week, toe_s)) else {
+        return false;
+    };
     if !orbit.iter().all(|value| value.is_finite()) {
         return false;
     }
-    let toe = GpsTime::from_week(week as i32, toe_s);
     navigation.ephemerides.push(Ephemeris {
         satellite,
         toc: toe + toc_s,

@@ -80,7 +80,7 @@ pub(super) fn satellite_of(number: f64) -> Option<Satellite> {
 /// # Errors
 ///
 /// What is no such RINEX file, or holds no time tag.
-pub(super) fn read(bytes: &[u8]) -> Result<(Rows, Vec<String>), ParseError> {
+pub fn read(bytes: &[u8]) -> Result<(Rows, Vec<String>), ParseError> {
     let file = observation_reader::read(bytes).map_err(|error| {
         let what = match error.line {
             0 | 1 if bytes.trim_ascii().is_empty() => ParseErrorKind::EmptyFile,
@@ -179,16 +179,13 @@ impl EpochReader {
         else {
             return [None, None];
         };
-        let is_time = (0.0..20_000.0).contains(&week) && (0.0..=604_800.0).contains(&tow_s);
         let numbers = [left, satellite, band, attribute, code_m, phase, strength, flags];
-        if !is_time || !numbers.iter().all(|number| number.is_finite()) {
-            return [None, None];
-        }
+        let time = GpsTime::from_row(week, tow_s).filter(|_| numbers.iter().all(|number| number.is_finite()));
+        let Some(time) = time else { return [None, None] };
         if [x, y, z].iter().all(|part| part.is_finite()) {
             let delta = [up, east, north].map(|part| if part.is_finite() { part } else { 0.0 });
             self.station = Station { position_m: Some([x, y, z]), antenna_delta_hen_m: delta };
         }
-        let time = GpsTime::from_week(week as i32, tow_s);
         let cut_off = self.under_way.take_if(|epoch| epoch.time != time);
         let epoch = self.under_way.get_or_insert_with(|| Epoch { time, ..Epoch::default() });
         let flags = flags as u8;

@@ -52,7 +52,9 @@ pub fn read(bytes: &[u8]) -> Result<GnssFile, ParseError> {
             1 => GnssQuality::Fixed,
             2 => GnssQuality::Float,
             3..=6 => GnssQuality::Single,
-            _ => return Err(wrong("a quality Q from 1 (fix) to 6", text, line)),
+            // None, and dead reckoning: no satellite tells where it was.
+            0 | 7 => continue,
+            _ => return Err(wrong("a quality Q from 0 (none) and 1 (fix) to 7", text, line)),
         };
         let sigma_n_m = [sde, sdn, sdu];
         rows.push(GnssRow {
@@ -99,6 +101,8 @@ fn time_ns(day: &[u8], second: &[u8]) -> Option<i64> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::gnss::solution::{Fix, Solution, nmea, pos};
+    use crate::gnss::time::GpsTime;
 
     const TEXT: &str = "% program   : RTKPOST\n\
         %  GPST                  latitude(deg) longitude(deg)  height(m)   Q  ns   sdn(m)   sde(m)   sdu(m)\n\
@@ -118,6 +122,33 @@ mod tests {
     fn utc_is_turned_into_gps_time() {
         let utc = read(TEXT.replace("GPST", "UTC ").as_bytes()).unwrap();
         assert_eq!(utc.rows[0].t_ns - read(TEXT.as_bytes()).unwrap().rows[0].t_ns, 18_000_000_000);
+    }
+
+    #[test]
+    fn what_is_written_is_read_again_and_what_rests_on_no_satellite_is_passed_over() {
+        let solution = Solution {
+            time: GpsTime::from_calendar(2023, 8, 27, 20, 15, 249_000_000),
+            place: Geodetic { latitude_deg: 40.0966916, longitude_deg: -105.1471665, height_m: 1601.431 },
+            sigma_n_m: [0.0099, 0.0080, 0.0100],
+            covariance_en_m2: 0.0,
+            fix: Fix::Fixed,
+            satellites: Some(12),
+            base_age_s: Some(0.0),
+            ratio: None,
+        };
+        let mut out = Vec::new();
+        pos::write([solution, Solution { fix: Fix::Estimated, ..solution }], &mut out).unwrap();
+        assert_eq!(read(&out).unwrap().rows, read(TEXT.as_bytes()).unwrap().rows[..1]);
+        let mut out = Vec::new();
+        nmea::write([solution, Solution { fix: Fix::Estimated, ..solution }], &mut out).unwrap();
+        let [again] = crate::parse::nmea::read(&out).unwrap().rows[..] else { panic!("{out:?}") };
+        let first = read(TEXT.as_bytes()).unwrap().rows[0];
+        assert_eq!(
+            (again.t_ns, again.sigma_n_m, again.quality),
+            (first.t_ns, first.sigma_n_m, first.quality)
+        );
+        assert!((again.place.latitude_deg - first.place.latitude_deg).abs() < 1e-9);
+        assert!((again.place.height_m - first.place.height_m).abs() < 1e-4);
     }
 
     #[test]

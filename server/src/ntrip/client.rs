@@ -10,7 +10,9 @@ use tokio::time::{Instant, sleep, timeout, timeout_at};
 
 use super::head::{self, Answer};
 use super::source::Source;
+use lodestep_engine::geo::Geodetic;
 use lodestep_engine::gnss::rtcm::Decoder;
+use lodestep_engine::gnss::solution::nmea;
 use lodestep_engine::gnss::time::GpsTime;
 
 /// Connecting and the head of the answer may take so long each; both together are told within five seconds.
@@ -40,12 +42,13 @@ pub enum Told {
     Trouble(String),
 }
 
-/// Follows a source until nobody listens any more. `sentence` is sent to a caster now and then: the rover's place as GGA.
-pub async fn follow(source: Source, sentence: Option<String>, to: mpsc::Sender<Told>) {
+/// Follows a source until nobody listens any more. A caster is told every now and then that the rover is
+/// `near`, where that is known.
+pub async fn follow(source: Source, near: Option<Geodetic>, to: mpsc::Sender<Told>) {
     let mut pause = FIRST_PAUSE;
     loop {
         let mut good_for = Duration::ZERO;
-        match once(&source, sentence.as_deref(), &to, &mut good_for).await {
+        match once(&source, near, &to, &mut good_for).await {
             ControlFlow::Break(()) => return,
             ControlFlow::Continue(why) => {
                 if good_for >= GOOD_AFTER {
@@ -68,7 +71,7 @@ pub async fn follow(source: Source, sentence: Option<String>, to: mpsc::Sender<T
 /// One connection, until it ends: why, or that nobody listens.
 async fn once(
     source: &Source,
-    sentence: Option<&str>,
+    near: Option<Geodetic>,
     to: &mpsc::Sender<Told>,
     good_for: &mut Duration,
 ) -> ControlFlow<(), String> {
@@ -138,17 +141,19 @@ async fn once(
                 return Break(());
             }
         }
-        if let Some(sentence) = sentence
+        if let Some(near) = near
             && source.mount.is_some()
             && now >= place_at
         {
             place_at = now + PLACE_EVERY;
+            let unix_ns = time::OffsetDateTime::now_utc().unix_timestamp_nanos();
+            let sentence = nmea::told_to_caster(near, i64::try_from(unix_ns).unwrap_or_default());
             if let Err(error) = stream.write_all(sentence.as_bytes()).await {
                 return Continue(format!("the connection was lost ({error})"));
             }
         }
         let until = if told_silent { useful_at + GIVEN_UP_AFTER } else { useful_at + SILENT_AFTER };
-        let until = if sentence.is_some() { until.min(place_at) } else { until };
+        let until = if near.is_some() { until.min(place_at) } else { until };
         tokio::select! {
             read = timeout_at(until, stream.read(&mut piece)) => match read {
                 Ok(Ok(0)) => return Continue("closed the connection".to_owned()),

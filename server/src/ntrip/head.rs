@@ -9,7 +9,7 @@ const LONGEST: usize = 16 << 10;
 
 /// An answer, as far as it has come.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub(super) enum Answer {
+pub enum Answer {
     /// Its head is not complete.
     Wait,
     /// Data follow from this byte on.
@@ -34,7 +34,7 @@ pub(super) fn request(source: &Source) -> Option<String> {
 }
 
 /// Looks at how an answer begins.
-pub(super) fn read(bytes: &[u8]) -> Answer {
+pub fn read(bytes: &[u8]) -> Answer {
     let Some(end) = bytes.windows(2).position(|pair| pair == b"\r\n") else {
         let odd =
             bytes.len() > LONGEST || bytes.iter().any(|byte| !(b' '..=b'~').contains(byte) && *byte != b'\r');

@@ -6,4 +6,5 @@ mod head;
 mod source;
 
 pub use client::{Told, follow};
+pub use head::{Answer, read as read_answer};
 pub use source::Source;

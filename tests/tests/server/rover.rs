@@ -6,6 +6,7 @@ use std::process::ExitCode;
 use std::time::Duration;
 
 use lodestep_engine::parse::batch::{Batch, StreamKey};
+use lodestep_engine::parse::gnss::{self, GnssQuality};
 use lodestep_engine::parse::live_message::{Answer, DeviceMessage, Hello};
 use lodestep_engine::parse::{Reading, StreamReader, frame};
 use lodestep_engine::stream::{Readings, StreamId};
@@ -55,6 +56,11 @@ impl Walk {
 
     /// The report of the command line.
     async fn by_command_line(&self) -> Value {
+        self.processed_into("track.csv").await
+    }
+
+    /// The report of the command line, which writes the track into such a file.
+    async fn processed_into(&self, track: &str) -> Value {
         let of = |name: &str| self.path(name).to_str().unwrap().to_owned();
         let files = [
             ("--rover", "rover.obs"),
@@ -62,7 +68,7 @@ impl Walk {
             ("--nav", "base.nav"),
             ("--uwb", "uwb.csv"),
             ("--instrument", "rover.toml"),
-            ("--out", "track.csv"),
+            ("--out", track),
             ("--report", "report.json"),
         ];
         let mut line = ["process", "rover", "--solution", "smoothed"].map(str::to_owned).to_vec();
@@ -268,4 +274,41 @@ async fn what_cannot_be_a_rover_is_refused_in_a_sentence_and_gives_no_point() {
     let job = server.process(&session_id).await;
     assert_eq!(job["state"], "failed", "{job}");
     assert!(job.to_string().contains("nothing is stored of the stream base"), "{job}");
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn other_programs_get_the_same_places_with_their_quality() {
+    let walk = Walk::simulated().await;
+    let report = walk.processed_into("track.pos").await;
+    walk.processed_into("track.nmea").await;
+    walk.processed_into("track.csv").await;
+    let csv = String::from_utf8(walk.bytes("track.csv")).unwrap();
+    let (head, rows) = csv.split_once('\n').unwrap();
+    let column = |name: &str| head.split(',').position(|column| column == name).unwrap();
+    let pos = gnss::read(&walk.bytes("track.pos")).unwrap().rows;
+    let nmea = gnss::read(&walk.bytes("track.nmea")).unwrap().rows;
+    let by_satellites: Vec<Vec<&str>> = rows
+        .lines()
+        .map(|row| row.split(',').collect())
+        .filter(|row: &Vec<&str>| ["fixed", "float", "single"].contains(&row[column("quality")]))
+        .collect();
+    // In the hall there are rows that rest on no satellite: readers of positions pass them over.
+    assert!(by_satellites.len() < rows.lines().count());
+    assert_eq!((pos.len(), nmea.len()), (by_satellites.len(), by_satellites.len()));
+    for ((row, pos), nmea) in by_satellites.iter().zip(&pos).zip(&nmea) {
+        assert_eq!((pos.t_ns, pos.quality), (nmea.t_ns, nmea.quality));
+        for (name, of_pos, of_nmea, slack) in [
+            ("lat_deg", pos.place.latitude_deg, nmea.place.latitude_deg, 2e-9),
+            ("lon_deg", pos.place.longitude_deg, nmea.place.longitude_deg, 2e-9),
+            ("height_m", pos.place.height_m, nmea.place.height_m, 1e-4),
+        ] {
+            let expected: f64 = row[column(name)].parse().unwrap();
+            assert!(
+                (of_pos - expected).abs() < slack && (of_nmea - expected).abs() < slack,
+                "{name}: {row:?}"
+            );
+        }
+    }
+    let fixed = pos.iter().filter(|row| row.quality == GnssQuality::Fixed).count();
+    assert_eq!(report["quality"]["fixed"], fixed);
 }

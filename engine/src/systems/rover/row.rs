@@ -2,6 +2,10 @@
 
 use std::fmt::Write as _;
 
+use crate::geo::Geodetic;
+use crate::gnss::solution::{Fix, Solution};
+use crate::gnss::time::GpsTime;
+
 /// What a row's position rests on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum Quality {
@@ -25,6 +29,16 @@ impl Quality {
     /// As charts number it, from 1 for the best.
     pub fn number(self) -> f64 {
         f64::from(self as u8 + 1)
+    }
+
+    /// In the words that receivers share.
+    pub fn fix(self) -> Fix {
+        match self {
+            Quality::Fixed => Fix::Fixed,
+            Quality::Float => Fix::Float,
+            Quality::Single => Fix::Single,
+            Quality::Uwb | Quality::Predicted => Fix::Estimated,
+        }
     }
 
     /// As files spell it.
@@ -71,6 +85,21 @@ pub const HEADER: &str = "t_s,gps_week,gps_tow_s,e_m,n_m,u_m,lat_deg,lon_deg,hei
                           quality,ratio,satellites,anchors\n";
 
 impl Row {
+    /// The row as other programs read it; none where nobody knows where on the Earth it is, or when.
+    pub fn solution(&self) -> Option<Solution> {
+        let ((week, tow_s), [latitude_deg, longitude_deg, height_m]) = (self.gps_time?, self.geodetic?);
+        Some(Solution {
+            time: GpsTime::from_week(week, tow_s),
+            place: Geodetic { latitude_deg, longitude_deg, height_m },
+            sigma_n_m: self.sigma_n_m,
+            covariance_en_m2: self.covariance_en_m2,
+            fix: self.quality.fix(),
+            satellites: Some(self.satellites),
+            base_age_s: self.base_age_s,
+            ratio: self.ratio,
+        })
+    }
+
     /// Appends the row as a line.
     pub fn write(&self, out: &mut String) {
         let _ = write!(out, "{:.4},", self.t_s);

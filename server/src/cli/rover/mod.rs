@@ -5,6 +5,7 @@ mod files;
 mod process;
 mod report;
 mod simulate;
+mod track_file;
 
 pub(super) use process::{command, parse_place, run};
 pub(super) use simulate::{command as simulate_command, run as simulate};

@@ -12,12 +12,11 @@ use lodestep_engine::systems::rover::causes::RoverCause;
 use lodestep_engine::systems::rover::computation::{self, Done, Means};
 use lodestep_engine::systems::rover::instrument::{Anchor, Place};
 use lodestep_engine::systems::rover::recording::Recording;
-use lodestep_engine::systems::rover::row::HEADER;
 use lodestep_engine::systems::rover::told::{self, Placement};
 use lodestep_engine::track::Track;
 
-use super::files;
 use super::report::Report;
+use super::{files, track_file};
 use crate::cli::failure::Failure;
 use crate::cli::output_file;
 
@@ -89,7 +88,7 @@ struct RoverArgs {
     #[arg(long, value_name = "LIST", default_value = "G,C,E,J", value_parser = parse_systems)]
     systems: Systems,
 
-    /// The track, CSV
+    /// The track: RTKLIB's .pos or .nmea by its ending, else CSV
     #[arg(long, value_name = "track.csv")]
     out: PathBuf,
 
@@ -157,10 +156,7 @@ pub(in crate::cli) fn run(matches: &ArgMatches) -> Result<()> {
     let done = computation::compute(&recording, &means, smoothed, args.estimator == Estimator::Paper)
         .map_err(|cause| Failure::bad_input(blamed(&cause, &args).unwrap_or(main), cause.sentence()))?;
     notes.extend(done.anomalies.iter().map(RoverCause::sentence));
-    let mut text = String::with_capacity(170 * (done.rows.len() + 1));
-    text.push_str(HEADER);
-    done.rows.iter().for_each(|row| row.write(&mut text));
-    output_file::write(&args.out, |out| out.write_all(text.as_bytes()))?;
+    track_file::write(&args.out, &done.rows)?;
     let report = Report {
         done: &done,
         process_seconds: began.elapsed().as_secs_f64(),

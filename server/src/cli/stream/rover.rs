@@ -6,6 +6,7 @@ use std::time::Duration;
 
 use anyhow::{Context, Result};
 use clap::Args;
+use lodestep_engine::geo::Geodetic;
 use lodestep_engine::parse::live_message::Hello;
 use lodestep_engine::parse::range_rows;
 use lodestep_engine::stream::{Rows, StreamId};
@@ -96,13 +97,17 @@ impl From {
 /// Streams until it is asked to stop.
 pub(super) async fn run(args: RoverArgs) -> Result<()> {
     let mut link = Link::new(opening(&args)?);
-    let sentence = args.near.map(gga);
+    let near = args.near.map(|[latitude_deg, longitude_deg, height_m]| Geodetic {
+        latitude_deg,
+        longitude_deg,
+        height_m,
+    });
     let (to, mut told) = mpsc::channel(MOST_WAITING);
     for (from, source) in
         [(From::Rover, &args.rover), (From::Base, &args.base), (From::Navigation, &args.navigation)]
     {
         if let Some(source) = source {
-            tokio::spawn(forwarded(from, source.clone(), sentence.clone(), to.clone()));
+            tokio::spawn(forwarded(from, source.clone(), near, to.clone()));
         }
     }
     let mut observed: [Observed; 3] = Default::default();
@@ -217,9 +222,9 @@ fn refused(error: &anyhow::Error) -> bool {
     error.to_string().starts_with("the server said")
 }
 
-async fn forwarded(from: From, source: Source, sentence: Option<String>, to: mpsc::Sender<(From, Told)>) {
+async fn forwarded(from: From, source: Source, near: Option<Geodetic>, to: mpsc::Sender<(From, Told)>) {
     let (own, mut told) = mpsc::channel(MOST_WAITING);
-    tokio::spawn(follow(source, sentence, own));
+    tokio::spawn(follow(source, near, own));
     while let Some(one) = told.recv().await {
         if to.send((from, one)).await.is_err() {
             return;
@@ -304,36 +309,11 @@ fn say(words: &str) {
     let _ = writeln!(std::io::stderr(), "lodestep: {words}");
 }
 
-/// The rover's place as casters ask for it, with its checksum.
-fn gga([latitude_deg, longitude_deg, height_m]: [f64; 3]) -> String {
-    let minutes = |degrees: f64| (degrees.abs().floor(), degrees.abs().fract() * 60.0);
-    let ((lat, lat_min), (lon, lon_min)) = (minutes(latitude_deg), minutes(longitude_deg));
-    let now = time::OffsetDateTime::now_utc();
-    let body = format!(
-        "GPGGA,{:02}{:02}{:02}.00,{lat:02.0}{lat_min:07.4},{},{lon:03.0}{lon_min:07.4},{},1,10,1.0,{height_m:.1},M,0.0,M,,",
-        now.hour(),
-        now.minute(),
-        now.second(),
-        if latitude_deg < 0.0 { 'S' } else { 'N' },
-        if longitude_deg < 0.0 { 'W' } else { 'E' },
-    );
-    let sum = body.bytes().fold(0, |sum, byte| sum ^ byte);
-    format!("${body}*{sum:02X}\r\n")
-}
-
 #[cfg(test)]
 mod tests {
     use lodestep_engine::parse::batch::Batch;
 
     use super::*;
-
-    #[test]
-    fn a_place_is_told_as_receivers_tell_it() {
-        let text = gga([-33.5, 151.25, 12.0]);
-        assert!(text.contains(",3330.0000,S,15115.0000,E,1,"), "{text}");
-        let (body, sum) = text[1..].trim_end().split_once('*').unwrap();
-        assert_eq!(format!("{:02X}", body.bytes().fold(0, |sum, byte| sum ^ byte)), sum);
-    }
 
     #[test]
     fn a_batch_is_never_longer_than_the_server_takes() {
