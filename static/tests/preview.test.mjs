@@ -122,7 +122,7 @@ test("a mapping is read from its form, and what it lacks is said", async () => {
     data.set(name, value);
   assert.deepEqual(readMapping(data, "comma"), mapping);
   data.set("time", "");
-  assert.throws(() => readMapping(data, "comma"), /samples a second/);
+  assert.throws(() => readMapping(data, "comma"), /sampling rate/);
   data.set("rate_hz", "100");
   assert.deepEqual(readMapping(data, "comma").time, { rate_hz: 100 });
   data.set("mag_x", "mx");

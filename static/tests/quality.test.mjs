@@ -36,7 +36,7 @@ test("a walk whose largest residual is beyond the neighbouring actuator has not 
   setLanguage("en", en);
   assert.match(residualCard(residualsOf([visit(10.9, 0)])).text, /passed/);
   assert.match(residualCard(residualsOf([visit(11, 0)])).text, /not met/);
-  assert.match(residualCard(null).text, /nothing to measure/);
+  assert.match(residualCard(null).text, /no residuals/);
 });
 
 test("the health of a log: the usual rate of each foot, gaps with their length, saturation, start", () => {

@@ -36,7 +36,7 @@ test("a sentence is made of code and figures in the page's language", () => {
     figures: { usual_interval_s: 0.01, silence_s: 2.5 },
   };
   setLanguage("en", en);
-  assert.equal(shown("anomaly.told.gap", gap), "No samples for 2.5 s, where one comes every 0.01 s.");
+  assert.equal(shown("anomaly.told.gap", gap), "No samples for 2.5 s; the usual interval is 0.01 s.");
   setLanguage("zh-CN", zh);
   assert.equal(shown("anomaly.told.gap", gap), "2.5 秒内没有样本，正常每 0.01 秒一个。");
 });

@@ -59,7 +59,7 @@ describe("faults", { skip }, () => {
     await first.click();
     await tab.page.getByTestId("fault-history").getByText(`assigned to ${name}`).waitFor();
     await tab.page.getByTestId("step-in_work").click();
-    await becomes(state, "in work");
+    await becomes(state, "in progress");
     await tab.page.getByTestId("step-fixed").click();
     await becomes(state, "fixed");
     await tab.page.getByTestId("step-verified").click();
@@ -93,7 +93,7 @@ describe("faults", { skip }, () => {
     await details().getByRole("radio", { name: "low" }).check();
     await tab.page.getByTestId("save-fault").click();
     await details().locator("p", { hasText: "<script>alert(1)</script>" }).waitFor();
-    await tab.page.getByTestId("fault-history").getByText("remarks changed").waitFor();
+    await tab.page.getByTestId("fault-history").getByText("remarks edited").waitFor();
     await tab.page
       .getByTestId("fault-history")
       .getByText(/Severity: .* → low/)
@@ -110,7 +110,7 @@ describe("faults", { skip }, () => {
     fault.state = "in_work";
     await tab.page.locator("[data-part=steps] button").first().click();
     await details().getByText("fault_changed").waitFor();
-    await becomes(state, "in work");
+    await becomes(state, "in progress");
     assert.equal(await details().locator("[name=comment]").inputValue(), "my words");
     tab.wrongs.splice(0, tab.wrongs.length, ...tab.wrongs.filter((w) => !w.includes("409")));
   });

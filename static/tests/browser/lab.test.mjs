@@ -34,7 +34,7 @@ describe("the laboratory", { skip }, () => {
     await page.locator("html[data-ready=yes]").waitFor();
     await page.getByRole("link", { name: "Laboratory" }).click();
     await page.getByTestId("parameters").waitFor();
-    await page.getByText("Where an inspector stands beside a marker").waitFor();
+    await page.getByText("How far from a marker an inspector stands").waitFor();
     await set("marker_sigma_m", "99");
     await row("marker_sigma_m").getByText("expected a number from 0.01 to 20 m").waitFor();
     await set("marker_sigma_m", "0.25");
@@ -45,7 +45,7 @@ describe("the laboratory", { skip }, () => {
     await page.getByText("1 parameter differs from the default").waitFor();
     await page.locator(".new-set [name=name]").fill("<b>firm</b>");
     await page.locator(".new-set [name=about]").fill("markers are believed");
-    await page.getByRole("button", { name: "Keep as a new set" }).click();
+    await page.getByRole("button", { name: "Save as new set" }).click();
     await page.locator("[name=set] option", { hasText: "<b>firm</b>" }).waitFor({ state: "attached" });
     assert.deepEqual(mock.lab.sets[0].parameters, { marker_sigma_m: 0.25 });
     await set("marker_sigma_m", "0.5");
@@ -61,7 +61,7 @@ describe("the laboratory", { skip }, () => {
   test("a set is made the site's, which is told with its version, and the defaults are taken again", async () => {
     const { page } = tab;
     const site = page.getByTestId("site-parameters");
-    await site.getByText("every parameter as it is by default").waitFor();
+    await site.getByText("computed with the defaults").waitFor();
     await site.getByRole("button", { name: "Make this set the site’s" }).click();
     await site.getByText("with the set “<b>firm</b>”, version 2").waitFor();
     await site.getByText("marker_sigma_m = 0.5").waitFor();
@@ -70,12 +70,12 @@ describe("the laboratory", { skip }, () => {
     // The set goes on; the site's stays what it was.
     await set("marker_sigma_m", "0.4");
     await page.getByRole("button", { name: "Save", exact: true }).click();
-    await site.getByText("changed since, to version 3").waitFor();
+    await site.getByText("since been changed, to version 3").waitFor();
     assert.deepEqual(mock.lab.site.parameters, { marker_sigma_m: 0.5 });
     await set("marker_sigma_m", "0.5");
     await page.getByRole("button", { name: "Save", exact: true }).click();
     await site.getByRole("button", { name: "Back to the defaults" }).click();
-    await site.getByText("every parameter as it is by default").waitFor();
+    await site.getByText("computed with the defaults").waitFor();
     assert.equal(mock.lab.site.set, null);
   });
 
@@ -83,10 +83,10 @@ describe("the laboratory", { skip }, () => {
     const { page } = tab;
     await page.getByLabel("Spiral, evening").check();
     await page.getByLabel("Second team").check();
-    await page.getByText("2 chosen").waitFor();
-    await page.getByRole("button", { name: "Work out" }).click();
-    await page.getByTestId("under-way").getByText("2 under way").waitFor();
-    await page.getByTestId("under-way").getByText("2 under way").waitFor({ state: "detached" });
+    await page.getByText("2 selected").waitFor();
+    await page.getByRole("button", { name: "Run" }).click();
+    await page.getByTestId("under-way").getByText("2 running").waitFor();
+    await page.getByTestId("under-way").getByText("2 running").waitFor({ state: "detached" });
     const run = page
       .getByTestId("comparison")
       .locator('[data-walk="s9"] [data-run="r1"], [data-walk="s9"] [data-run="r2"]');
@@ -97,7 +97,7 @@ describe("the laboratory", { skip }, () => {
     const all = page.getByTestId("over-all").locator("tbody tr");
     await becomes(() => all.count(), 1);
     await all.getByText("better on 2 of 2").first().waitFor();
-    await run.getByText("Where it comes from").click();
+    await run.getByText("Provenance").click();
     await run.getByText("marker_sigma_m = 0.5").waitFor();
     assert.equal(
       await page.getByRole("link", { name: "As CSV" }).getAttribute("href"),
@@ -129,7 +129,7 @@ describe("the laboratory", { skip }, () => {
     await page.locator("[data-testid=door] [name=password]").fill("a good sentence");
     await page.keyboard.press("Enter");
     await page.getByTestId("comparison").waitFor();
-    assert.equal(await page.getByRole("button", { name: "Work out" }).count(), 0);
+    assert.equal(await page.getByRole("button", { name: "Run" }).count(), 0);
     assert.equal(await row("marker_sigma_m").locator("input").isDisabled(), true);
     await page.getByRole("link", { name: "Laboratory" }).waitFor({ state: "hidden" });
   });

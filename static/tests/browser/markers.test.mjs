@@ -46,7 +46,7 @@ describe("the markers' screen", { skip }, () => {
     await becomes(() => rows().count(), 1);
     await rows().first().getByRole("button", { name: "A17" }).click();
     await drawer().getByText("suspect survey").waitFor();
-    await drawer().getByText("6 in 4 walks, 1 not used").waitFor();
+    await drawer().getByText("6 in 4 walks, 1 rejected").waitFor();
   });
 
   test("an edit takes a reason and is in the history", async () => {
@@ -102,7 +102,7 @@ describe("the markers' screen", { skip }, () => {
     await conflict.getByText("49.000").waitFor();
     await conflict.getByText("50.500").waitFor();
     assert.equal(now("B40").e_m, 49);
-    await conflict.getByRole("button", { name: "Put yours" }).click();
+    await conflict.getByRole("button", { name: "Use mine" }).click();
     await tab.page.getByTestId("history").getByText("mine").waitFor();
     assert.equal(now("B40").e_m, 50.5);
     tab.wrongs.splice(0, tab.wrongs.length, ...tab.wrongs.filter((w) => !w.includes("409")));
@@ -116,11 +116,11 @@ describe("the markers' screen", { skip }, () => {
       .getByTestId("markers-file")
       .setInputFiles({ name: "survey.csv", mimeType: "text/csv", buffer: Buffer.from(csv) });
     const findings = tab.page.getByTestId("findings");
-    await findings.getByText("all: east and north changed over").waitFor();
-    await findings.getByRole("button", { name: "Read it that way" }).click();
+    await findings.getByText("all: east and north swapped").waitFor();
+    await findings.getByRole("button", { name: "Swap columns" }).click();
     await tab.page.getByTestId("difference").getByRole("button", { name: "1 added" }).waitFor();
     await tab.page.getByTestId("difference").getByRole("button", { name: "4 unchanged" }).waitFor();
-    await findings.getByText("nothing odd").waitFor();
+    await findings.getByText("No problems found").waitFor();
     await tab.page.getByTestId("wizard").locator("[name=reason]").fill("autumn survey");
     await tab.page.getByTestId("apply-import").click();
     await tab.page.getByText("survey.csv: 1 added, 0 changed, 0 removed, 4 unchanged.").waitFor();

@@ -42,7 +42,7 @@ describe("the inspector's page", { skip }, () => {
     for (const key of keys) await tab.page.locator(`[data-key="${key}"]`).click();
   };
   const keyed = () => tab.page.getByTestId("me-keyed").locator("li");
-  const allSent = () => tab.page.getByText("Everything has been handed over.").waitFor();
+  const allSent = () => tab.page.getByText("Everything has been sent.").waitFor();
 
   test("whose sensors are live keys in an actuator in three taps, and takes it back", async () => {
     await choose("Chen Wei");
@@ -59,7 +59,7 @@ describe("the inspector's page", { skip }, () => {
     await choose("Chen Wei");
     mock.orders.farMarker = "C120";
     await press("C120");
-    await tab.page.getByText(/The track has you .* from there/).waitFor();
+    await tab.page.getByText(/You appear to be .* away/).waitFor();
     await tab.page.getByTestId("me-enter").click();
     assert.equal(await keyed().count(), 0);
     await tab.page.getByRole("button", { name: "Enter anyway" }).click();
@@ -78,7 +78,7 @@ describe("the inspector's page", { skip }, () => {
 
   test("a walk is begun, walked and ended without a link; all of it is handed over once, over a reload", async () => {
     await choose("Novak, Petr");
-    await tab.page.getByText("This page also opens without a link.").waitFor();
+    await tab.page.getByText("This page also opens without a connection.").waitFor();
     // Every file that the page is made of has been kept once it was loaded.
     await tab.page.waitForFunction(async () => (await (await caches.open("lodestep")).keys()).length > 40);
     await tab.context.setOffline(true);
@@ -88,33 +88,33 @@ describe("the inspector's page", { skip }, () => {
     await tab.page.getByText("Walking for").waitFor();
     await press("A17");
     await tab.page.getByTestId("me-enter").click();
-    await keyed().first().getByText("waits for a link").waitFor();
+    await keyed().first().getByText("waiting for connection").waitFor();
     await tab.page.getByTestId("me-fault").locator("summary").click();
     await tab.page.getByTestId("me-fault").getByText("high").click();
     await tab.page.getByTestId("me-fault").locator("input[name=marker]").fill("a17");
     await tab.page.getByTestId("me-report").click();
-    await tab.page.getByText("3 waiting to be handed over").waitFor();
+    await tab.page.getByText("3 waiting to be sent").waitFor();
 
     await tab.page.reload();
     await tab.page.getByTestId("me").waitFor();
-    await tab.page.getByText("3 waiting to be handed over").waitFor();
+    await tab.page.getByText("3 waiting to be sent").waitFor();
     const faults = mock.site.faults.length;
     mock.orders.loseVisitAnswer = true;
     await tab.context.setOffline(false);
     await tab.page.evaluate(() => dispatchEvent(new Event("online")));
-    await tab.page.getByText(/[12] waiting to be handed over/).waitFor();
+    await tab.page.getByText(/[12] waiting to be sent/).waitFor();
     await tab.page.evaluate(() => dispatchEvent(new Event("online")));
     await allSent();
     assert.equal(mock.site.faults.length, faults + 1);
     await keyed()
       .first()
-      .getByText(/handed over|accepted/)
+      .getByText(/^sent$|accepted/)
       .waitFor();
 
     await tab.page.getByRole("button", { name: "Stop" }).click();
     await tab.page.getByText("The walk has ended.").waitFor();
     await tab.page.goto(`${mock.url}/#/upload`);
-    await tab.page.getByTestId("unfinished").getByText("A walk waits for its logs").waitFor();
+    await tab.page.getByTestId("unfinished").getByText("A walk is waiting for its logs").waitFor();
   });
 
   test("every target is large enough for a glove", async () => {

@@ -102,7 +102,7 @@ describe("the page", { skip }, () => {
     await part("Quality");
     const aids = tab.page.getByTestId("aids").locator("tbody tr");
     await becomes(() => aids.count(), 3);
-    await aids.filter({ hasText: "Separation of the feet" }).getByText("too sure").waitFor();
+    await aids.filter({ hasText: "Separation of the feet" }).getByText("overconfident").waitFor();
     await aids.filter({ hasText: "Magnetic heading" }).getByText("49", { exact: true }).waitFor();
     await tab.page.getByTestId("health").filter({ hasText: "100 / 100 Hz" }).waitFor();
     await tab.page.getByTestId("residuals").getByText("passed").waitFor();
@@ -178,7 +178,7 @@ describe("the page", { skip }, () => {
     );
     await page.waitForFunction(() => /t=9\d\d|t=1\d\d\d/.test(location.hash));
     // Other aids, and another walk on the same time bar.
-    await page.getByText("Compute with other aids").click();
+    await page.getByText("Compute with other measurements").click();
     await page.getByRole("button", { name: "Zero velocity only" }).click();
     await page.locator("#legend").getByText("Zero velocity", { exact: true }).waitFor();
     await page.locator("select[name=beside]").focus();
@@ -209,9 +209,9 @@ describe("the page", { skip }, () => {
     await stand.getByText("62 %").waitFor();
     await stand.getByText("none of these").waitFor();
     await stand.getByRole("button", { name: "Accept A17" }).click();
-    await stand.getByText("chosen").waitFor();
+    await stand.getByText("selected").waitFor();
     await stand.getByRole("button", { name: "Undo" }).click();
-    await stand.getByText("chosen").waitFor({ state: "detached" });
+    await stand.getByText("selected").waitFor({ state: "detached" });
     // What somebody keyed in is not chosen again.
     await tab.page.locator('[data-stand="1"]').getByText("keyed in").waitFor();
     await becomes(() => tab.page.locator('[data-stand="1"] [data-choose]:enabled').count(), 0);
@@ -226,8 +226,8 @@ describe("the page", { skip }, () => {
     ]);
     await tab.page.getByTestId("foot-left").getByText("walk-left.csv").waitFor();
     await tab.page.locator("input[name=marker]").fill("a17");
-    await tab.page.getByRole("button", { name: "Hand in" }).click();
-    await tab.page.getByTestId("upload-done").getByText("Done: the walk is in.").waitFor();
+    await tab.page.getByRole("button", { name: "Upload" }).click();
+    await tab.page.getByTestId("upload-done").getByText("Upload complete.").waitFor();
     // The cut was ordered; a browser that repeats the piece by itself is told the right offset (409).
     tab.wrongs.splice(
       0,
@@ -244,7 +244,7 @@ describe("the page", { skip }, () => {
       .getByTestId("files")
       .setInputFiles([{ name: "left.csv", mimeType: "text/csv", buffer: Buffer.from("a,b\n1,2\n") }]);
     await tab.page.locator("input[name=marker]").fill("A17");
-    await tab.page.getByRole("button", { name: "Hand in" }).click();
+    await tab.page.getByRole("button", { name: "Upload" }).click();
     const problem = tab.page.getByTestId("problem");
     await problem.getByText("expected the column gyr_x_rad_s").waitFor();
     await problem.getByText("line 1").waitFor();

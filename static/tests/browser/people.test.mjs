@@ -80,15 +80,15 @@ describe("people and rights", { skip }, () => {
     await visit("#/account");
     await signIn();
     await tab.page.locator(".new-token [name=name]").fill("survey script");
-    await tab.page.getByRole("button", { name: "Make it" }).click();
+    await tab.page.getByRole("button", { name: "Create" }).click();
     await tab.page.getByTestId("token-secret").getByText("5e5e").waitFor();
     await tab.page.getByTestId("tokens").getByText("survey script").waitFor();
     await tab.page.getByTestId("tokens").getByRole("button", { name: "Revoke" }).first().click();
     await tab.page.getByTestId("tokens").getByText("revoked").waitFor();
     await tab.page.locator("[name=old]").fill("a good sentence");
     await tab.page.locator("[name=new]").fill("a better sentence");
-    await tab.page.getByRole("button", { name: "Change the password" }).click();
-    await tab.page.getByText("All other browsers are signed out").waitFor();
+    await tab.page.getByRole("button", { name: "Change password" }).click();
+    await tab.page.getByText("All other browsers have been signed out").waitFor();
     await tab.page.getByRole("button", { name: "Sign out" }).first().click();
     await tab.page.getByTestId("door").waitFor();
   });
@@ -110,7 +110,7 @@ describe("people and rights", { skip }, () => {
           ?.value === "dispatcher",
     );
     assert.equal(mock.staff.accounts[1].role, "dispatcher");
-    await tab.page.getByLabel("May sign in Chen Wei").click();
+    await tab.page.getByLabel("Can sign in Chen Wei").click();
     await tab.page.getByTestId("problem").getByText("expected an administrator").waitFor();
     refused("409");
     await tab.page.locator("[data-account=a2] [data-remove]").click();
@@ -130,7 +130,7 @@ describe("people and rights", { skip }, () => {
     await tab.page.locator("summary", { hasText: "/api/v1/markers/{name}" }).click();
     await tab.page.getByText("e_m?: number").waitFor();
     await tab.page.getByText("404 marker_not_found").waitFor();
-    await tab.page.getByText("see everything", { exact: false }).first().waitFor();
+    await tab.page.getByText("view everything", { exact: false }).first().waitFor();
   });
 
   test("nothing went wrong", () => assert.deepEqual(tab.wrongs, []));

@@ -89,7 +89,7 @@ describe("a day from the gate to the dock, on a real server", { skip }, () => {
     await page.clock.resume();
     await context.setOffline(false);
     await page.evaluate(() => dispatchEvent(new Event("online")));
-    await page.getByText("Everything has been handed over.").waitFor();
+    await page.getByText("Everything has been sent.").waitFor();
     const sessions = await real.get("/sessions/waiting");
     assert.deepEqual(
       sessions.map((/** @type {any} */ s) => [s.keyed, s.faults]),
@@ -130,7 +130,7 @@ describe("a day from the gate to the dock, on a real server", { skip }, () => {
           "visits.csv": `t_start_s,t_end_s,marker\n${rows.join("\n")}\n`,
         });
       }
-      await page.getByRole("button", { name: "Hand in" }).click();
+      await page.getByRole("button", { name: "Upload" }).click();
       await page.getByTestId("upload-done").waitFor({ timeout: 120_000 });
     }
     assert.deepEqual(await real.get("/sessions/waiting"), []);

@@ -66,7 +66,7 @@ describe("a fault, on a real server", { skip }, () => {
     await page.getByTestId("me-fault").locator("[name=marker]").fill("a17");
     await page.getByTestId("me-fault").locator("[name=text]").fill("two bolts loose");
     await page.getByTestId("me-report").click();
-    await page.getByText("Everything has been handed over.").waitFor();
+    await page.getByText("Everything has been sent.").waitFor();
     await his.page.getByTestId("fault-card").filter({ hasText: "A17" }).waitFor();
     const [fault] = await owner.get("/faults");
     assert.deepEqual(
@@ -104,7 +104,7 @@ describe("a fault, on a real server", { skip }, () => {
     await hers.page.getByTestId("fault-history").getByText("before Friday").waitFor();
     assert.equal(await hers.page.locator("#drawer [name=assignee]").isVisible(), false, "she sends nobody");
     await step(hers, "in_work");
-    await becomes(() => state(hers), "in work");
+    await becomes(() => state(hers), "in progress");
     await step(hers, "fixed");
     await becomes(() => state(hers), "fixed");
     assert.equal(await hers.page.getByTestId("step-verified").count(), 0, "verifying is the dispatcher's");

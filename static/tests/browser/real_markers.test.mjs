@@ -85,7 +85,7 @@ describe("markers, on a real server", { skip }, () => {
     await conflict.getByText("49.000").waitFor();
     await conflict.getByText("50.500").waitFor();
     assert.equal((await now("B40")).e_m, 49, "nothing is overwritten in silence");
-    await conflict.getByRole("button", { name: "Put yours" }).click();
+    await conflict.getByRole("button", { name: "Use mine" }).click();
     await mine.getByTestId("history").getByText("mine").waitFor();
     assert.equal((await now("B40")).e_m, 50.5);
     assert.deepEqual(
@@ -110,8 +110,8 @@ describe("markers, on a real server", { skip }, () => {
       buffer: Buffer.from(`name,e_m,n_m,u_m\n${rows.join("\n")}\n`),
     });
     const findings = page.getByTestId("findings");
-    await findings.getByText("all: east and north changed over").waitFor();
-    await findings.getByRole("button", { name: "Read it that way" }).click();
+    await findings.getByText("all: east and north swapped").waitFor();
+    await findings.getByRole("button", { name: "Swap columns" }).click();
     const difference = page.getByTestId("difference");
     await difference.getByRole("button", { name: "1 changed" }).waitFor();
     await difference.getByRole("button", { name: "7 unchanged" }).waitFor();

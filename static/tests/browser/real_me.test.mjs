@@ -40,7 +40,7 @@ describe("the inspector's page, on a real server", { skip }, () => {
       await page.getByTestId("me").waitFor();
       await page.locator("select[name=who] option", { hasText: "李娜" }).waitFor({ state: "attached" });
       await page.getByTestId("me-who").selectOption({ label: "李娜" });
-      await page.getByText("This page also opens without a link.").waitFor();
+      await page.getByText("This page also opens without a connection.").waitFor();
       await page.waitForFunction(async () => {
         const kept = (await (await caches.open("lodestep")).keys()).map(({ url }) => new URL(url).pathname);
         return ["/js/me/view.js", "/js/main.js", "/api/v1/site/plan", "/api/v1/markers", "/api/v1/account"].every(
@@ -57,16 +57,16 @@ describe("the inspector's page, on a real server", { skip }, () => {
       await page.getByTestId("me-fault").locator("summary").click();
       await page.getByTestId("me-fault").locator("[name=marker]").fill("a18");
       await page.getByTestId("me-report").click();
-      await page.getByText("3 waiting to be handed over").waitFor();
+      await page.getByText("3 waiting to be sent").waitFor();
       await page.reload();
       await page.getByTestId("me").waitFor();
-      await page.getByText("3 waiting to be handed over").waitFor();
+      await page.getByText("3 waiting to be sent").waitFor();
       await page.getByText("Walking for").waitFor();
       assert.deepEqual(await real.get("/sessions"), [], "the server knows nothing yet");
 
       link.mend();
       await page.evaluate(() => dispatchEvent(new Event("online")));
-      await page.getByText("Everything has been handed over.").waitFor();
+      await page.getByText("Everything has been sent.").waitFor();
       const [walk, ...others] = await real.get("/sessions");
       assert.deepEqual([others.length, walk.start.marker], [0, "A17"]);
       const visits = await real.get(`/sessions/${walk.id}/visits`);
@@ -82,13 +82,13 @@ describe("the inspector's page, on a real server", { skip }, () => {
 
       await page.getByRole("button", { name: "Stop" }).click();
       await page.goto(`${link.url}/#/upload`);
-      await page.getByTestId("unfinished").getByText("A walk waits for its logs").waitFor();
+      await page.getByTestId("unfinished").getByText("A walk is waiting for its logs").waitFor();
       const { left, right } = await real.walk("line:20");
       await page.getByTestId("files").setInputFiles([
         { name: "left.csv", mimeType: "text/csv", buffer: left },
         { name: "right.csv", mimeType: "text/csv", buffer: right },
       ]);
-      await page.getByRole("button", { name: "Hand in" }).click();
+      await page.getByRole("button", { name: "Upload" }).click();
       await page.getByTestId("upload-done").waitFor({ timeout: 60_000 });
       const now = await real.get(`/sessions/${walk.id}`);
       assert.deepEqual([now.state, now.visits, (await real.get("/sessions")).length], ["finished", 1, 1]);

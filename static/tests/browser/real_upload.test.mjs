@@ -34,7 +34,7 @@ describe("logs, on a real server", { skip }, () => {
   const csv = (/** @type {string} */ name, /** @type {Buffer} */ buffer) => ({ name, mimeType: "text/csv", buffer });
   const give = (/** @type {{name: string, mimeType: string, buffer: Buffer}[]} */ files) =>
     tab.page.getByTestId("files").setInputFiles(files);
-  const handIn = () => tab.page.getByRole("button", { name: "Hand in" }).click();
+  const handIn = () => tab.page.getByRole("button", { name: "Upload" }).click();
   const refusals = () => tab.wrongs.splice(0, Infinity, ...tab.wrongs.filter((w) => !/\b(422|409)\b/.test(w)));
 
   test("both feet are handed in; the walk is worked out and opens", async () => {
@@ -49,7 +49,7 @@ describe("logs, on a real server", { skip }, () => {
     await tab.page.locator("input[name=title]").fill("Along the road");
     await tab.page.locator("input[name=marker]").fill("a17");
     await handIn();
-    await tab.page.getByTestId("upload-done").getByText("Done: the walk is in.").waitFor({ timeout: 60_000 });
+    await tab.page.getByTestId("upload-done").getByText("Upload complete.").waitFor({ timeout: 60_000 });
     await tab.page.getByText("Open the track").click();
     await tab.page.locator("[data-testid=session][data-drawn=yes]").waitFor();
     await tab.page.getByRole("heading", { name: "Along the road" }).waitFor();

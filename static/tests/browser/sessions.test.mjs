@@ -65,8 +65,8 @@ describe("the list of walks", { skip }, () => {
     await page.goto(`${mock.url}/#/sessions/s9`);
     const note = page.getByTestId("note");
     await note.locator("[name=note]").fill("look at <b>this</b>");
-    await note.getByRole("button", { name: "Mark this walk" }).click();
-    await page.getByRole("button", { name: "Mark this walk", pressed: true }).waitFor();
+    await note.getByRole("button", { name: "Star this walk" }).click();
+    await page.getByRole("button", { name: "Star this walk", pressed: true }).waitFor();
     await page.goto(`${mock.url}/#/sessions?flags=starred`);
     await becomes(() => cards().count(), 1);
     await cards().getByText("look at <b>this</b>").waitFor();

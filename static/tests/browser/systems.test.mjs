@@ -70,7 +70,7 @@ describe("systems beside the first", { skip }, () => {
     const [begun, first] = await Promise.all([
       page.waitForRequest((r) => r.method() === "POST" && r.url().endsWith("/api/v1/sessions")),
       page.waitForRequest((r) => r.method() === "POST" && r.url().endsWith("/logs")),
-      page.getByRole("button", { name: "Hand in" }).click(),
+      page.getByRole("button", { name: "Upload" }).click(),
     ]);
     const { system, streams, start } = begun.postDataJSON();
     assert.deepEqual(

@@ -42,11 +42,11 @@ describe("a log before it is handed in", { skip }, () => {
     const left = tab.page.getByTestId("preview-left");
     await left.getByText("x-io NGIMU / x-IMU3 CSV").waitFor();
     await becomes(() => left.locator("[data-fact=rate]").textContent(), "100 Hz");
-    await left.getByText("1 gaps, 0.31 s together.").waitFor();
+    await left.getByText("1 gaps, 0.31 s in total.").waitFor();
     await becomes(() => left.locator("svg polygon").count(), 2);
     await tab.page
       .getByTestId("in-time")
-      .getByText(/One clock: .* overlap for 1 min 53 s/)
+      .getByText(/Common clock: .* overlap for 1 min 53 s/)
       .waitFor();
     await left.getByText("First rows").click();
     await becomes(() => left.locator("tbody td").first().textContent(), "0.0000");
@@ -75,7 +75,7 @@ describe("a log before it is handed in", { skip }, () => {
     await tab.page.getByTestId("dry-run").click();
     await tab.page.getByTestId("dry-run-done").getByText("every row can be read").waitFor();
     await tab.page.getByTestId("unfinished").waitFor();
-    await tab.page.getByRole("button", { name: "Hand in" }).click();
+    await tab.page.getByRole("button", { name: "Upload" }).click();
     await tab.page.getByTestId("upload-done").waitFor();
   });
 

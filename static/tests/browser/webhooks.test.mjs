@@ -18,7 +18,7 @@ describe("webhooks", { skip }, () => {
     tab = await openPage(mock.url);
     tab.page.on("dialog", (dialog) => dialog.accept());
     await tab.page.goto(`${mock.url}/#/admin/webhooks`);
-    await tab.page.getByText("No program is told of anything yet").waitFor();
+    await tab.page.getByText("No webhooks yet").waitFor();
   });
   after(async () => {
     await tab?.close();
@@ -39,7 +39,7 @@ describe("webhooks", { skip }, () => {
     await register("<b>tickets</b>");
     assert.deepEqual(mock.webhooks.hooks[0].events, ["fault.reported", "anomalies.found"]);
     assert.equal(await page.getByTestId("webhook-secret").textContent(), "5ec4e7".repeat(10));
-    await row("w1").getByRole("button", { name: "Try it out" }).click();
+    await row("w1").getByRole("button", { name: "Send test" }).click();
     await page.getByTestId("webhook-secret").waitFor({ state: "detached" });
     await page.getByTestId("deliveries").getByText("delivered").waitFor();
     await page.getByTestId("deliveries").getByText("204 · 12 ms").waitFor();
@@ -48,8 +48,8 @@ describe("webhooks", { skip }, () => {
   test("one that does not answer says since when, and one that was switched off says why", async () => {
     const { page } = tab;
     await register("down");
-    await row("w2").getByRole("button", { name: "Try it out" }).click();
-    await row("w2").getByText("does not arrive").waitFor();
+    await row("w2").getByRole("button", { name: "Send test" }).click();
+    await row("w2").getByText("failing").waitFor();
     await page.getByTestId("deliveries").getByText("connection refused").waitFor();
     Object.assign(mock.webhooks.hooks[1], {
       enabled: false,
@@ -57,9 +57,9 @@ describe("webhooks", { skip }, () => {
     });
     await page.reload();
     await row("w2").getByText("found none for 72 h").waitFor();
-    assert.equal(await row("w2").getByRole("button", { name: "Try it out" }).isDisabled(), true);
-    await row("w2").getByRole("button", { name: "Switch on" }).click();
-    await row("w2").getByRole("button", { name: "Switch off" }).waitFor();
+    assert.equal(await row("w2").getByRole("button", { name: "Send test" }).isDisabled(), true);
+    await row("w2").getByRole("button", { name: "Enable" }).click();
+    await row("w2").getByRole("button", { name: "Disable" }).waitFor();
     await row("w2").getByRole("button", { name: "New secret" }).click();
     await page.getByTestId("webhook-secret").waitFor();
     await row("w2").getByRole("button", { name: "Remove" }).click();
