@@ -25,6 +25,9 @@ import {
 } from "./walk.js";
 
 const SEVERITIES = /** @type {const} */ (["low", "medium", "high"]);
+/** Stop waits so long for being pressed once more; two taps within the other are one. */
+const STOP_WAITS_MS = 5_000;
+const ONE_TAP_MS = 1_500;
 /** How often what waits is tried again without any sign of a link, ms. */
 const TRY_EVERY_MS = 15_000;
 
@@ -37,6 +40,10 @@ export function meView(app, side) {
     changePerson(mine, own);
   }
   let typed = "";
+  /** Since when Stop waits to be pressed once more, ms; a glove that brushes it ends no walk. */
+  let stopping_ms = -Infinity;
+  /** When the last fault was reported, ms. */
+  let reported_ms = -Infinity;
   /** What was doubted is entered when it is pressed again. */
   let doubted = "";
   const outbox = new Outbox(api, storage, {
@@ -194,7 +201,8 @@ export function meView(app, side) {
     );
     walkButton.hidden = current?.live ?? false;
     walkButton.disabled = !mine.inspector_id;
-    setText(walkButton, t(current ? "me.stop" : "me.start"));
+    const sure = current !== null && now() - stopping_ms < STOP_WAITS_MS;
+    setText(walkButton, t(!current ? "me.start" : sure ? "me.stop_sure" : "me.stop"));
     walkButton.dataset.kind = current ? "stop" : "start";
 
     setText(one(".typed", side), typed || "–");
@@ -312,6 +320,11 @@ export function meView(app, side) {
 
   function stopWalk() {
     if (!mine.walk) return;
+    if (now() - stopping_ms >= STOP_WAITS_MS) {
+      stopping_ms = now();
+      return show();
+    }
+    stopping_ms = -Infinity;
     mine.ended = { id: mine.walk.id };
     // At this device the upload goes on with this walk, unless another one was cut. Where several share it, the dock asks.
     if (!unfinishedUpload() && Object.keys(mine.others).length === 0) {
@@ -382,6 +395,9 @@ export function meView(app, side) {
     if (!mine.inspector_id) return setText(answer, t("me.state.nobody"));
     if (given && !place) return setText(answer, t("me.unknown", { marker: given }));
     const at_ms = now();
+    // A double tap is one fault.
+    if (at_ms - reported_ms < ONE_TAP_MS) return;
+    reported_ms = at_ms;
     const current = walk();
     const text = String(data.get("text") ?? "").trim();
     outbox.add({

@@ -17,7 +17,12 @@ export function uploadForm(system, refused) {
     html`<div class="slot" data-stream="${slot.stream}" data-testid="${slot.id}">
       <h3>${streamName(system, slot.stream)}</h3>
       ${slot.columns.length > 0 && html`<p class="muted">${t("upload.columns", { columns: columnWords(slot) })}</p>`}
-      <p class="file muted"></p>
+      <div class="row">
+        <p class="file muted"></p>
+        <button type="button" class="quiet" data-take-off="${slot.stream}" title="${t("upload.take_off")}" hidden>
+          ✕
+        </button>
+      </div>
       <p class="muted state" aria-live="polite"></p>
       <progress max="1" value="0" hidden></progress>
       <div class="preview" data-testid="preview-${slot.stream}"></div>

@@ -17,6 +17,9 @@ import { readStart } from "./start.js";
 import { sameFile } from "./transfer.js";
 import { alreadyHere, chosen, knownWalks, logQuery, waitingList, whose } from "./waiting.js";
 
+/** The choice of somebody who has no name here yet. */
+const SOMEBODY_NEW = "new";
+
 /** @type {import("../ui/router.js").MakeView} */
 export function uploadView(app, side, argument) {
   const named = unfinishedUpload()?.system ?? (argument || undefined);
@@ -71,6 +74,7 @@ export function uploadView(app, side, argument) {
       setText(one(".file", box), file ? file.name : t("upload.no_file"));
       setAttribute(one(".file", box), "class", file ? "file" : "file muted");
       setText(one(".state", box), file ? bytes(file.size) : "");
+      one("[data-take-off]", box).hidden = !file || busy;
     }
     setText(
       one(".visits-file", side),
@@ -103,6 +107,23 @@ export function uploadView(app, side, argument) {
     );
   }
 
+  /** A file that was not meant is not sent. @param {string} stream */
+  function takeOff(stream) {
+    if (busy) return;
+    delete files[stream];
+    looking.anew(stream);
+    render(one(".answer", side), html``);
+    showFiles();
+  }
+
+  /** What was said of a walk that is in is not said of the next one. */
+  function clearFacts() {
+    for (const name of ["inspector", "new_name", "title", "started_at", "marker", "heading"])
+      if (form.elements.namedItem(name)) field(name).value = "";
+    showInspectors();
+    showStart();
+  }
+
   const ready = () =>
     !busy &&
     refused === null &&
@@ -115,14 +136,17 @@ export function uploadView(app, side, argument) {
     const list = everybody.filter((/** @type {{id: string}} */ one) => app.writesFor(one.id));
     render(
       one("[name=inspector]", side),
-      html`${app.may("dispatch") && html`<option value="">${t("upload.somebody_new")}</option>`}${list.map((i) => html`<option value="${i.id}">${i.name}</option>`)}`,
+      html`<option value="">${t("upload.choose_inspector")}</option>
+        ${app.may("dispatch") && html`<option value="${SOMEBODY_NEW}">${t("upload.somebody_new")}</option>`}${list.map((i) => html`<option value="${i.id}">${i.name}</option>`)}`,
     );
-    field("inspector").value = list.some((i) => i.id === chosen) ? chosen : (list[0]?.id ?? "");
+    // Where there are several nobody is chosen by chance: a log would go to the wrong one.
+    const only = list.length === 1 ? list[0].id : "";
+    field("inspector").value = chosen === SOMEBODY_NEW || list.some((i) => i.id === chosen) ? chosen : only;
     showNewName();
   }
 
   function showNewName() {
-    one(".new-name", side).hidden = field("inspector").value !== "" || !app.may("dispatch");
+    one(".new-name", side).hidden = field("inspector").value !== SOMEBODY_NEW;
   }
 
   function showStart() {
@@ -180,7 +204,8 @@ export function uploadView(app, side, argument) {
   async function showWaiting() {
     const query = logQuery(looking.previews());
     const inspector = field("inspector").value;
-    if (inspector && unfinishedUpload() === null && Object.keys(files).length > 0) query.set("inspector_id", inspector);
+    if (inspector && inspector !== SOMEBODY_NEW && unfinishedUpload() === null && Object.keys(files).length > 0)
+      query.set("inspector_id", inspector);
     const walks = await api.waitingSessions(query).catch(() => []);
     if (gone) return;
     waits = unfinishedUpload() ? [] : walks.filter((walk) => app.writesFor(walk.inspector_id));
@@ -253,6 +278,7 @@ export function uploadView(app, side, argument) {
       showSame();
       looking.clear();
       visits = null;
+      clearFacts();
     } catch (error) {
       render(one(".answer", side), problemBox(error));
       // What did not get through shows no full bar beside the refusal.
@@ -290,7 +316,8 @@ export function uploadView(app, side, argument) {
   async function describe(data) {
     const start = readStart(data, (name) => app.grid.named(name)?.name);
     let inspector_id = String(data.get("inspector") ?? "");
-    if (inspector_id === "") {
+    if (inspector_id === "") throw new Error(t("upload.need_inspector"));
+    if (inspector_id === SOMEBODY_NEW) {
       const name = String(data.get("new_name") ?? "").trim();
       if (name === "") throw new Error(t("upload.need_name"));
       inspector_id = (await api.createInspector(name)).id;
@@ -381,6 +408,10 @@ export function uploadView(app, side, argument) {
     event.preventDefault();
     drop.classList.remove("over");
     take(event.dataTransfer?.files ?? []);
+  });
+  one(".slots", side).addEventListener("click", (event) => {
+    const off = /** @type {HTMLElement} */ (event.target).closest("[data-take-off]")?.getAttribute("data-take-off");
+    if (off) takeOff(off);
   });
   side.querySelector(".swap")?.addEventListener("click", () => {
     if (busy) return;

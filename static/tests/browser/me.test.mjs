@@ -112,6 +112,8 @@ describe("the inspector's page", { skip }, () => {
       .waitFor();
 
     await tab.page.getByRole("button", { name: "Stop" }).click();
+
+    await tab.page.getByRole("button", { name: "Press again to end the walk" }).click();
     await tab.page.getByText("The walk has ended.").waitFor();
     await tab.page.goto(`${mock.url}/#/upload`);
     await tab.page.getByTestId("unfinished").getByText("A walk is waiting for its logs").waitFor();

@@ -227,6 +227,9 @@ describe("the page", { skip }, () => {
     await tab.page.getByTestId("foot-left").getByText("walk-left.csv").waitFor();
     await tab.page.locator("input[name=marker]").fill("a17");
     await tab.page.getByRole("button", { name: "Upload" }).click();
+    await tab.page.getByText("Select the inspector whose walk this is.").waitFor();
+    await tab.page.locator("select[name=inspector]").selectOption({ label: "Chen Wei" });
+    await tab.page.getByRole("button", { name: "Upload" }).click();
     await tab.page.getByTestId("upload-done").getByText("Upload complete.").waitFor();
     // The cut was ordered; a browser that repeats the piece by itself is told the right offset (409).
     tab.wrongs.splice(
@@ -234,6 +237,9 @@ describe("the page", { skip }, () => {
       tab.wrongs.length,
       ...tab.wrongs.filter((w) => !/ERR_EMPTY_RESPONSE|ERR_CONNECTION_RESET|409/.test(w)),
     );
+    // The next walk is another one.
+    for (const name of ["inspector", "marker"])
+      await becomes(() => tab.page.locator(`[name=${name}]`).inputValue(), "");
     await tab.page.getByText("Open the track").click();
     await tab.page.locator("[data-testid=session][data-drawn=yes]").waitFor();
   });
@@ -244,6 +250,7 @@ describe("the page", { skip }, () => {
       .getByTestId("files")
       .setInputFiles([{ name: "left.csv", mimeType: "text/csv", buffer: Buffer.from("a,b\n1,2\n") }]);
     await tab.page.locator("input[name=marker]").fill("A17");
+    await tab.page.locator("select[name=inspector]").selectOption({ label: "Chen Wei" });
     await tab.page.getByRole("button", { name: "Upload" }).click();
     const problem = tab.page.getByTestId("problem");
     await problem.getByText("expected the column gyr_x_rad_s").waitFor();

@@ -81,6 +81,8 @@ describe("the inspector's page, on a real server", { skip }, () => {
       );
 
       await page.getByRole("button", { name: "Stop" }).click();
+
+      await page.getByRole("button", { name: "Press again to end the walk" }).click();
       await page.goto(`${link.url}/#/upload`);
       await page.getByTestId("unfinished").getByText("A walk is waiting for its logs").waitFor();
       const { left, right } = await real.walk("line:20");

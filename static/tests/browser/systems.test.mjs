@@ -67,6 +67,7 @@ describe("systems beside the first", { skip }, () => {
     await page.getByTestId("preview-bow").getByText("Canonical CSV").waitFor();
     // It says itself where it is: nobody is asked where it began, nor warned of a short stand.
     assert.equal(await page.locator("[name=start], [name=marker], [name=heading], [data-warning=still]").count(), 0);
+    await page.locator("select[name=inspector]").selectOption({ index: 2 });
     const [begun, first] = await Promise.all([
       page.waitForRequest((r) => r.method() === "POST" && r.url().endsWith("/api/v1/sessions")),
       page.waitForRequest((r) => r.method() === "POST" && r.url().endsWith("/logs")),

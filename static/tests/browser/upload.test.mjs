@@ -68,10 +68,21 @@ describe("a log before it is handed in", { skip }, () => {
     await tab.page.getByTestId("preview-left").getByText("Table, columns mapped").waitFor();
   });
 
+  test("a file that was not meant is taken off", async () => {
+    await give({ "left.csv": CANONICAL.repeat(20), "right.csv": CANONICAL.repeat(20) });
+    await tab.page.getByTestId("preview-right").getByText("Canonical CSV").waitFor();
+    const right = tab.page.getByTestId("foot-right");
+    await right.getByTitle("Remove this file").click();
+    await right.getByText("No file yet").waitFor();
+    await becomes(() => tab.page.getByTestId("preview-right").textContent(), "");
+    await becomes(() => right.getByTitle("Remove this file").isVisible(), false);
+  });
+
   test("a dry run looks at the whole and stores nothing; handing in then sends nothing again", async () => {
     await give({ "left.csv": CANONICAL.repeat(20) });
     await tab.page.getByTestId("preview-left").getByText("Canonical CSV").waitFor();
     await tab.page.locator("input[name=marker]").fill("A17");
+    await tab.page.locator("select[name=inspector]").selectOption({ label: "Chen Wei" });
     await tab.page.getByTestId("dry-run").click();
     await tab.page.getByTestId("dry-run-done").getByText("every row can be read").waitFor();
     await tab.page.getByTestId("unfinished").waitFor();
