@@ -4,7 +4,7 @@
 //! the root mean square over the seeds; then how often errors are within 1.96 stated sigmas.
 
 #[path = "../tests/cabin/run.rs"]
-#[expect(dead_code, reason = "the table looks at the poses alone, the tests at what was found, too")]
+#[expect(dead_code, reason = "the table looks at the poses alone, the tests at what was found and told, too")]
 mod run;
 
 use std::error::Error;

@@ -4,7 +4,8 @@ import * as kit from "../js/replay/plots.js";
 import { generic } from "../js/systems/generic.js";
 import { refined } from "../js/systems/cabin.js";
 import { FRAME_BYTES, readFrame } from "../js/systems/cabin_frame.js";
-import { stationsOf } from "../js/systems/cabin_board.js";
+import { stationsOf, whyOut } from "../js/systems/cabin_board.js";
+import { aidAt } from "../js/systems/cabin_drawing.js";
 
 const DECLARED = generic({
   name: "cabin",
@@ -66,4 +67,22 @@ test("the stations are found in the instrument's file", () => {
     { name: "S2", e_m: -10, n_m: 7 },
   ]);
   assert.deepEqual(stationsOf(null), []);
+});
+
+test("a cell of the aids tells why its device was shut out at that time", () => {
+  const canvas = /** @type {any} */ ({ getBoundingClientRect: () => ({ width: 662 }) });
+  const cell = aidAt(canvas, { names: ["imu", "A1", "S2"], now_s: 1000 }, 362, 25);
+  assert.deepEqual(cell, { name: "S2", t_s: 700 });
+  assert.equal(aidAt(canvas, { names: ["imu"], now_s: 1000 }, 362, 25), null);
+  const found = (/** @type {string} */ device, /** @type {string} */ anomaly, from_s = 690, to_s = 710) => ({
+    anomaly,
+    figures: { device },
+    detail: `${device}: off`,
+    t_start_ns: from_s * 1e9,
+    t_end_ns: to_s * 1e9,
+  });
+  const anomalies = [found("S2", "of_one"), found("stations", "of_all"), found("S1", "of_another")];
+  anomalies.push(found("S2", "before", 600, 650), found("antennas", "of_others"));
+  assert.equal(whyOut(anomalies, { name: "S2", t_s: 700 }), "S2 · of_one · of_all");
+  assert.equal(whyOut(anomalies, { name: "S3", t_s: 720 }), "S3");
 });

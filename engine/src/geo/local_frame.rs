@@ -3,12 +3,13 @@
 //! Earth-centred coordinates and is exact at any distance.
 
 use nalgebra::{Matrix3, Vector3};
+use serde::{Deserialize, Serialize};
 
 use super::ellipsoid::{EARTH_RATE_RAD_S, Geodetic};
 use super::gravity_field::{normal_gravity_e, normal_gravity_gradient_e};
 
 /// A local tangent frame, east-north-up, with its origin at a geodetic place.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct LocalFrame {
     origin: Geodetic,
     origin_ecef_m: Vector3<f64>,

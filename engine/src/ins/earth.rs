@@ -16,17 +16,18 @@
 //! ([`LocalFrame::c_ln`](crate::geo::LocalFrame::c_ln)).
 
 use nalgebra::{Matrix3, Vector3};
+use serde::{Deserialize, Serialize};
 
 use crate::geo::LocalFrame;
 
 /// How n turns, and gravity in it.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 pub struct Earth {
     w_ie_n: Vector3<f64>,
     gravity: Gravity,
 }
 
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 enum Gravity {
     /// The same everywhere, m/s².
     Uniform(Vector3<f64>),

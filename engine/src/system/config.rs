@@ -10,7 +10,7 @@ use super::{Declaration, Solution, System};
 use crate::event::AidKind;
 use crate::geo::Geodetic;
 use crate::identify::Identification;
-use crate::replay::InputStore;
+use crate::replay::{self, InputStore};
 use crate::stream::Stream;
 
 /// What a session is told before its first reading.
@@ -58,6 +58,11 @@ pub trait SystemConfig: Debug + Send + Sync {
     fn fields(&self) -> serde_json::Map<String, serde_json::Value>;
     /// Uses these aids and no others; those that the system does not declare are left out.
     fn use_aids(&mut self, aids: &[AidKind]);
+    /// How far a streamed session of it looks back, ns: a state that was saved longer than this before another one was is enough
+    /// for a session that is the same.
+    fn looks_back_ns(&self) -> i64 {
+        replay::LOOKS_BACK_NS
+    }
     /// A system at the start of a session.
     ///
     /// # Errors

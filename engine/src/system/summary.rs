@@ -24,7 +24,7 @@ pub struct Summary {
 }
 
 /// How far a system has come with a session.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Progress {
     /// Length of the path so far, m.
     pub distance_m: f64,

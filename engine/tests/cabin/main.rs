@@ -2,7 +2,9 @@
 
 #![allow(clippy::unwrap_used, reason = "in a test a panic is the message")]
 
+mod bad_input;
 mod run;
+mod saved_state;
 mod session;
 
 use lodestep_engine::sim::cabin::{RunPlan, SimulatedRun, simulate};
@@ -78,7 +80,14 @@ fn a_run_that_is_cut_off_gives_the_same_rows_before() {
 
 #[test]
 fn each_fault_is_named_with_its_sensor_within_a_second_and_the_pose_holds() {
-    let faults = ["wrong_fix.2@31..36", "fog@38..44", "wrong_prism.1@52..56", "wrong_distance.3@58..62"];
+    let faults = [
+        "wrong_fix.2@31..36",
+        "fog@38..44",
+        "wrong_prism.1@52..56",
+        "wrong_distance.3@58..62",
+        "wrong_leg.4@33..49",
+        "restart@64..66",
+    ];
     let run = short(&faults, 3);
     let found = process(&run, &Read::default()).unwrap();
     for (source, kind, from_s, to_s) in [
@@ -86,7 +95,14 @@ fn each_fault_is_named_with_its_sensor_within_a_second_and_the_pose_holds() {
         ("stations", "silent", 38.0, 44.0),
         ("S2", "wrong_prism", 52.0, 56.0),
         ("S4", "wrong_distance", 58.0, 62.0),
+        ("leg_5", "wrong_length", 33.0, 49.0),
+        ("imu", "silent", 64.0, 66.0),
     ] {
+        let told = found.told.iter().find(|(_, one)| one.source == source && one.kind == kind);
+        assert!(
+            told.is_some_and(|(t_s, _)| (from_s..from_s + 1.0).contains(t_s)),
+            "{source} {kind}: {told:?}"
+        );
         let anomaly =
             named(&found, source, kind).unwrap_or_else(|| panic!("{source} {kind}: {:?}", found.anomalies));
         assert!((anomaly.t_start_s - from_s).abs() < 1.0, "{anomaly:?}");
@@ -160,4 +176,40 @@ fn the_paper_s_filter_runs_on_antennas_and_stations_alone() {
     let platform = errors(&run, &found.poses.platform, true, 35.0, 70.0);
     assert!(largest_m(&cabin) < 0.05 && largest_m(&platform) < 0.02);
     assert!(cabin.len() == 700 && platform.len() == 700);
+}
+
+#[test]
+fn a_whole_make_is_named_though_one_of_its_antennas_has_no_fix() {
+    let mut run = short(&["wrong_make.0@55..65"], 9);
+    let mut floats = 0;
+    for row in run.antennas.iter_mut().filter(|row| row.antenna == 4 && row.t_ns > 40_000_000_000) {
+        row.quality = 5;
+        floats += 1;
+    }
+    assert!(floats > 100, "{floats}");
+    let found = process(&run, &Read::default()).unwrap();
+    let told = found.told.iter().find(|(_, one)| one.kind == "wrong_make");
+    assert!(told.is_some_and(|(t_s, _)| (55.0..56.0).contains(t_s)), "{told:?}");
+    assert!(largest_m(&errors(&run, &found.poses.cabin, false, 50.0, 70.0)) < 0.008);
+}
+
+#[test]
+fn a_leg_that_reads_wrongly_from_the_beginning_is_named_and_the_pose_is_that_of_one_that_does_not() {
+    for (leg, off_m) in [(0, 0.015), (3, -0.08)] {
+        let mut run = short(&[], 10);
+        run.encoders.iter_mut().for_each(|row| row.legs_m[leg] += off_m);
+        for smoothed in [false, true] {
+            let found = process(&run, &Read { smoothed, ..Read::default() }).unwrap();
+            let name = format!("leg_{}", leg + 1);
+            assert!(named(&found, &name, "wrong_length").is_some(), "{name}: {:?}", found.anomalies);
+            for (rows, platform) in [(&found.poses.cabin, false), (&found.poses.platform, true)] {
+                let errors = errors(&run, rows, platform, 30.0, 70.0);
+                let beyond = |(e, row): &(Errors, &lodestep_engine::systems::cabin::Row)| {
+                    (e[0] * e[0] + e[1] * e[1] + e[2] * e[2]).sqrt() > row.protection_level_m()
+                };
+                assert!(largest_m(&errors) < 0.008, "{name}, smoothed {smoothed}, platform {platform}");
+                assert!(!errors.iter().any(beyond), "{name}, smoothed {smoothed}, platform {platform}");
+            }
+        }
+    }
 }

@@ -40,6 +40,8 @@ impl Default for Read {
 pub(crate) struct Found {
     pub(crate) poses: Poses,
     pub(crate) anomalies: Vec<CabinAnomaly>,
+    /// What was told while the run went on, and at which tag, s.
+    pub(crate) told: Vec<(f64, CabinAnomaly)>,
 }
 
 enum Event {
@@ -107,16 +109,17 @@ pub(crate) fn process(run: &SimulatedRun, read: &Read) -> Result<Found, CabinErr
         platform: read.stations || read.encoders,
     };
     let mut session = CabinSession::new(&instrument, config)?;
-    let mut poses = Poses::default();
+    let (mut poses, mut told) = (Poses::default(), Vec::new());
     for event in &events {
         match event {
             Event::Imu(row) => session.push_imu(row, &mut poses)?,
             Event::PlatformImu(row) => session.push_platform_imu(row, &mut poses)?,
             Event::Aid(row) => session.push_aid(row, &mut poses)?,
         }
+        told.extend(session.fresh_anomalies().into_iter().map(|found| (event.t_ns() as f64 * 1e-9, found)));
     }
     let anomalies = session.finish(&mut poses)?;
-    Ok(Found { poses, anomalies })
+    Ok(Found { poses, anomalies, told })
 }
 
 /// Errors of one row: east, north, up (m), yaw, pitch, roll (rad).

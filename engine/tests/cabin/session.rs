@@ -9,31 +9,31 @@ use lodestep_engine::system::PoseState;
 use lodestep_engine::systems::cabin::DECLARATION;
 use lodestep_engine::track::Track;
 
-fn magnitude(v: &[f64; 3]) -> f64 {
+pub(crate) fn magnitude(v: &[f64; 3]) -> f64 {
     v.iter().map(|x| x * x).sum::<f64>().sqrt()
 }
 
 /// A row of any stream.
-enum Row<'a> {
+pub(crate) enum Row<'a> {
     Imu(StreamId, &'a ImuSample),
     Values(StreamId, i64, Vec<f64>),
 }
 
 impl Row<'_> {
-    fn t_ns(&self) -> i64 {
+    pub(crate) fn t_ns(&self) -> i64 {
         match self {
             Row::Imu(_, sample) => sample.t_ns,
             Row::Values(_, t_ns, _) => *t_ns,
         }
     }
 
-    fn stream(&self) -> StreamId {
+    pub(crate) fn stream(&self) -> StreamId {
         match self {
             Row::Imu(stream, _) | Row::Values(stream, _, _) => *stream,
         }
     }
 
-    fn reading(&self) -> Reading<'_> {
+    pub(crate) fn reading(&self) -> Reading<'_> {
         match self {
             Row::Imu(_, sample) => Reading::Imu(sample),
             Row::Values(_, t_ns, values) => Reading::Values { t_ns: *t_ns, values },
@@ -48,7 +48,14 @@ fn simulated(faults: &[&str]) -> SimulatedRun {
 }
 
 /// All rows of a run in the order of their tags.
-fn rows(run: &SimulatedRun) -> Vec<Row<'_>> {
+pub(crate) fn rows(run: &SimulatedRun) -> Vec<Row<'_>> {
+    let mut rows = by_device(run);
+    rows.sort_by_key(Row::t_ns);
+    rows
+}
+
+/// All rows of a run, device by device.
+pub(crate) fn by_device(run: &SimulatedRun) -> Vec<Row<'_>> {
     let id = |name| StreamId::read(name).expect("a name");
     let mut rows: Vec<Row<'_>> = run.imu.iter().map(|sample| Row::Imu(id("imu"), sample)).collect();
     rows.extend(run.antennas.iter().map(|row| {
@@ -73,11 +80,10 @@ fn rows(run: &SimulatedRun) -> Vec<Row<'_>> {
             .iter()
             .map(|row| Row::Values(id("plan"), row.t_ns, [&row.cabin[..], &row.platform[..3]].concat())),
     );
-    rows.sort_by_key(Row::t_ns);
     rows
 }
 
-fn session(run: &SimulatedRun, live: bool) -> Session {
+pub(crate) fn session(run: &SimulatedRun, live: bool) -> Session {
     let mut config = SessionConfig::by_default(&DECLARATION);
     config.streams.retain(|stream| stream.id.name() != "platform_imu");
     config.instrument = Some(run.instrument.clone());

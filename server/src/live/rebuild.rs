@@ -7,7 +7,7 @@
 use std::collections::BTreeMap;
 
 use futures_util::{Stream, TryStreamExt};
-use lodestep_engine::session::{SOURCES, Session as EngineSession, SessionConfig};
+use lodestep_engine::session::{SOURCES, SessionConfig};
 use lodestep_engine::stream::StreamId;
 use sha2::{Digest, Sha256};
 use uuid::Uuid;
@@ -96,7 +96,7 @@ pub(super) async fn from_a_saved_state(
     told: &Told,
 ) -> Result<Option<Rebuilt>, StoreError> {
     let db = app.store.read();
-    let before_ns = EngineSession::LOOKS_BACK_NS;
+    let before_ns = told.config.system.looks_back_ns();
     for state in live_states::from_before_the_newest(db, session_id, &told.fits, before_ns).await? {
         let inputs = Box::new(app.input_file.of_session());
         let Some(walk) = Walk::restored(told.config.clone(), told.stored_hz, inputs, &state) else {

@@ -272,6 +272,8 @@ export function makeCharts(el, system, ways) {
       const all = from_s === first_s && to_s === last_s;
       [first_s, last_s] = [a_s, b_s];
       if (all) [from_s, to_s] = [a_s, b_s];
+      // The lines may have come before the track.
+      if (lines.size > 0) draw();
     },
     /** @param {number} at_s */
     moveCursor(at_s) {

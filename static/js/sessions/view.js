@@ -328,6 +328,7 @@ export function sessionView(app, side, id, asked, askAgain) {
       instrument: known.instrument ?? null,
       posesUrl: api.feedUrl().replace(/feed$/, `sessions/${id}/poses`),
       charts: (stretch, buckets, names) => api.charts(id, stretch, buckets, names),
+      anomalies: () => anomalies,
     });
   }
 

@@ -58,7 +58,7 @@ function plots({ COMMON, DEGREES, innovations }) {
     lines: AXES.map((axis, i) => ({
       chart: "off_plan",
       series: `${body}_${axis}`,
-      label: `stream.${body}`,
+      label: `axis.${axis}`,
       ink: ["0", "1", "3"][i],
     })),
   });

@@ -2,9 +2,9 @@
 // that is streamed it listens to the poses, of one that is finished it shows the moment of the replay.
 
 import { html, one, render } from "../html.js";
-import { t } from "../i18n.js";
+import { has, t } from "../i18n.js";
 import { STATES } from "./cabin.js";
-import { drawAids, drawDials, drawOffPlan, drawPlan } from "./cabin_drawing.js";
+import { aidAt, drawAids, drawDials, drawOffPlan, drawPlan } from "./cabin_drawing.js";
 import { readFrame } from "./cabin_frame.js";
 import { indexAt } from "../sessions/track.js";
 
@@ -26,6 +26,7 @@ const SETTLED_MS = 250;
  * @param {{
  *   id: string, isLive: () => boolean, instrument: string | null, posesUrl: string,
  *   charts: (stretch: [number, number], buckets: number, names: string[]) => Promise<any>,
+ *   anomalies?: () => any[],
  * }} ways
  */
 export function makeBoard(host, ways) {
@@ -224,6 +225,11 @@ export function makeBoard(host, ways) {
     draw();
   }
 
+  // A cell of the aids tells why its device was shut out, where somebody points at it.
+  canvas("aids").addEventListener("pointermove", ({ offsetX, offsetY }) => {
+    const cell = aidAt(canvas("aids"), { names, now_s }, offsetX, offsetY);
+    canvas("aids").title = cell ? whyOut(ways.anomalies?.() ?? [], cell) : "";
+  });
   listen();
   draw();
   // What was drawn while another tab was open has no width yet.
@@ -249,6 +255,29 @@ export function makeBoard(host, ways) {
       socket?.close();
     },
   };
+}
+
+/** Anomalies of all devices of a kind are those of each. */
+const GROUPS = /** @type {[RegExp, string][]} */ ([
+  [/^S\d/, "stations"],
+  [/^A\d/, "antennas"],
+]);
+
+/**
+ * What was wrong with a device at a time, by the words of its kinds; its name alone where nothing was.
+ * @param {any[]} anomalies
+ * @param {{name: string, t_s: number}} cell
+ */
+export function whyOut(anomalies, { name, t_s }) {
+  const group = GROUPS.find(([pattern]) => pattern.test(name))?.[1];
+  const words = anomalies
+    .filter(({ figures, detail }) => {
+      const device = figures?.device ?? String(detail).split(":")[0];
+      return device === name || device === group;
+    })
+    .filter(({ t_start_ns, t_end_ns }) => t_start_ns / 1e9 <= t_s + 0.5 && t_s - 0.5 <= t_end_ns / 1e9)
+    .map(({ anomaly }) => (has(`cabin.anomaly.${anomaly}`) ? t(`cabin.anomaly.${anomaly}`) : anomaly));
+  return [name, ...new Set(words)].join(" · ");
 }
 
 /** The inertial sensor first, then antennas, stations, encoders. @param {string} a @param {string} b */

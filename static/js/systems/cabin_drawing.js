@@ -257,16 +257,35 @@ export function drawOffPlan(canvas, { past, now_s }, which, label) {
   g.fillText(`${label}  e n u`, left + 4, 12);
 }
 
+/** Height of a row of the aids, and where its time begins, CSS pixels. */
+const AIDS_ROW = 11;
+const AIDS_LEFT = 62;
+
+/**
+ * The aid and the time at a place of its drawing.
+ * @param {HTMLCanvasElement} canvas
+ * @param {{names: string[], now_s: number}} picture
+ * @param {number} x
+ * @param {number} y
+ * @returns {{name: string, t_s: number} | null}
+ */
+export function aidAt(canvas, { names, now_s }, x, y) {
+  const name = names[Math.floor(y / AIDS_ROW)];
+  const width = canvas.getBoundingClientRect().width - AIDS_LEFT;
+  if (name === undefined || x < AIDS_LEFT || width <= 0) return null;
+  return { name, t_s: now_s + ((x - AIDS_LEFT) / width - 1) * MINUTES * 60 };
+}
+
 /**
  * Which aids corrected the pose over the last minutes, a row each.
  * @param {HTMLCanvasElement} canvas
  * @param {Picture} picture
  */
 export function drawAids(canvas, { past, now_s, names }) {
-  const row = 11;
+  const row = AIDS_ROW;
   const [g, width] = paper(canvas, Math.max(row, names.length * row + 2));
   const ink = inkOf();
-  const left = 62;
+  const left = AIDS_LEFT;
   const x = (/** @type {number} */ t_s) => left + ((t_s - now_s + MINUTES * 60) / (MINUTES * 60)) * (width - left);
   names.forEach((name, k) => {
     g.fillStyle = ink.text;

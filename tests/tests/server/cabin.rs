@@ -41,6 +41,11 @@ struct Run {
 
 impl Run {
     async fn simulated() -> Run {
+        Run::of("8").await
+    }
+
+    /// One that tracks for so long, s.
+    async fn of(track_s: &str) -> Run {
         let run = Run { folder: tempfile::tempdir().unwrap() };
         let out = run.folder.path().to_str().unwrap().to_owned();
         let line = [
@@ -51,7 +56,7 @@ impl Run {
             "--slew-s",
             "4",
             "--track-s",
-            "8",
+            track_s,
             "--fault",
             "wrong_fix.2@12..16",
             "--out",
@@ -260,6 +265,37 @@ async fn a_run_is_the_same_by_every_door_also_when_the_server_starts_anew_in_the
     );
     device.finish().await;
     assert_eq!(finished(&server, &session_id).await, line, "stream");
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn a_server_that_starts_anew_takes_up_a_saved_state_of_a_cabin_and_reads_what_came_after() {
+    let cabin = Run::of("185").await;
+    let server = TestServer::start().await;
+    let (mut device, session_id) = begin(&server, cabin.instrument()).await;
+    let batches = cabin.batches(1000);
+    let (before, after) = batches.split_at(batches.len() - 12);
+    send(&mut device, before).await;
+    let server = server.restart().await;
+    let (mut device, _) = TestDevice::go_on(&server, &session_id).await;
+    send(&mut device, after).await;
+    let metrics = server.client.get(server.url("/metrics")).send().await.unwrap().text().await.unwrap();
+    let figure = |name: &str| {
+        let line = metrics.lines().find_map(|line| line.strip_prefix(name)).unwrap_or_default();
+        line.trim().parse::<f64>().unwrap_or(f64::NAN)
+    };
+    assert!((figure("lodestep_live_states_taken_up_total") - 1.0).abs() < 1e-9, "a saved state was taken up");
+    let columns = ["t_s", "e_m", "n_m", "u_m", "sigma_e_m"];
+    let mut told = newest(&server, &session_id, &columns).await;
+    for _ in 0..400 {
+        if told[0] > 194.0 {
+            break;
+        }
+        tokio::time::sleep(Duration::from_millis(10)).await;
+        told = newest(&server, &session_id, &columns).await;
+    }
+    let truth = cabin.truth_at(told[0]);
+    let off_m = (0..3).map(|axis| (told[1 + axis] - truth[axis]).powi(2)).sum::<f64>().sqrt();
+    assert!(told[0] > 194.0 && off_m < 0.005 && told[4] < 0.004, "{told:?} {truth:?}");
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]

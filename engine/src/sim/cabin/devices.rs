@@ -142,6 +142,10 @@ impl<'a> Devices<'a> {
     fn encoders(&self) -> Vec<EncoderReading> {
         let mut noise = Random::new(self.seed, Random::COMMON, Purpose::EncoderNoise);
         let phases = [0; 6].map(|_| noise.uniform(0.0, std::f64::consts::TAU));
+        // Drawn apart: a fault does not change the others' noise.
+        let mut faults = Random::new(self.seed, Random::COMMON, Purpose::Fault);
+        let wrong_m =
+            [0; 6].map(|_| faults.uniform(0.02, 0.1) * if faults.normal() > 0.0 { 1.0 } else { -1.0 });
         let mut rows = Vec::new();
         for t_ns in self.ticks(ROW_NS) {
             let state = self.at(t_ns as f64 * 1e-9);
@@ -151,7 +155,9 @@ impl<'a> Devices<'a> {
                 let length_m = (state.t_r + arm_r - self.geometry.joints_r[leg]).norm();
                 // A screw's wave, once in 10 mm.
                 let wave = libm::sin(length_m / 0.010 * std::f64::consts::TAU + phases[leg]) * 0.00018;
-                length_m + self.leg_bias_m[leg] + wave + 0.0001 * noise.normal()
+                let t_s = t_ns as f64 * 1e-9;
+                let wrong_m = if self.is(FaultKind::WrongLeg(leg), t_s) { wrong_m[leg] } else { 0.0 };
+                length_m + self.leg_bias_m[leg] + wave + wrong_m + 0.0001 * noise.normal()
             });
             if !self.is(FaultKind::NoEncoders, t_ns as f64 * 1e-9) {
                 rows.push(EncoderReading { t_ns, angles_rad, legs_m });

@@ -35,12 +35,14 @@ pub enum FaultKind {
     LateMake(usize),
     /// The encoders write nothing.
     NoEncoders,
+    /// One leg, by its number, reads 20 to 100 mm too much or too little.
+    WrongLeg(usize),
 }
 
 /// A kind of fault of a device, by its number.
 type OfDevice = fn(usize) -> FaultKind;
 
-const NAMES: [(&str, OfDevice); 9] = [
+const NAMES: [(&str, OfDevice); 10] = [
     ("fog", |_| FaultKind::Fog),
     ("no_antennas", |_| FaultKind::NoAntennas),
     ("wrong_fix", FaultKind::WrongFix),
@@ -50,6 +52,7 @@ const NAMES: [(&str, OfDevice); 9] = [
     ("restart", |_| FaultKind::Restart),
     ("late_make", FaultKind::LateMake),
     ("no_encoders", |_| FaultKind::NoEncoders),
+    ("wrong_leg", FaultKind::WrongLeg),
 ];
 
 impl Fault {
@@ -93,6 +96,7 @@ impl fmt::Display for Fault {
             FaultKind::Restart => ("restart", None),
             FaultKind::LateMake(k) => ("late_make", Some(k)),
             FaultKind::NoEncoders => ("no_encoders", None),
+            FaultKind::WrongLeg(k) => ("wrong_leg", Some(k)),
         };
         let number = number.map(|k| format!(".{k}")).unwrap_or_default();
         write!(f, "{name}{number}@{}..{}", self.from_s, self.to_s)

@@ -1,12 +1,14 @@
 //! What corrects the pose, by name and bit, and when each did last.
 
+use serde::{Deserialize, Serialize};
+
 use super::instrument::Instrument;
 
 /// An aid counts for so long after it has corrected, ns.
 const FRESH_NS: i64 = 500_000_000;
 
 /// All that may correct: the inertial sensor, antennas, stations, encoders.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Aids {
     names: Vec<String>,
     antennas: usize,

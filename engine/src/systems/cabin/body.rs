@@ -10,12 +10,14 @@ pub(super) use weighing::Weighed;
 use std::collections::{BTreeMap, VecDeque};
 
 use nalgebra::Vector3;
+use serde::{Deserialize, Serialize};
 
 use super::aids::Aids;
 use super::causes::CabinCause;
 use super::doubt::Doubt;
 use super::filter::Filter;
 use super::gravity_alignment::GravityAlignment;
+use super::leg_doubt::LegDoubt;
 use super::rig::Rig;
 use super::rows::{AidRow, ImuRow};
 use super::session::{CabinConfig, CabinError};
@@ -28,11 +30,18 @@ use super::watch::Watch;
 const STEP_M: f64 = 0.001;
 /// A filter whose every row is refused for so long is lost, ns.
 const LOST_AFTER_NS: i64 = 3_000_000_000;
+/// Without a start after so long it is said why, ns.
+const STARTS_WITHIN_NS: i64 = 5_000_000_000;
+/// A sensor is stuck after so many samples that are the same.
+const STUCK_AFTER: u32 = 20;
+/// A pose that was lost so often before it had held for so long rests on a sensor that is not what the instrument says, ns.
+const LOST_TIMES: u32 = 3;
+const HELD_NS: i64 = 10_000_000_000;
 /// The specific force of something that hangs or flies, m/s²; gyros of a cabin, rad/s.
 const FORCES_M_S2: std::ops::Range<f64> = 4.0..20.0;
 const FASTEST_RAD_S: f64 = 3.0;
 
-#[derive(Debug)]
+#[derive(Debug, Serialize, Deserialize)]
 pub(super) struct Body {
     rig: Rig,
     tuning: Tuning,
@@ -48,25 +57,41 @@ pub(super) struct Body {
     stated: Vec<[f64; 2]>,
     gravity: Option<GravityAlignment>,
     last_imu_ns: Option<i64>,
+    /// The last readings, and how often they have come again.
+    last_read: Option<([f64; 3], [f64; 3])>,
+    same: u32,
+    /// How often the pose was lost, and whether it has ever held for a while.
+    lost: u32,
+    has_held: bool,
+    /// Rays that were taken since the start.
+    rays: u32,
     periods: Vec<i64>,
     taken_ns: i64,
     refused: usize,
     sigma_before: Option<[(i64, f64); 2]>,
     time_left_s: [Option<f64>; 2],
     last_seen: BTreeMap<usize, i64>,
+    /// When each antenna last had a fix that could be weighed, ns.
+    fixed_ns: BTreeMap<usize, i64>,
+    /// The usual time between two rows of the stations, ns.
+    between_rays_ns: Option<i64>,
     /// Rows of the encoders that a pose has fitted, and others.
     seats: u32,
     unseated: u32,
-    back_ns: BTreeMap<&'static str, i64>,
+    /// When antennas, stations and encoders came back, ns.
+    back_ns: [Option<i64>; 3],
     /// By how much the poses told are still behind those of the filter, in n, m: the cabin's and the platform's.
     behind_n: [Vector3<f64>; 2],
     aligned: bool,
+    /// Only of a session that smooths; such a one is never saved.
+    #[serde(skip)]
     leaves: VecDeque<Leaf>,
     /// The last time at which its poses were wanted, ns: a spare that nobody asks for need not be smoothed.
     wanted_ns: i64,
     holds_platform: bool,
     misfit: Option<String>,
     doubt: Doubt,
+    leg_doubt: LegDoubt,
     /// The rows of the last epoch that were weighed.
     weighed: Vec<Weighed>,
 }
@@ -87,15 +112,22 @@ impl Body {
             stated: Vec::new(),
             gravity: Some(GravityAlignment::default()),
             last_imu_ns: None,
+            last_read: None,
+            same: 0,
+            lost: 0,
+            has_held: false,
+            rays: 0,
             periods: Vec::new(),
             taken_ns: 0,
             refused: 0,
             sigma_before: None,
             time_left_s: [None; 2],
             last_seen: BTreeMap::new(),
+            fixed_ns: BTreeMap::new(),
+            between_rays_ns: None,
             seats: 0,
             unseated: 0,
-            back_ns: BTreeMap::new(),
+            back_ns: [None; 3],
             behind_n: [Vector3::zeros(); 2],
             aligned: false,
             leaves: VecDeque::new(),
@@ -103,6 +135,7 @@ impl Body {
             holds_platform: true,
             misfit: None,
             doubt: Doubt::default(),
+            leg_doubt: LegDoubt::default(),
             weighed: Vec::new(),
         }
     }
@@ -118,7 +151,7 @@ impl Body {
 
     pub(super) fn why_not_started(&self) -> String {
         self.misfit.clone().unwrap_or_else(|| {
-            "expected fixes of three antennas at once, or rays to three prisms, found none: without them there is no position to start from; check the files' times".to_owned()
+            "expected fixes of three antennas at once (quality 4, sigmas below 1 m) and samples of the inertial sensor, or rays to three prisms, found none: without them there is no position to start from; check the files' times, qualities and units".to_owned()
         })
     }
 
@@ -130,6 +163,14 @@ impl Body {
         if !(FORCES_M_S2.contains(&force) && w_s.norm() < FASTEST_RAD_S) {
             let cause = CabinCause::OutOfRange { force_m_s2: force, rate_rad_s: w_s.norm() };
             watch.wrong(source, cause, row.t_ns, 1);
+            return;
+        }
+        // No two samples of a sensor that works are the same in all of six numbers.
+        let read = (row.w_s, row.f_s);
+        self.same = if self.last_read == Some(read) { self.same + 1 } else { 0 };
+        self.last_read = Some(read);
+        if self.same >= STUCK_AFTER {
+            watch.wrong(source, CabinCause::Stuck, row.t_ns, 1);
             return;
         }
         let before_ns = self.last_imu_ns.replace(row.t_ns);
@@ -179,6 +220,10 @@ impl Body {
         self.first_ns.get_or_insert(t_ns);
         if self.filter.is_none() {
             self.gather(t_ns, rows, aids, watch);
+            let waited_ns = t_ns - self.first_ns.unwrap_or(t_ns);
+            if self.is_cabin && self.filter.is_none() && waited_ns > STARTS_WITHIN_NS {
+                watch.wrong("antennas", CabinCause::NoStart { why: self.why_not_started() }, t_ns, 1);
+            }
             return Ok(());
         }
         let period_ns = self.period_ns();
@@ -188,9 +233,22 @@ impl Body {
         }
         filter.propagate();
         let joined = self.config.platform && filter.rig.joints.is_some();
+        let before = self.places(t_ns, joined);
+        if self.filter.as_mut().is_some_and(Filter::put_legs_right) {
+            // What contradicted the pose did so because of the leg.
+            self.doubt = Doubt::default();
+            self.leg_doubt = LegDoubt::default();
+            self.refused = 0;
+            self.spread(before, self.places(t_ns, joined));
+        }
+        let before = self.places(t_ns, joined);
+        let mut leapt = false;
         for row in rows.iter().filter(|row| matches!(row, AidRow::Encoders(_))) {
             let AidRow::Encoders(row) = row else { continue };
-            self.encoders(row, aids, watch)?;
+            leapt |= self.encoders(row, aids, watch)?;
+        }
+        if leapt {
+            self.spread(before, self.places(t_ns, joined));
         }
         let before = self.places(t_ns, joined);
         let (mut taken, mut refused) = (0, 0);
@@ -202,6 +260,11 @@ impl Body {
             }
         }
         let Some(filter) = &mut self.filter else { return Ok(()) };
+        if self.aligned
+            && let Some((leg, off_m)) = filter.free_improbable_leg()
+        {
+            watch.wrong(&weighing::leg_name(leg), CabinCause::LegOff { off_m }, t_ns, 1);
+        }
         filter.correct();
         self.spread(before, self.places(t_ns, joined));
         let Some(filter) = &mut self.filter else { return Ok(()) };
@@ -212,11 +275,21 @@ impl Body {
         self.refused += refused;
         let lost = self.refused > 30 && t_ns - self.taken_ns > LOST_AFTER_NS;
         if lost || !filter.is_finite() {
-            watch.wrong(if self.is_cabin { "imu" } else { "platform_imu" }, CabinCause::Lost, t_ns, 1);
+            let source = if self.is_cabin { "imu" } else { "platform_imu" };
+            watch.wrong(source, CabinCause::Lost, t_ns, 1);
+            self.has_held |= t_ns - self.started_ns > HELD_NS;
+            self.lost += 1;
+            if self.lost >= LOST_TIMES && !self.has_held {
+                return Err(CabinError(format!(
+                    "expected an inertial sensor ({source}) that agrees with antennas and prisms, found one that they contradicted {LOST_TIMES} times, each time within {} s: check its axes (c_b_s), its units (rad/s, m/s²) and its clock",
+                    HELD_NS / 1_000_000_000
+                )));
+            }
             self.begin_anew();
             return Ok(());
         }
         self.contradictions(t_ns, aids, watch);
+        self.wrong_legs(t_ns, watch);
         self.silences(t_ns, aids, watch);
         if self.rig.has_imu {
             self.late(t_ns, watch);
@@ -252,7 +325,9 @@ impl Body {
     fn begin_anew(&mut self) {
         self.behind_n = [Vector3::zeros(); 2];
         self.doubt = Doubt::default();
+        self.leg_doubt = LegDoubt::default();
         self.filter = None;
+        self.rays = 0;
         self.sightings.clear();
         self.velocities.clear();
         self.refused = 0;

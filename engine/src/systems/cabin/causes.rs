@@ -1,5 +1,9 @@
 //! What can be wrong with the cabin's devices, and why its poses cannot be found: each with its figures and its sentence.
 
+use std::borrow::Cow;
+
+use serde::{Deserialize, Serialize};
+
 use super::watch::CabinAnomaly;
 use crate::anomaly::{Anomaly, AnomalyKind, Cause};
 use crate::figures::{Figure, Figures, figures};
@@ -10,8 +14,29 @@ const fn kind(word: &str, order: u8) -> AnomalyKind {
     AnomalyKind(Word::declared(word, order))
 }
 
+/// What a refused ray looks like.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub enum RayTrouble {
+    /// Another prism.
+    Prism,
+    /// A wrong distance.
+    Distance,
+    /// A wrong direction.
+    Direction,
+}
+
+impl RayTrouble {
+    fn word(self) -> &'static str {
+        match self {
+            RayTrouble::Prism => "wrong_prism",
+            RayTrouble::Distance => "wrong_distance",
+            RayTrouble::Direction => "wrong_direction",
+        }
+    }
+}
+
 /// What is wrong with a device, and by how much.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub enum CabinCause {
     /// Readings that no cabin can have.
     OutOfRange {
@@ -56,8 +81,8 @@ pub enum CabinCause {
     WrongMake,
     /// A ray that is not where the pose has it.
     WrongRay {
-        /// What it looks like: `wrong_prism`, `wrong_distance` or `wrong_direction`.
-        looks_like: &'static str,
+        /// What it looks like.
+        looks_like: RayTrouble,
         /// By how much in distance, m.
         distance_m: f64,
         /// By how much in azimuth and zenith angle, arc seconds.
@@ -84,6 +109,23 @@ pub enum CabinCause {
         /// Lengths, m.
         legs_m: [f64; 6],
     },
+    /// A leg whose readings are off by more than a bias.
+    LegOff {
+        /// What it reads too much, m.
+        off_m: f64,
+    },
+    /// Streamed rows with tags far ahead of the inertial sensor's.
+    Ahead {
+        /// By how much, s.
+        ahead_s: f64,
+    },
+    /// There is no pose yet though rows come.
+    NoStart {
+        /// Why, in a sentence.
+        why: String,
+    },
+    /// A sensor that reads the same again and again.
+    Stuck,
     /// Rows that came after ones with a later tag.
     Unordered {
         /// How many.
@@ -94,9 +136,9 @@ pub enum CabinCause {
         /// How many.
         rows: u64,
         /// In which column, first.
-        column: &'static str,
+        column: Cow<'static, str>,
         /// What was expected there.
-        expected: &'static str,
+        expected: Cow<'static, str>,
         /// What was found.
         found: f64,
     },
@@ -129,10 +171,14 @@ impl CabinCause {
             C::Exchanged { .. } => "exchanged",
             C::Misplaced | C::WrongFix { .. } => "wrong_fix",
             C::WrongMake => "wrong_make",
-            C::WrongRay { looks_like, .. } => looks_like,
+            C::WrongRay { looks_like, .. } => looks_like.word(),
             C::Late { .. } => "late",
             C::Mounting { .. } => "mounting",
             C::NoPose { .. } => "no_pose",
+            C::LegOff { .. } => "wrong_length",
+            C::Ahead { .. } => "clock_ahead",
+            C::Stuck => "stuck",
+            C::NoStart { .. } => "no_start",
             C::Unordered { .. } => "unordered",
             C::BadRows { .. } => "bad_rows",
             C::Unknown { .. } => "unknown_device",
@@ -186,6 +232,14 @@ impl CabinCause {
             C::NoPose { angles_rad: [a, b], legs_m } => {
                 format!("no pose of the platform fits a {a} rad, b {b} rad and legs {legs_m:?} m")
             }
+            C::LegOff { off_m } => format!(
+                "it reads {:.1} mm too much, by its own leap or by the stations' rays: that is taken off, and its sigma is widened",
+                1e3 * off_m
+            ),
+            C::Ahead { ahead_s } => format!(
+                "its clock is {ahead_s:.1} s ahead of the inertial sensor's; such rows are left out: set the clock"
+            ),
+            C::Stuck => "it reads the same again and again; such samples are left out".to_owned(),
             C::Unordered { rows } => {
                 format!("{rows} rows came after ones with a later tag; each was put at its own")
             }
@@ -196,7 +250,7 @@ impl CabinCause {
                 format!("{rows} rows were left out: the instrument has no {found}")
             }
             C::NotStored => "a stream of the session has no readings".to_owned(),
-            C::Refused { why } => why.clone(),
+            C::NoStart { why } | C::Refused { why } => why.clone(),
         }
     }
 
@@ -227,10 +281,14 @@ impl CabinCause {
                 figures([("level_deg", (*level_deg).into()), ("yaw_deg", (*yaw_deg).into())])
             }
             C::NoPose { angles_rad: [a, b], .. } => figures([("a_rad", (*a).into()), ("b_rad", (*b).into())]),
+            C::LegOff { off_m } => figures([("off_m", (*off_m).into())]),
+            C::Ahead { ahead_s } => figures([("ahead_s", (*ahead_s).into())]),
             C::Unordered { rows } => figures([("rows", count(rows))]),
-            C::BadRows { rows, column, found, .. } => {
-                figures([("rows", count(rows)), ("column", (*column).into()), ("found", (*found).into())])
-            }
+            C::BadRows { rows, column, found, .. } => figures([
+                ("rows", count(rows)),
+                ("column", column.as_ref().into()),
+                ("found", (*found).into()),
+            ]),
             C::Unknown { rows, found } => figures([("rows", count(rows)), ("found", found.as_str().into())]),
             C::TimeRepeats
             | C::Silent
@@ -238,8 +296,9 @@ impl CabinCause {
             | C::Lost
             | C::Misplaced
             | C::WrongMake
+            | C::Stuck
             | C::NotStored => Figures::new(),
-            C::Refused { why } => figures([("why", why.as_str().into())]),
+            C::NoStart { why } | C::Refused { why } => figures([("why", why.as_str().into())]),
         }
     }
 
@@ -254,12 +313,16 @@ impl CabinCause {
             C::Exchanged { .. } => kind("exchanged", 64),
             C::Misplaced | C::WrongFix { .. } => kind("wrong_fix", 65),
             C::WrongMake => kind("wrong_make", 66),
-            C::WrongRay { looks_like: "wrong_prism", .. } => kind("wrong_prism", 67),
-            C::WrongRay { looks_like: "wrong_distance", .. } => kind("wrong_distance", 68),
+            C::WrongRay { looks_like: RayTrouble::Prism, .. } => kind("wrong_prism", 67),
+            C::WrongRay { looks_like: RayTrouble::Distance, .. } => kind("wrong_distance", 68),
             C::WrongRay { .. } => kind("wrong_direction", 69),
             C::Late { .. } => kind("late", 70),
             C::Mounting { .. } => kind("mounting", 71),
             C::NoPose { .. } => kind("no_pose", 72),
+            C::LegOff { .. } => kind("wrong_length", 78),
+            C::Ahead { .. } => kind("clock_ahead", 79),
+            C::Stuck => kind("stuck", 80),
+            C::NoStart { .. } => kind("no_start", 81),
             C::Unordered { .. } => kind("unordered", 73),
             C::BadRows { .. } => kind("bad_rows", 74),
             C::Unknown { .. } => kind("unknown_device", 75),
@@ -324,14 +387,23 @@ pub(super) fn examples() -> Vec<Anomaly> {
         C::Misplaced,
         C::WrongFix { off_n_m: [0.05, 0.1, -0.02] },
         C::WrongMake,
-        ray("wrong_prism"),
-        ray("wrong_distance"),
-        ray("wrong_direction"),
+        ray(RayTrouble::Prism),
+        ray(RayTrouble::Distance),
+        ray(RayTrouble::Direction),
         C::Late { late_s: 0.1, sigma_s: 0.003 },
         C::Mounting { level_deg: 1.5, yaw_deg: 2.0 },
         C::NoPose { angles_rad: [0.1, -0.1], legs_m: [2.0; 6] },
+        C::LegOff { off_m: 0.08 },
+        C::Ahead { ahead_s: 18.0 },
+        C::Stuck,
+        C::NoStart { why: "expected fixes of three antennas at once, found none".to_owned() },
         C::Unordered { rows: 3 },
-        C::BadRows { rows: 3, column: "slant_m", expected: "a distance in metres", found: -1.0 },
+        C::BadRows {
+            rows: 3,
+            column: "slant_m".into(),
+            expected: "a distance in metres".into(),
+            found: -1.0,
+        },
         C::Unknown { rows: 3, found: "antenna A7".to_owned() },
         C::NotStored,
         C::Refused { why: "expected fixes of three antennas at once, found none".to_owned() },

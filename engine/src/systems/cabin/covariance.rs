@@ -3,12 +3,13 @@
 //! Errors are true − estimated, the attitude's as true = (I + \[φ×\]) · estimated.
 
 use nalgebra::{Matrix3, Vector3};
+use serde::{Deserialize, Serialize};
 
 /// Rows of three numbers that depend on few states: by state, the column of the Jacobian.
 pub(super) type Sparse = Vec<(usize, [f64; 3])>;
 
 /// P of n states, row by row.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub(super) struct Covariance {
     n: usize,
     p: Vec<f64>,

@@ -1,9 +1,9 @@
 //! The cabin as a system of the house: its streams, parts and charts.
 
 use super::causes::{self, CabinCause};
+use super::config::Config;
 use super::intake::{ANTENNA_COLUMNS, ENCODER_COLUMNS, STATION_COLUMNS};
 use super::plan;
-use super::system::Config;
 use super::watch::CabinAnomaly;
 use crate::event::AidKind;
 use crate::stream::{Kind, StreamId};

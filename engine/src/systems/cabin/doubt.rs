@@ -1,10 +1,11 @@
 //! Whether devices contradict each other so much that nobody knows which are right.
 //!
-//! A gate shuts out one antenna, one make or one station that is off. Where most of the stations, or antennas of more than one make,
+//! A gate shuts out one antenna, one make or one station that is off. Where half of the stations, or antennas of more than one make,
 //! are shut out again and again, it is the pose that may be wrong: a clock that steps, an encoder that is off. The pose is then told
 //! with as much more sigma as what was shut out is off.
 
 use nalgebra::Matrix3;
+use serde::{Deserialize, Serialize};
 
 use super::aids::Aids;
 use super::output::Row;
@@ -20,7 +21,7 @@ const KEPT_NS: i64 = 3_000_000_000;
 /// From the cabin's origin to its antennas, m: how an attitude shares an error of place.
 const RING_M: f64 = 6.5;
 
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
 struct Tally {
     taken: f64,
     refused: f64,
@@ -39,7 +40,7 @@ impl Tally {
 }
 
 /// What each device's rows came to lately.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub(super) struct Doubt {
     tallies: Vec<Tally>,
     last_ns: Option<i64>,
@@ -102,7 +103,7 @@ impl Doubt {
         let mut of_makes: Vec<Option<&usize>> = out.iter().map(|(aid, _)| makes.get(aid - 1)).collect();
         of_makes.dedup();
         let one_make = !stations && of_makes.windows(2).all(|two| two[0] == two[1]);
-        if out.len() < 2 || 2 * out.len() <= seen.len() || one_make {
+        if out.len() < 2 || 2 * out.len() < seen.len() || one_make {
             return None;
         }
         let worst = out.iter().map(|(_, tally)| libm::sqrt(tally.square_m2 / tally.refused));

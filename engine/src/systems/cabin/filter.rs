@@ -5,13 +5,15 @@
 
 use std::collections::VecDeque;
 
-use nalgebra::{Matrix3, Vector3, Vector6};
+use nalgebra::{Matrix3, Vector3};
+use serde::{Deserialize, Serialize};
 
 use super::covariance::{Covariance, Sparse, Update};
 use super::joints::{PlatformInCabin, Seat};
+use super::legs::Legs;
 use super::past::{Moment, Past};
 use super::rig::Rig;
-use super::rows::{EncoderRow, ImuRow};
+use super::rows::ImuRow;
 use super::states::{
     ACCELEROMETER_BIAS, ACCELEROMETER_SCALE, ATTITUDE, DRIVING, GYRO_BIAS, MOUNTING, MOVING, POSITION,
     States, VELOCITY,
@@ -50,7 +52,7 @@ pub(super) struct Start {
     pub(super) sigma_attitude_rad: f64,
 }
 
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub(super) struct Filter {
     pub(super) rig: Rig,
     pub(super) tuning: Tuning,
@@ -71,16 +73,20 @@ pub(super) struct Filter {
     silent_s: f64,
     w_nb_b: Vector3<f64>,
     period_ns: i64,
-    seat: Option<Seat>,
+    pub(super) seat: Option<Seat>,
     /// Normalised innovation squared of the row that was weighed last.
     pub(super) nis: f64,
+    /// Its innovation by what the rows before it have said, and the inverse of that one's covariance.
+    pub(super) weighed: (Vector3<f64>, Matrix3<f64>),
+    pub(super) legs: Legs,
     pub(super) seats: VecDeque<(i64, PlatformInCabin)>,
     /// What a smoother needs of this epoch; nothing is kept where nobody smooths.
+    #[serde(skip)]
     pub(super) leaf: Option<Leaf>,
 }
 
 /// The strapdown when the covariance last went on.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 struct Propagated {
     t_ns: i64,
     c_nb: Matrix3<f64>,
@@ -143,6 +149,8 @@ impl Filter {
             coasted_s: 0.0,
             silent_s: 0.0,
             nis: f64::NAN,
+            weighed: (Vector3::zeros(), Matrix3::zeros()),
+            legs: Legs::default(),
             w_nb_b: Vector3::zeros(),
             period_ns: 5_000_000,
             seat,
@@ -313,6 +321,7 @@ impl Filter {
         let Some(information) = spread.try_inverse() else { return false };
         let nis = innovation.dot(&(information * innovation));
         self.nis = nis;
+        self.weighed = (innovation, information);
         // Written so that a NaN is refused.
         if !(nis >= 0.0 && nis <= gate) {
             return false;
@@ -353,31 +362,6 @@ impl Filter {
         self.propagated.v_n = nav.v_n;
         self.propagated.p_n = nav.p_n;
         self.dx.fill(0.0);
-    }
-
-    /// Takes readings of the encoders; false where no pose fits them, or the platform would have leapt.
-    pub(super) fn encoders(&mut self, row: &EncoderRow) -> bool {
-        let (Some(joints), Some(near)) = (&self.rig.joints, &self.seat) else { return false };
-        // A bias of a millimetre counts in its first order only, where a place is asked for.
-        let legs = Vector6::from(row.legs_m);
-        if !(row.a_rad.abs() < 0.8 && row.b_rad.abs() < 0.8) {
-            return false;
-        }
-        let Some(seat) = joints.seat(&legs, near) else { return false };
-        let platform = joints.in_cabin(row.a_rad, row.b_rad, &seat);
-        if let Some((t_ns, last)) = self.seats.back() {
-            let dt_s = ((row.t_ns - t_ns) as f64 * 1e-9).max(0.0);
-            let leapt_m = (platform.position_b - last.position_b).norm();
-            if row.t_ns <= *t_ns || dt_s < 1.0 && leapt_m > 0.01 + 0.5 * dt_s {
-                return false;
-            }
-        }
-        self.seat = Some(seat);
-        self.seats.push_back((row.t_ns, platform));
-        while self.seats.len() > 24 {
-            self.seats.pop_front();
-        }
-        true
     }
 
     /// The strapdown's nominal state.

@@ -4,7 +4,8 @@ use nalgebra::{Matrix3, Rotation3, Vector3};
 
 use super::*;
 use crate::systems::cabin::instrument::tests::example;
-use crate::systems::cabin::rows::{AntennaRow, RayRow};
+use crate::systems::cabin::legs::Seated;
+use crate::systems::cabin::rows::{AntennaRow, EncoderRow, RayRow};
 
 fn readings(k: i64) -> ImuRow {
     let t_s = k as f64 * 0.005;
@@ -31,7 +32,7 @@ fn started() -> Filter {
     }
     for (t_ns, leg) in [(100_000_000, 2.131), (150_000_000, 2.133), (200_000_000, 2.134)] {
         let row = EncoderRow { t_ns, a_rad: 0.04, b_rad: -0.03, legs_m: [leg, 2.14, 2.12, 2.13, 2.15, 2.13] };
-        assert!(filter.encoders(&row));
+        assert_eq!(filter.encoders(&row), Seated::Taken);
     }
     filter.propagate();
     filter

@@ -7,12 +7,13 @@
 //! lines are fitted by a rotation (Wahba's problem).
 
 use nalgebra::{Matrix3, Vector3};
+use serde::{Deserialize, Serialize};
 
 use crate::ins::earth::Earth;
 use crate::rotation::cayley;
 
 /// Follows gravity from the first readings on.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub(super) struct GravityAlignment {
     /// Turns b into the body's frame at the beginning, which stays where it was in inertial space.
     c_ib: Matrix3<f64>,

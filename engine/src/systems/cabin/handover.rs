@@ -4,6 +4,7 @@
 use std::collections::BTreeMap;
 
 use nalgebra::Vector3;
+use serde::{Deserialize, Serialize};
 
 use super::now::BodyNow;
 use super::output::Row;
@@ -12,14 +13,14 @@ use super::output::Row;
 const STEP_M: f64 = 0.001;
 
 /// Which source a row is of.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 enum Source {
     Joined,
     Alone,
     Held,
 }
 
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub(super) struct Handover {
     smoothed: bool,
     waiting: BTreeMap<i64, (Source, Row)>,

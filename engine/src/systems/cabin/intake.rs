@@ -3,6 +3,8 @@
 
 use std::ops::RangeInclusive;
 
+use serde::{Deserialize, Serialize};
+
 use super::causes::CabinCause;
 use super::instrument::Instrument;
 use super::rows::{AidRow, AntennaRow, EncoderRow, RayRow};
@@ -14,7 +16,7 @@ use crate::system::Column;
 const ALL_WRONG: u64 = 12;
 
 /// Which devices write a log.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Device {
     /// Antennas.
     Antennas,
@@ -134,7 +136,7 @@ impl Impossible {
 }
 
 /// One log's rows.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Intake {
     device: Device,
     names: [Vec<String>; 2],
@@ -211,7 +213,13 @@ impl Intake {
         expected: &'static str,
         found: f64,
     ) -> Result<(), Impossible> {
-        let first = || ([t_ns; 2], 0, CabinCause::BadRows { rows: 0, column, expected, found });
+        let first = || {
+            (
+                [t_ns; 2],
+                0,
+                CabinCause::BadRows { rows: 0, column: column.into(), expected: expected.into(), found },
+            )
+        };
         let left = self.left_out.get_or_insert_with(first);
         left.0[1] = t_ns;
         left.1 += 1;
@@ -219,6 +227,11 @@ impl Intake {
             return Ok(());
         }
         Err(Impossible { column, expected, found, t_ns })
+    }
+
+    /// Which kinds of trouble there have been: rows out of order, impossible ones, and unknown devices.
+    pub(super) fn troubles(&self) -> [bool; 3] {
+        [self.unordered.is_some(), self.left_out.is_some(), self.unknown.is_some()]
     }
 
     /// The first device that the instrument does not have, where there is one.

@@ -4,12 +4,13 @@
 //! leg_i = |t_r + c_r_p joint_p_i − joint_r_i| is solved for (t_r, c_r_p) by Newton's method; c_b_r = R_x(a) R_y(b).
 
 use nalgebra::{Matrix3, Matrix6, Vector3, Vector6};
+use serde::{Deserialize, Serialize};
 
 use super::instrument::{Instrument, vectors};
 use crate::rotation::{cayley, skew};
 
 /// The joints.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub(super) struct Joints {
     pivot_b: Vector3<f64>,
     joint_r: Vec<Vector3<f64>>,
@@ -18,7 +19,7 @@ pub(super) struct Joints {
 }
 
 /// Where the platform is on the rotator.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 pub(super) struct Seat {
     pub(super) t_r: Vector3<f64>,
     pub(super) c_rp: Matrix3<f64>,
@@ -27,7 +28,7 @@ pub(super) struct Seat {
 }
 
 /// Where the platform is in the cabin.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 pub(super) struct PlatformInCabin {
     /// Its origin, in b, m.
     pub(super) position_b: Vector3<f64>,

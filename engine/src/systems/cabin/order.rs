@@ -3,13 +3,15 @@
 use std::cmp::Ordering;
 use std::collections::BinaryHeap;
 
+use serde::{Deserialize, Serialize};
+
 use super::rows::{AidRow, ImuRow};
 
 /// Rows of antennas, stations and encoders are put in order of their tags within so many.
 pub const WINDOW: usize = 20_000;
 
 /// A row of any device.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 pub(super) enum AnyRow {
     Imu(ImuRow),
     PlatformImu(ImuRow),

@@ -1,6 +1,7 @@
 //! A row of the result: pose, how sure it is, and what it rests on.
 
 use nalgebra::{Matrix3, Matrix6, Vector3, Vector6};
+use serde::{Deserialize, Serialize};
 
 use super::covariance::Sparse;
 use super::filter::Filter;
@@ -10,7 +11,7 @@ use super::tape::Columns;
 use crate::rotation::{Angles, Forward, cayley, skew};
 
 /// How far the filter is.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Status {
     /// The attitude is still being found.
     Aligning,
@@ -35,7 +36,7 @@ impl Status {
 }
 
 /// One row: the cabin's pose, or the platform's.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Row {
     /// When, ns.
     pub t_ns: i64,

@@ -3,6 +3,7 @@
 use std::collections::VecDeque;
 
 use nalgebra::{Matrix3, Vector3};
+use serde::{Deserialize, Serialize};
 
 use crate::rotation::cayley;
 
@@ -10,7 +11,7 @@ use crate::rotation::cayley;
 const KEPT_NS: i64 = 800_000_000;
 
 /// The sensor at a moment.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 pub(super) struct Moment {
     pub(super) t_ns: i64,
     pub(super) c_nb: Matrix3<f64>,
@@ -20,7 +21,7 @@ pub(super) struct Moment {
     pub(super) w_nb_b: Vector3<f64>,
 }
 
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub(super) struct Past(VecDeque<Moment>);
 
 impl Past {

@@ -2,6 +2,8 @@
 
 use std::collections::VecDeque;
 
+use serde::{Deserialize, Serialize};
+
 use crate::system::Column;
 
 /// A plan is taken across a hole of so long at most, ns.
@@ -29,7 +31,7 @@ pub(super) const COLUMNS: &[Column] = &[
 ];
 
 /// Position and yaw of the cabin, position of the platform; NaN where nothing is planned.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub(super) struct Planned {
     pub(super) cabin_n_m: [f64; 3],
     pub(super) platform_n_m: [f64; 3],
@@ -37,7 +39,7 @@ pub(super) struct Planned {
 }
 
 /// The rows that are still of use.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub(super) struct Plan(VecDeque<(i64, Planned)>);
 
 impl Plan {

@@ -2,6 +2,8 @@
 
 use std::collections::VecDeque;
 
+use serde::{Deserialize, Serialize};
+
 use super::output::Row;
 use super::session::Poses;
 use crate::event::{Part, Tilt, TrackPoint};
@@ -29,7 +31,7 @@ fn point(cabin: &Row, platform: Option<[f64; 3]>) -> TrackPoint {
 }
 
 /// Puts the rows of both bodies together as they come.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub(super) struct Pairs {
     cabin: VecDeque<Row>,
     platform: VecDeque<Row>,

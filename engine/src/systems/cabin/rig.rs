@@ -2,13 +2,14 @@
 //! it, or the platform by itself with its own prisms.
 
 use nalgebra::{Matrix3, Vector3};
+use serde::{Deserialize, Serialize};
 
 use super::instrument::{Instrument, matrix, vectors};
 use super::joints::Joints;
 use crate::ins::earth::Earth;
 
 /// Where a prism sits.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 pub(super) enum Target {
     /// On the body itself, in its axes, m.
     Body(Vector3<f64>),
@@ -18,7 +19,7 @@ pub(super) enum Target {
     Elsewhere,
 }
 
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub(super) struct Rig {
     pub(super) earth: Earth,
     /// Whether an inertial sensor is read.
@@ -42,13 +43,13 @@ pub(super) struct Rig {
     pub(super) rotator_sigma_rad: f64,
 }
 
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 pub(super) struct Antenna {
     pub(super) position_b: Vector3<f64>,
     pub(super) make: usize,
 }
 
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 pub(super) struct SensorNoise {
     pub(super) gyro_bias_rad_s: f64,
     pub(super) accelerometer_bias_m_s2: f64,
@@ -57,7 +58,7 @@ pub(super) struct SensorNoise {
     pub(super) velocity_random_walk: f64,
 }
 
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 pub(super) struct StationNoise {
     pub(super) position_m: f64,
     pub(super) delay_s: f64,

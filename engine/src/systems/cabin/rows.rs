@@ -1,7 +1,9 @@
 //! What the devices say, row by row. A tag is when the row was written; the thing was there earlier, by the device's delay.
 
+use serde::{Deserialize, Serialize};
+
 /// A fix of one antenna.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct AntennaRow {
     /// Tag, ns.
     pub t_ns: i64,
@@ -18,7 +20,7 @@ pub struct AntennaRow {
 }
 
 /// A ray of a total station.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct RayRow {
     /// Tag, ns.
     pub t_ns: i64,
@@ -35,7 +37,7 @@ pub struct RayRow {
 }
 
 /// Angles of the rotator and lengths of the legs.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct EncoderRow {
     /// Tag, ns.
     pub t_ns: i64,
@@ -48,7 +50,7 @@ pub struct EncoderRow {
 }
 
 /// Readings of an inertial sensor in the axes of its case: means over the interval that ends at the tag.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ImuRow {
     /// Tag, ns.
     pub t_ns: i64,
@@ -59,7 +61,7 @@ pub struct ImuRow {
 }
 
 /// A row of any device but the inertial sensors.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub enum AidRow {
     /// Encoders.
     Encoders(EncoderRow),

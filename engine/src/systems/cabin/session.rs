@@ -3,6 +3,8 @@
 //! At every twentieth of a second the rows that were written since are weighed. A pose rests on rows written before its time
 //! and on nothing else.
 
+use serde::{Deserialize, Serialize};
+
 use super::aids::Aids;
 use super::body::{Body, Weighed};
 use super::handover::Handover;
@@ -15,7 +17,7 @@ use super::tuning::Tuning;
 use super::watch::{CabinAnomaly, Watch};
 
 /// Which filter.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Estimator {
     /// The joint filter.
     #[default]
@@ -25,7 +27,7 @@ pub enum Estimator {
 }
 
 /// What a session is to do.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct CabinConfig {
     /// Which filter.
     pub estimator: Estimator,
@@ -61,7 +63,7 @@ pub struct CabinError(pub(super) String);
 pub(super) const EPOCH_NS: i64 = 50_000_000;
 
 /// One session.
-#[derive(Debug)]
+#[derive(Debug, Serialize, Deserialize)]
 pub struct CabinSession {
     config: CabinConfig,
     aids: Aids,
@@ -80,7 +82,7 @@ pub struct CabinSession {
 }
 
 /// The times at which poses are wanted: every k/rate.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 struct Ticks {
     rate_hz: f64,
     k: i64,
@@ -195,6 +197,11 @@ impl CabinSession {
     /// What has turned out to be wrong since the last time, told as soon as it is known.
     pub fn fresh_anomalies(&mut self) -> Vec<CabinAnomaly> {
         self.watch.fresh()
+    }
+
+    /// Lets go of anomalies that are over, which a session without an end would gather.
+    pub(super) fn forget_what_is_over(&mut self) {
+        self.watch.forget_what_is_over();
     }
 
     /// The end: the poses that remain, and what was wrong.

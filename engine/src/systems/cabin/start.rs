@@ -1,9 +1,10 @@
 //! The first pose: antennas or prisms that are seen at once are fitted by a rigid body, without those that fit no such body.
 
 use nalgebra::{Matrix3, Vector3};
+use serde::{Deserialize, Serialize};
 
 /// Something of the body that was seen.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 pub(super) struct Sighting {
     pub(super) t_ns: i64,
     /// The device that saw it or was seen.

@@ -3,6 +3,8 @@
 //! Errors are true − estimated. The first eighteen belong to the strapdown: attitude φ, velocity and position in n, biases
 //! of gyros and accelerometers and scale factors of the accelerometers in b.
 
+use serde::{Deserialize, Serialize};
+
 use super::rig::Rig;
 use super::tuning::{Lasting, Tuning};
 
@@ -27,7 +29,7 @@ const FIRST: usize = 27;
 pub(super) const OF_STATION: usize = 6;
 
 /// Places of the states that depend on the instrument.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub(super) struct States {
     pub(super) n: usize,
     pub(super) legs: usize,
@@ -41,7 +43,7 @@ pub(super) struct States {
 }
 
 /// A state's own error.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 pub(super) struct Process {
     pub(super) variance: f64,
     /// Correlation time, s; infinite for a constant.

@@ -1,88 +1,76 @@
 //! The cabin in a session: rows of complete logs are put in order of their tags first, what is streamed is weighed as it comes.
 
-use std::any::Any;
-
 use super::causes::{self, CabinCause};
-use super::declaration::{ANTENNAS, DECLARATION, ENCODERS, GNSS, IMU, PLAN, PLATFORM_IMU, RAYS, STATIONS};
+use super::declaration::{ENCODERS, GNSS, IMU, PLAN, PLATFORM_IMU, RAYS};
 use super::instrument::Instrument;
 use super::intake::{Device, Intake};
-use super::order::{AnyRow, Order};
+use super::lead::{Lead, Leads};
+use super::order::{AnyRow, Order, SOURCES};
 use super::output::Row;
 use super::plan::Plan;
 use super::points::{self, Pairs};
 use super::rows::ImuRow;
-use super::session::{CabinConfig, CabinError, CabinSession, Estimator, Poses};
+use super::session::{CabinConfig, CabinError, CabinSession, Poses};
 use super::watch::CabinAnomaly;
 use super::weighing::Weighing;
 use crate::anomaly::Anomaly;
-use crate::event::{AidKind, Event, TrackPoint, VisitOutcome};
-use crate::parse::name_number;
-use crate::replay::InputStore;
+use crate::event::{Event, TrackPoint, VisitOutcome};
 use crate::sample::ImuSample;
 use crate::stream::{Reading, StreamId};
-use crate::system::{
-    ChartValue, ConfigError, Declaration, NotRestored, Pose, Progress, SessionConfig, Solution, System,
-    SystemConfig,
-};
+use crate::system::{ChartValue, Pose, Progress, System};
 use crate::visit::Visit;
 
-/// Points of a track, a second.
-const RATE_HZ: f64 = 20.0;
 /// Points that are told anew at once when a session has been smoothed.
 const PIECE: usize = 1200;
 
-/// What can be chosen.
-#[derive(Clone, Debug)]
-pub(super) struct Config {
-    /// Whether the stations' rays are weighed.
-    stations: bool,
-}
-
-impl Default for Config {
-    fn default() -> Config {
-        Config { stations: true }
-    }
-}
-
 #[derive(Debug)]
-struct Cabin {
-    instrument: Box<Instrument>,
-    config: CabinConfig,
+pub(super) struct Cabin {
+    pub(super) instrument: Box<Instrument>,
+    pub(super) config: CabinConfig,
     /// `None` when the rows turned out not to be those of the instrument.
-    filtered: Option<Box<CabinSession>>,
+    pub(super) filtered: Option<Box<CabinSession>>,
     /// The same rows once more, to be smoothed.
-    smoothed: Option<Smoothed>,
-    intakes: [Intake; 3],
-    /// Whether an unknown device was told of, by intake.
-    unknown_told: [bool; 3],
+    pub(super) smoothed: Option<Smoothed>,
+    pub(super) intakes: [Intake; 3],
+    /// What of a streamed log was told to be wrong, by intake ([`Intake::troubles`]).
+    pub(super) troubles_told: [[bool; 3]; 3],
+    /// Where rows are weighed as they come: those that wait for the inertial sensor.
+    pub(super) lead: Lead,
     /// `None` where rows are weighed as they come.
-    order: Option<Order>,
-    pairs: Pairs,
-    weighing: Weighing,
-    plan: Plan,
+    pub(super) order: Option<Order>,
+    pub(super) pairs: Pairs,
+    pub(super) weighing: Weighing,
+    pub(super) plan: Plan,
     /// Of complete logs, until it is certain that they are not refused.
-    held: Vec<Event>,
-    charts: Vec<ChartValue>,
-    newest_ns: i64,
-    progress: Progress,
-    counted_n_m: Option<[f64; 3]>,
+    pub(super) held: Vec<Event>,
+    pub(super) charts: Vec<ChartValue>,
+    pub(super) newest_ns: i64,
+    pub(super) progress: Progress,
+    pub(super) counted_n_m: Option<[f64; 3]>,
+    /// A hash of what it was told at its start: its state is taken up by one that was told the same.
+    pub(super) told: [u8; 32],
+    /// When its state was saved last, ns.
+    pub(super) saved_ns: Option<i64>,
 }
 
 #[derive(Debug)]
-struct Smoothed {
-    session: Option<Box<CabinSession>>,
-    pairs: Pairs,
-    points: Vec<TrackPoint>,
+pub(super) struct Smoothed {
+    pub(super) session: Option<Box<CabinSession>>,
+    pub(super) pairs: Pairs,
+    pub(super) points: Vec<TrackPoint>,
 }
 
-const DEVICES: [Device; 3] = [Device::Encoders, Device::Antennas, Device::Stations];
+/// The devices by source, in the order in which rows of one tag go.
+const SOURCE_NAMES: [&str; SOURCES] = ["imu", "platform_imu", "encoders", "antennas", "stations"];
+
+pub(super) const DEVICES: [Device; 3] = [Device::Encoders, Device::Antennas, Device::Stations];
 
 /// The stream of a device, or of devices or a make, by its name.
 fn stream_of(source: &str, instrument: &Instrument) -> StreamId {
     match source {
         "imu" => IMU,
         "platform_imu" => PLATFORM_IMU,
-        "encoders" => ENCODERS,
+        name if name == "encoders" || name.starts_with("leg_") => ENCODERS,
         "stations" => RAYS,
         name if instrument.stations.names.iter().any(|known| known == name) => RAYS,
         _ => GNSS,
@@ -109,7 +97,7 @@ fn push(session: &mut CabinSession, row: &AnyRow, poses: &mut Poses) -> Result<(
 }
 
 impl Cabin {
-    fn is_live(&self) -> bool {
+    pub(super) fn is_live(&self) -> bool {
         self.order.is_none()
     }
 
@@ -125,19 +113,16 @@ impl Cabin {
     /// A row of antennas, stations or encoders.
     fn take_values(&mut self, which: usize, t_ns: i64, values: &[f64], events: &mut Vec<Event>) {
         let taken = self.intakes[which].take(t_ns, values);
-        let unknown = self.intakes[which].unknown().map(str::to_owned);
-        if let Some(found) = unknown.filter(|_| !self.unknown_told[which]) {
-            self.unknown_told[which] = true;
+        let unknown = self.intakes[which].unknown().filter(|_| !self.is_live());
+        if let Some(found) = unknown {
             let device = DEVICES[which].name();
-            if !self.is_live() {
-                let why = format!(
-                    "expected {device} that the instrument has, found {found}: correct the name, or add it where the instrument is described"
-                );
-                return self.refuse(why, events);
-            }
-            let cause = CabinCause::Unknown { rows: 1, found };
-            let found = CabinAnomaly::new(device, cause, [t_ns; 2]);
-            events.push(Event::Anomaly(anomaly(&found, &self.instrument)));
+            let why = format!(
+                "expected {device} that the instrument has, found {found}: correct the name, or add it where the instrument is described"
+            );
+            return self.refuse(why, events);
+        }
+        if self.is_live() && self.intakes[which].troubles() != self.troubles_told[which] {
+            self.tell_troubles(which, events);
         }
         match taken {
             Ok(Some(row)) => self.give(2 + which, AnyRow::Aid(row), events),
@@ -146,12 +131,41 @@ impl Cabin {
         }
     }
 
+    /// What is wrong with a log that is streamed, the first time of each kind; how many rows there are in the end nobody knows yet.
+    fn tell_troubles(&mut self, which: usize, events: &mut Vec<Event>) {
+        let (before, now) = (self.troubles_told[which], self.intakes[which].troubles());
+        let fresh = before.iter().zip(now).filter(|(_, now)| *now).map(|(before, _)| !before);
+        let found = self.intakes[which].anomalies();
+        let told = found.iter().zip(fresh).filter(|(_, fresh)| *fresh);
+        events.extend(told.map(|(found, _)| Event::Anomaly(anomaly(found, &self.instrument))));
+        self.troubles_told[which] = now;
+    }
+
     fn give(&mut self, source: usize, row: AnyRow, events: &mut Vec<Event>) {
         match &mut self.order {
-            None => self.feed(&row, events),
+            None => self.give_live(source, &row, events),
             Some(order) => {
                 order.push(source, row);
                 self.feed_ordered(events);
+            }
+        }
+    }
+
+    fn give_live(&mut self, source: usize, row: &AnyRow, events: &mut Vec<Event>) {
+        match self.lead.judge(source, row) {
+            Leads::Waits => {}
+            Leads::LeftOut { is_first: false, .. } => {}
+            Leads::LeftOut { ahead_ns, is_first: true } => {
+                let device = SOURCE_NAMES[source];
+                let cause = CabinCause::Ahead { ahead_s: ahead_ns as f64 * 1e-9 };
+                let found = CabinAnomaly::new(device, cause, [row.t_ns(); 2]);
+                events.push(Event::Anomaly(anomaly(&found, &self.instrument)));
+            }
+            Leads::Goes => {
+                for waited in self.lead.due(row.t_ns()) {
+                    self.feed(&waited, events);
+                }
+                self.feed(row, events);
             }
         }
     }
@@ -199,6 +213,7 @@ impl Cabin {
             // Of complete logs they are told at the end, when it is known how long each lasted.
             if self.order.is_none() {
                 told.extend(fresh.iter().map(|found| Event::Anomaly(anomaly(found, &self.instrument))));
+                session.forget_what_is_over();
             }
         }
         if self.is_live() {
@@ -374,118 +389,7 @@ impl System for Cabin {
         if self.filtered.is_some() { Vec::new() } else { std::mem::take(&mut self.charts) }
     }
 
-    /// Nothing: a server that starts anew gives the session its readings again, in the order in which they came.
     fn save(&mut self) -> Option<(i64, Vec<u8>)> {
-        None
-    }
-}
-
-impl SystemConfig for Config {
-    fn declaration(&self) -> &'static Declaration {
-        &DECLARATION
-    }
-
-    fn boxed(&self) -> Box<dyn SystemConfig> {
-        Box::new(self.clone())
-    }
-
-    fn as_any(&self) -> &dyn Any {
-        self
-    }
-
-    fn as_any_mut(&mut self) -> &mut dyn Any {
-        self
-    }
-
-    fn aids(&self) -> Vec<AidKind> {
-        if self.stations { vec![ANTENNAS, STATIONS] } else { vec![ANTENNAS] }
-    }
-
-    fn fields(&self) -> serde_json::Map<String, serde_json::Value> {
-        serde_json::Map::from_iter([("stations".to_owned(), self.stations.into())])
-    }
-
-    /// Without antennas there is no place to start from: they are always used.
-    fn use_aids(&mut self, aids: &[AidKind]) {
-        self.stations = aids.contains(&STATIONS);
-    }
-
-    fn start(
-        &self,
-        session: &SessionConfig,
-        _: Option<Box<dyn InputStore>>,
-    ) -> Result<Box<dyn System>, ConfigError> {
-        DECLARATION.check_streams(&session.streams)?;
-        let text = session.instrument.as_deref().ok_or_else(|| {
-            ConfigError::Own(
-                "expected the cabin's file as the instrument (TOML: where antennas, stations, prisms and joints are), found none: give it along".to_owned(),
-            )
-        })?;
-        let instrument = Instrument::from_toml(text).map_err(|error| ConfigError::Own(error.to_string()))?;
-        check_names(&instrument)?;
-        let has = |id: StreamId| session.streams.iter().any(|stream| stream.id == id);
-        let has_stations = has(RAYS) && self.stations;
-        let config = CabinConfig {
-            estimator: Estimator::Own,
-            smoothed: false,
-            rate_hz: RATE_HZ,
-            has_stations,
-            has_encoders: has(ENCODERS),
-            has_platform_imu: has(PLATFORM_IMU),
-            platform: has(ENCODERS) || has_stations,
-        };
-        let begin = |smoothed| {
-            CabinSession::new(&instrument, CabinConfig { smoothed, ..config.clone() })
-                .map(Box::new)
-                .map_err(|error| ConfigError::Own(error.to_string()))
-        };
-        let is_live = session.max_lead_ns.is_some();
-        let smoothed = session.solution == Solution::Smoothed && !is_live;
-        let smoothed = if smoothed { Some(begin(true)?) } else { None };
-        let sources =
-            [IMU, PLATFORM_IMU, ENCODERS, GNSS, RAYS].map(|id| has(id) && (id != RAYS || has_stations));
-        Ok(Box::new(Cabin {
-            filtered: Some(begin(false)?),
-            smoothed: smoothed.map(|session| Smoothed {
-                session: Some(session),
-                pairs: Pairs::default(),
-                points: Vec::new(),
-            }),
-            intakes: DEVICES.map(|device| Intake::new(device, &instrument)),
-            unknown_told: [false; 3],
-            order: (!is_live).then(|| Order::new(sources)),
-            pairs: Pairs::default(),
-            weighing: Weighing::default(),
-            plan: Plan::default(),
-            held: Vec::new(),
-            charts: Vec::new(),
-            newest_ns: 0,
-            progress: Progress::default(),
-            counted_n_m: None,
-            config,
-            instrument: Box::new(instrument),
-        }))
-    }
-
-    fn restore(
-        &self,
-        _: &SessionConfig,
-        _: &[u8],
-        _: Option<Box<dyn InputStore>>,
-    ) -> Result<Box<dyn System>, NotRestored> {
-        Err(NotRestored("a cabin, which is computed from all of its readings".to_owned()))
-    }
-}
-
-/// A stream's rows name devices by numbers that hold so many letters.
-fn check_names(instrument: &Instrument) -> Result<(), ConfigError> {
-    let targets = instrument.target_names();
-    let lists = [&instrument.antennas.names, &instrument.stations.names, &targets];
-    match lists.into_iter().flatten().find(|name| name_number::number(name).is_none()) {
-        None => Ok(()),
-        Some(name) => Err(ConfigError::Own(format!(
-            "expected names of antennas, stations and prisms of 1 to {} letters, digits and underscores, found {name:?}: rename it here and in the logs",
-            name_number::MOST_LETTERS
-        ))),
+        self.saved()
     }
 }

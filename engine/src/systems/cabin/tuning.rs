@@ -3,14 +3,16 @@
 //! The shares are those of the two recordings with truth that came with the instrument. Everything scales with the sigma
 //! that a row or the instrument states, so a better receiver is believed more.
 
+use serde::{Deserialize, Serialize};
+
 /// A first-order Gauss–Markov error: its sigma as a multiple of the stated one, and its correlation time.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 pub(super) struct Lasting {
     pub(super) share: f64,
     pub(super) time_s: f64,
 }
 
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 pub(super) struct Tuning {
     /// Error that a make's antennas share, of the stated sigma: base station and sky. In plan and in height.
     pub(super) make: [Lasting; 2],

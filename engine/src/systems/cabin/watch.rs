@@ -1,6 +1,6 @@
 //! What is wrong with which device, from when to when.
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use super::causes::CabinCause;
 
@@ -44,7 +44,7 @@ impl CabinAnomaly {
 /// A run of refused rows is over after so long without one, ns.
 const OVER_NS: i64 = 2_000_000_000;
 
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 struct Open {
     source: String,
     cause: CabinCause,
@@ -57,12 +57,26 @@ struct Open {
 }
 
 /// Keeps what is open, and what has been.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub(super) struct Watch {
     open: Vec<Open>,
-    closed: Vec<CabinAnomaly>,
+    closed: Vec<Known>,
     /// What has become an anomaly since somebody asked.
-    fresh: Vec<CabinAnomaly>,
+    fresh: Vec<Known>,
+}
+
+/// An anomaly's own part: the rest is made of it.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+struct Known {
+    source: String,
+    cause: CabinCause,
+    ends_ns: [i64; 2],
+}
+
+impl Known {
+    fn anomaly(self) -> CabinAnomaly {
+        CabinAnomaly::new(&self.source, self.cause, self.ends_ns)
+    }
 }
 
 impl Watch {
@@ -86,7 +100,7 @@ impl Watch {
         if known.is_none() {
             self.open.push(Open {
                 source: source.to_owned(),
-                cause,
+                cause: cause.clone(),
                 start_ns: since_ns,
                 last_ns: t_ns,
                 count: 0,
@@ -99,11 +113,14 @@ impl Watch {
             open.start_ns = t_ns;
             open.count = 0;
         }
+        if matches!(cause, CabinCause::SensorSilent { .. }) {
+            open.cause = cause;
+        }
         open.last_ns = open.last_ns.max(t_ns);
         open.count += 1;
         if !open.told && open.count >= open.needed {
             open.told = true;
-            self.fresh.push(open.anomaly());
+            self.fresh.push(open.known());
         }
     }
 
@@ -118,7 +135,7 @@ impl Watch {
         self.open.retain(|open| {
             let over = t_ns - open.last_ns > OVER_NS;
             if over && open.told {
-                closed.push(open.anomaly());
+                closed.push(open.known());
             }
             !over
         });
@@ -126,19 +143,25 @@ impl Watch {
 
     /// What has become an anomaly since the last time, as far as it is known.
     pub(super) fn fresh(&mut self) -> Vec<CabinAnomaly> {
-        std::mem::take(&mut self.fresh)
+        std::mem::take(&mut self.fresh).into_iter().map(Known::anomaly).collect()
+    }
+
+    /// Lets go of what is over: of a session that goes on for a night nobody asks for it in the end.
+    pub(super) fn forget_what_is_over(&mut self) {
+        self.closed.clear();
     }
 
     /// All there has been, in order of their beginning.
     pub(super) fn finish(mut self) -> Vec<CabinAnomaly> {
-        self.closed.extend(self.open.iter().filter(|open| open.told).map(Open::anomaly));
-        self.closed.sort_by(|a, b| a.t_start_s.total_cmp(&b.t_start_s));
-        self.closed
+        self.closed.extend(self.open.iter().filter(|open| open.told).map(Open::known));
+        self.closed.sort_by_key(|known| known.ends_ns[0]);
+        self.closed.into_iter().map(Known::anomaly).collect()
     }
 }
 
 impl Open {
-    fn anomaly(&self) -> CabinAnomaly {
-        CabinAnomaly::new(&self.source, self.cause.clone(), [self.start_ns, self.last_ns])
+    fn known(&self) -> Known {
+        let ends_ns = [self.start_ns, self.last_ns];
+        Known { source: self.source.clone(), cause: self.cause.clone(), ends_ns }
     }
 }

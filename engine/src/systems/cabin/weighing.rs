@@ -1,5 +1,7 @@
 //! What became of the rows of antennas and stations, told as one outcome a second: a night has millions of rows.
 
+use serde::{Deserialize, Serialize};
+
 use super::body::Weighed;
 use super::declaration::{ANTENNAS, GNSS, RAYS, STATIONS};
 use crate::event::{AidOutcome, Event};
@@ -7,14 +9,14 @@ use crate::event::{AidOutcome, Event};
 /// One outcome stands for so long, ns.
 const CELL_NS: i64 = 1_000_000_000;
 
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
 struct Sum {
     nis: f64,
     rows: u32,
 }
 
 /// The rows of the present second.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
 pub(super) struct Weighing {
     cell: i64,
     /// By antennas and stations; refused and taken.

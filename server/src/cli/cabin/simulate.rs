@@ -38,7 +38,8 @@ struct SimulateArgs {
     stations_on: StationsOn,
 
     /// What goes wrong, KIND[.NUMBER]@FROM..TO in seconds; may be given often: fog@300..400, no_antennas@.., wrong_fix.2@..,
-    /// wrong_make.0@.., wrong_prism.1@.., wrong_distance.2@.., restart@.., late_make.1@.., no_encoders@..
+    /// wrong_make.0@.., wrong_prism.1@.., wrong_distance.2@.., restart@.., late_make.1@.., no_encoders@..,
+    /// wrong_leg.3@..
     #[arg(long, value_name = "FAULT")]
     fault: Vec<Fault>,
 }

@@ -13,6 +13,9 @@ const SMOOTHED_EPOCHS: usize = 4800;
 const AHEAD_EPOCHS: usize = 3200;
 /// An attitude this sure is found: yaw and level, rad.
 const ALIGNED_RAD: [f64; 2] = [1.2e-3, 4e-4];
+/// So many rays verify a pose; after so long none are waited for, ns.
+const VERIFIED_BY: u32 = 8;
+const VERIFIED_WITHIN_NS: i64 = 10_000_000_000;
 /// Budgets of position, m: the cabin's and the platform's.
 const BUDGETS_M: [f64; 2] = [0.015, 0.003];
 
@@ -58,7 +61,8 @@ impl Body {
     /// The row with its status and the time that is left.
     pub(super) fn told(&mut self, mut row: Row, aids: &Aids, which: usize) -> Row {
         let [yaw, pitch, roll] = row.sigma_angles_rad();
-        self.aligned |= yaw < ALIGNED_RAD[0] && pitch.max(roll) < ALIGNED_RAD[1];
+        self.aligned |=
+            yaw < ALIGNED_RAD[0] && pitch.max(roll) < ALIGNED_RAD[1] && self.is_verified(row.t_ns);
         row.aids = aids.fresh(row.t_ns);
         row.status = self.status(row.aids, aids);
         let sigma_m = row.largest_sigma_m();
@@ -76,6 +80,12 @@ impl Body {
         row
     }
 
+    /// Whether rays agree with the pose, which rests on surveyed places and encoders alone; stations may take a while to find their
+    /// prisms, or never come.
+    fn is_verified(&self, t_ns: i64) -> bool {
+        !self.config.has_stations || self.rays >= VERIFIED_BY || t_ns - self.started_ns > VERIFIED_WITHIN_NS
+    }
+
     fn status(&self, mask: u64, aids: &Aids) -> Status {
         let [antennas, stations] = aids.has_position(mask);
         let encoders = mask >> aids.encoders() & 1 == 1;
@@ -83,7 +93,8 @@ impl Body {
             && (stations || !self.config.has_stations)
             && (encoders || !self.config.has_encoders)
             && mask & 1 == 1
-            && !self.doubt.is_there();
+            && !self.doubt.is_there()
+            && self.filter.as_ref().is_none_or(|filter| filter.wrong_legs().next().is_none());
         match (self.aligned, antennas || stations, all) {
             (false, ..) => Status::Aligning,
             (true, false, _) => Status::Coasting,

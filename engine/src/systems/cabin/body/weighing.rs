@@ -1,18 +1,31 @@
 //! What the devices say at an epoch, each row weighed at its own moment, and which of them are late or silent.
 
 use nalgebra::Vector3;
+use serde::{Deserialize, Serialize};
 
 use super::Body;
 use crate::systems::cabin::aids::Aids;
-use crate::systems::cabin::causes::CabinCause;
-use crate::systems::cabin::filter::Measured;
+use crate::systems::cabin::causes::{CabinCause, RayTrouble};
+use crate::systems::cabin::filter::{Filter, Measured};
+use crate::systems::cabin::legs::Seated;
 use crate::systems::cabin::rig::Target;
 use crate::systems::cabin::rows::{AntennaRow, EncoderRow, RayRow};
 use crate::systems::cabin::session::CabinError;
 use crate::systems::cabin::watch::Watch;
 
+/// An antenna has a fix while the last is not older, ns.
+const THERE_NS: i64 = 1_000_000_000;
+/// An inertial sensor is silent after so long, ns.
+const SENSOR_SILENT_NS: i64 = 250_000_000;
+/// Stations are silent after so many times the usual time between two rows, and after this long at least, ns.
+const USUAL_TIMES: i64 = 12;
+const STATIONS_SILENT_NS: i64 = 500_000_000;
+
+/// The rays find a leg that is off by so many of the maker's sigmas, or more.
+const LEAST_SIGMAS: f64 = 4.0;
+
 /// What became of a row, by the last epoch.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 pub(in crate::systems::cabin) struct Weighed {
     pub(in crate::systems::cabin) aid: usize,
     pub(in crate::systems::cabin) t_ns: i64,
@@ -21,18 +34,22 @@ pub(in crate::systems::cabin) struct Weighed {
 }
 
 impl Body {
+    /// Readings of the encoders; whether a leg has leapt.
     pub(super) fn encoders(
         &mut self,
         row: &EncoderRow,
         aids: &mut Aids,
         watch: &mut Watch,
-    ) -> Result<(), CabinError> {
-        let Some(filter) = &mut self.filter else { return Ok(()) };
+    ) -> Result<bool, CabinError> {
+        let Some(filter) = &mut self.filter else { return Ok(false) };
         if filter.rig.joints.is_none() {
-            return Ok(());
+            return Ok(false);
         }
         self.last_seen.insert(aids.encoders(), row.t_ns);
-        if filter.encoders(row) {
+        let seated = filter.encoders(row);
+        if let Seated::Leapt { leg, by_m } = seated {
+            watch.wrong(&leg_name(leg), CabinCause::LegOff { off_m: by_m }, row.t_ns, 2);
+        } else if seated == Seated::Taken {
             aids.took(aids.encoders(), row.t_ns);
             self.seats += 1;
         } else {
@@ -49,7 +66,7 @@ impl Body {
             let cause = CabinCause::NoPose { angles_rad: [row.a_rad, row.b_rad], legs_m: row.legs_m };
             watch.wrong("encoders", cause, row.t_ns, 2);
         }
-        Ok(())
+        Ok(matches!(seated, Seated::Leapt { .. }))
     }
 
     pub(super) fn antenna(&mut self, row: &AntennaRow, aids: &mut Aids, watch: &mut Watch) -> Option<bool> {
@@ -64,6 +81,7 @@ impl Body {
             return None;
         }
         let measured = filter.measure_antenna(row)?;
+        self.fixed_ns.insert(row.antenna, row.t_ns);
         let taken = filter.weigh(&measured, filter.tuning.gate);
         self.weighed.push(Weighed { aid, t_ns: row.t_ns, nis: filter.nis, taken });
         self.doubt.note(aid, taken, measured.innovation.norm());
@@ -79,8 +97,11 @@ impl Body {
 
     pub(super) fn whole_make(&self, row: &AntennaRow, aids: &Aids, watch: &mut Watch) {
         let make = self.rig.antennas[row.antenna].make;
-        let of_make: Vec<usize> =
-            (0..self.rig.antennas.len()).filter(|k| self.rig.antennas[*k].make == make).collect();
+        // One whose fix is float, or that is silent, says nothing of the others.
+        let is_there = |k: usize| self.fixed_ns.get(&k).is_some_and(|last_ns| row.t_ns - last_ns < THERE_NS);
+        let of_make: Vec<usize> = (0..self.rig.antennas.len())
+            .filter(|k| self.rig.antennas[*k].make == make && is_there(*k))
+            .collect();
         if of_make.len() > 1
             && of_make.iter().all(|k| watch.is_open(aids.name(aids.antenna(*k)), "wrong_fix"))
         {
@@ -89,17 +110,23 @@ impl Body {
     }
 
     pub(super) fn ray(&mut self, row: &RayRow, aids: &mut Aids, watch: &mut Watch) -> Option<bool> {
-        let filter = self.filter.as_mut()?;
-        if matches!(filter.rig.targets.get(row.target), None | Some(Target::Elsewhere)) {
+        if matches!(self.rig.targets.get(row.target), None | Some(Target::Elsewhere)) {
             return None;
         }
+        self.note_ray(row.t_ns, aids);
+        let filter = self.filter.as_mut()?;
         let aid = aids.station(row.station);
         self.last_seen.insert(aid, row.t_ns);
         let measured = filter.measure_ray(row)?;
         let taken = filter.weigh(&measured, filter.tuning.gate);
         self.weighed.push(Weighed { aid, t_ns: row.t_ns, nis: filter.nis, taken });
         self.doubt.note(aid, taken, off_m(&measured, row.slant_m));
+        if let Some(columns) = leg_columns(&measured, filter.states.legs) {
+            let (innovation, information) = &filter.weighed;
+            self.leg_doubt.note(row.station, taken, &columns, innovation, information);
+        }
         if taken {
+            self.rays = self.rays.saturating_add(1);
             aids.took(aid, row.t_ns);
             return Some(true);
         }
@@ -127,6 +154,18 @@ impl Body {
         }
     }
 
+    /// Legs that read wrongly, by their own leaps or by the rays to the platform.
+    pub(super) fn wrong_legs(&mut self, t_ns: i64, watch: &mut Watch) {
+        let Some(filter) = &mut self.filter else { return };
+        if let Some((leg, off_m)) = self.leg_doubt.pass(t_ns, LEAST_SIGMAS * filter.rig.leg_sigma_m) {
+            filter.legs.found(leg, off_m, 0.003 + 0.15 * off_m.abs());
+            watch.wrong(&leg_name(leg), CabinCause::LegOff { off_m }, t_ns, 1);
+        }
+        for (leg, off_m) in self.filter.iter().flat_map(Filter::wrong_legs) {
+            watch.wrong(&leg_name(leg), CabinCause::LegOff { off_m }, t_ns, 1);
+        }
+    }
+
     /// Makes, or stations, whose rows are later or earlier than stated by more than the stated sigma allows.
     pub(super) fn late(&self, t_ns: i64, watch: &mut Watch) {
         let Some(filter) = self.filter.as_ref().filter(|filter| filter.tuning.calibration) else { return };
@@ -142,25 +181,45 @@ impl Body {
         }
     }
 
+    /// Keeps the usual time between two rows of the stations.
+    fn note_ray(&mut self, t_ns: i64, aids: &Aids) {
+        let last_ns =
+            (0..self.rig.stations_n.len()).filter_map(|k| self.last_seen.get(&aids.station(k))).max();
+        if let Some(between_ns) = last_ns.map(|last_ns| (t_ns - last_ns).clamp(0, 2_000_000_000)) {
+            let usual_ns = self.between_rays_ns.unwrap_or(between_ns);
+            self.between_rays_ns = Some(usual_ns + (between_ns - usual_ns) / 32);
+        }
+    }
+
     /// Devices that have gone silent.
     pub(super) fn silences(&mut self, t_ns: i64, aids: &Aids, watch: &mut Watch) {
+        if let Some(last_ns) = self.last_imu_ns.filter(|last_ns| t_ns - last_ns > SENSOR_SILENT_NS) {
+            let cause = CabinCause::SensorSilent { silent_s: (t_ns - last_ns) as f64 * 1e-9 };
+            watch.wrong_since(if self.is_cabin { "imu" } else { "platform_imu" }, cause, last_ns, t_ns, 1);
+        }
+        let usual_ns = self.between_rays_ns.unwrap_or(i64::MAX / 64);
+        let stations_silent_ns =
+            (USUAL_TIMES * usual_ns).clamp(STATIONS_SILENT_NS, 2_000_000_000.max(3 * usual_ns));
         let antennas: Vec<usize> = (0..self.rig.antennas.len()).map(|k| aids.antenna(k)).collect();
         let stations: Vec<usize> = (0..self.rig.stations_n.len()).map(|k| aids.station(k)).collect();
-        for (group, all, limit_ns, single_ns) in [
+        for (kind, (group, all, limit_ns, single_ns)) in [
             ("antennas", antennas, 300_000_000, 1_000_000_000),
-            ("stations", stations, 2_000_000_000, 15_000_000_000),
+            ("stations", stations, stations_silent_ns, 15_000_000_000),
             ("encoders", vec![aids.encoders()], i64::MAX, 300_000_000),
-        ] {
+        ]
+        .into_iter()
+        .enumerate()
+        {
             let seen: Vec<(usize, i64)> =
                 all.iter().filter_map(|aid| self.last_seen.get(aid).map(|last| (*aid, *last))).collect();
             let Some(latest) = seen.iter().map(|(_, last)| *last).max() else { continue };
             if limit_ns < i64::MAX && t_ns - latest > limit_ns {
                 watch.wrong_since(group, CabinCause::AllSilent, latest, t_ns, 1);
-                self.back_ns.insert(group, t_ns);
+                self.back_ns[kind] = Some(t_ns);
                 continue;
             }
             // After fog each has to find its prism again.
-            let back_ns = self.back_ns.get(group).copied().unwrap_or(i64::MIN / 2);
+            let back_ns = self.back_ns[kind].unwrap_or(i64::MIN / 2);
             for (aid, last) in seen {
                 if t_ns - last.max(back_ns) > single_ns {
                     watch.wrong_since(aids.name(aid), CabinCause::Silent, last, t_ns, 1);
@@ -182,21 +241,37 @@ fn across_m(measured: &Measured, slant_m: f64) -> f64 {
     libm::hypot(measured.innovation.x * 0.5, measured.innovation.y) * slant_m
 }
 
+/// A leg as the encoders' column has it.
+pub(super) fn leg_name(leg: usize) -> String {
+    format!("leg_{}", leg + 1)
+}
+
+/// How a ray changes with each leg; `None` for one that looks at the cabin.
+fn leg_columns(measured: &Measured, legs: usize) -> Option<[Vector3<f64>; 6]> {
+    let mut columns = [Vector3::zeros(); 6];
+    let mut found = false;
+    for (state, column) in measured.jacobian.iter().filter(|(state, _)| (legs..legs + 6).contains(state)) {
+        columns[state - legs] = Vector3::from(*column);
+        found = true;
+    }
+    found.then_some(columns)
+}
+
 /// How far off a ray is, m.
 fn off_m(measured: &Measured, slant_m: f64) -> f64 {
     libm::hypot(across_m(measured, slant_m), measured.innovation.z)
 }
 
 /// Which kind of trouble a refused ray shows.
-fn wrong_ray(measured: &Measured, slant_m: f64) -> &'static str {
+fn wrong_ray(measured: &Measured, slant_m: f64) -> RayTrouble {
     let off = measured.innovation;
     let across_m = across_m(measured, slant_m);
     if across_m > 0.3 || off.z.abs() > 0.5 {
-        "wrong_prism"
+        RayTrouble::Prism
     } else if off.z.abs() > across_m {
-        "wrong_distance"
+        RayTrouble::Distance
     } else {
-        "wrong_direction"
+        RayTrouble::Direction
     }
 }
 
