@@ -412,6 +412,10 @@ export const residuals = () => get("/markers/residuals");
 /** @returns {Promise<import("./markers/files.js").Import[]>} */
 export const markerImports = () => get("/markers/imports");
 /** @param {string} id @returns {Promise<import("./markers/files.js").ImportView>} */
+export const importOfSurvey = (id) => post(`/sessions/${seg(id)}/marker-import`, {});
+/** @param {string} id @returns {Promise<any[]>} */
+export const surveyedPoints = (id) => get(`/sessions/${seg(id)}/surveyed-points`);
+/** @param {string} id @returns {Promise<import("./markers/files.js").ImportView>} */
 export const markerImport = (id) => get(`/markers/imports/${seg(id)}`);
 /**
  * @param {Blob} csv

@@ -244,7 +244,32 @@ test("what a system has beside its declaration comes with its words when a sessi
     pole.readouts[0].words({ point: () => null, chart: (_, series) => (series === "tip" ? value : null) });
   assert.deepEqual([1, 0, null].map(at), ["Tip on the ground", "Tip in the air", "Tip –"]);
   assert.equal(word(pole, "anomaly.no_heading"), "North not found");
+  assert.equal(word(pole, "session.visits_used"), "points visited");
+  assert.ok(pole.plan);
   // One that is not known, or has nothing more, stays as it is.
   await openSystem("raft");
   assert.equal(systemOf({ system: "raft" }).name, "raft");
+});
+
+test("the way of a pole has the ink of the fixes that it rests on, and its landings stand in their middle", async () => {
+  const { byFixes, landed } = await import("../js/systems/pole.js");
+  const t_s = [0, 1, 2, 3, 4, 5, 6];
+  const track = /** @type {any} */ ({ t_s, e_m: t_s.map((t) => 2 * t), n_m: t_s.map(() => 1) });
+  const line = (/** @type {(number | null)[]} */ low) => /** @type {any} */ ({ start_s: 0, step_s: 1, low });
+  // A fix, a float, and nothing for long: it rests on the last one for a second.
+  const pieces = byFixes(track, line([1, 1, 2, null, null, null, 1]));
+  assert.deepEqual(
+    pieces.map(({ ink, points }) => [ink, points[0][0], points.at(-1)?.[0]]),
+    [
+      ["arrow", 0, 2],
+      ["warn", 2, 6],
+      ["muted", 6, 10],
+      ["arrow", 10, 12],
+    ],
+  );
+  assert.deepEqual(landed(track, line([1, 1, 1, 0, 0, 1, 1])), [
+    [2, 1],
+    [11, 1],
+  ]);
+  assert.deepEqual([byFixes(track, undefined), landed(track, undefined)], [[], []]);
 });

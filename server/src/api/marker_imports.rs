@@ -1,5 +1,6 @@
 //! Files of markers, step by step: compared, looked at, applied, reverted.
 
+use axum::body::Body;
 use axum::extract::State;
 use schemars::JsonSchema;
 use serde::Deserialize;
@@ -7,8 +8,9 @@ use uuid::Uuid;
 
 use crate::auth::Caller;
 use crate::error::Result;
-use crate::http::{Created, CsvBody, Json, NoContent, Path, Query, Routes};
-use crate::markers::{self, Apply, ImportView, Reading, Revert};
+use crate::http::media::{Csv, LandXml, Media, PlainText};
+use crate::http::{Attachment, Created, CsvBody, File, Json, NoContent, Path, Query, Routes, With};
+use crate::markers::{self, Apply, FilePoint, Form, ImportView, Reading, Revert, SurveyedPoint};
 use crate::rights::Right;
 use crate::state::App;
 use crate::store::marker_imports::{self, MarkerImport};
@@ -35,6 +37,53 @@ pub(super) fn routes() -> Routes {
         .about("apply_marker_import", "Make its difference, against the table that it was compared with")
         .post("/markers/imports/{id}/revert", Right::Survey, revert)
         .about("revert_marker_import", "Take back exactly what it changed")
+        .post("/sessions/{id}/marker-import", Right::Survey, of_survey)
+        .about(
+            "create_marker_import_of_survey",
+            "Compare what a session has surveyed with the table; nothing is changed",
+        )
+        .get("/sessions/{id}/surveyed-points", Right::Read, surveyed)
+        .about("list_surveyed_points", "What a session has surveyed, held against the table")
+        .get("/sessions/{id}/surveyed-points.csv", Right::Read, csv)
+        .about("export_surveyed_points_csv", "What a session has surveyed as a file that an import takes")
+        .get("/sessions/{id}/surveyed-points.txt", Right::Read, pnezd)
+        .about("export_surveyed_points_pnezd", "The same as point, northing, easting, elevation, description")
+        .get("/sessions/{id}/surveyed-points.xml", Right::Read, land_xml)
+        .about("export_surveyed_points_landxml", "The same as LandXML")
+}
+
+async fn of_survey(
+    State(app): State<App>,
+    caller: Caller,
+    Path(id): Path<Uuid>,
+) -> Result<Created<Json<ImportView>>> {
+    Ok(Created(Json(markers::import_of_survey(&app, caller, id).await?)))
+}
+
+async fn surveyed(State(app): State<App>, Path(id): Path<Uuid>) -> Result<Json<Vec<SurveyedPoint>>> {
+    Ok(Json(markers::surveyed_points(&app, id).await?))
+}
+
+async fn csv(State(app): State<App>, Path(id): Path<Uuid>) -> Result<PointsFile<Csv>> {
+    file(&app, id, Form::Csv).await
+}
+
+async fn pnezd(State(app): State<App>, Path(id): Path<Uuid>) -> Result<PointsFile<PlainText>> {
+    file(&app, id, Form::Pnezd).await
+}
+
+async fn land_xml(State(app): State<App>, Path(id): Path<Uuid>) -> Result<PointsFile<LandXml>> {
+    file(&app, id, Form::LandXml).await
+}
+
+/// A file with a name of its own.
+type PointsFile<M> = With<Attachment, File<M>>;
+
+async fn file<M: Media>(app: &App, id: Uuid, form: Form) -> Result<PointsFile<M>> {
+    let points = markers::surveyed_points(app, id).await?;
+    let points: Vec<_> = points.iter().map(FilePoint::from).collect();
+    let name = format!("survey-{id}.{}", form.extension());
+    Ok(With(Attachment(name), File::new(Body::from(markers::write_points(form, &points)))))
 }
 
 async fn list(State(app): State<App>) -> Result<Json<Vec<MarkerImport>>> {

@@ -59,6 +59,15 @@ impl Media for Kml {
     const NAME: &'static str = "application/vnd.google-earth.kml+xml";
 }
 
+/// Points as `LandXML`.
+#[derive(Clone, Copy, Debug)]
+pub enum LandXml {}
+
+impl Media for LandXml {
+    const NAME: &'static str = "application/xml";
+    const CONTENT_TYPE: &'static str = "application/xml; charset=utf-8";
+}
+
 /// Bytes.
 #[derive(Clone, Copy, Debug)]
 pub enum Binary {}

@@ -57,7 +57,7 @@ pub(super) fn check(
         }) {
             continue;
         }
-        let Row { line, name, place } = row;
+        let Row { line, name, place, .. } = row;
         let mut warn = |odd: Odd| findings.of_line(Level::Warning, *line, name, &odd);
         if let Some(old) = old {
             let moved_m = old.plan_distance_m(place);
@@ -243,7 +243,7 @@ mod tests {
             .zip(2..)
             .filter_map(|(name, line)| {
                 let (name, place) = change(name, all[name])?;
-                Some(Row { line, name, place })
+                Some(Row { line, name, place, sigma_m: None })
             })
             .collect();
         let mut findings = Findings::default();

@@ -25,6 +25,9 @@ pub(crate) struct Difference {
     pub(crate) moved_m: Option<f64>,
     /// By how much it rises, m; `None` where one of the two heights is not known.
     pub(crate) raised_m: Option<f64>,
+    /// How sure the file says the new place is, east, north and up, m; `None` where it does not say.
+    #[serde(default)]
+    pub(crate) sigma_m: Option<[f64; 3]>,
 }
 
 /// What becomes of a marker.
@@ -65,6 +68,7 @@ pub(super) fn difference(
             line: Some(row.line),
             moved_m: before.map(|before| before.plan_distance_m(&after)),
             raised_m: before.and_then(|before| Some(after.u_m? - before.u_m?)),
+            sigma_m: row.sigma_m,
             step: Step { name: row.name.clone(), before, after: Some(after) },
         });
     }
@@ -76,6 +80,7 @@ pub(super) fn difference(
                 line: None,
                 moved_m: None,
                 raised_m: None,
+                sigma_m: None,
                 step: Step { name: name.clone(), before: Some(*place), after: None },
             });
         }
@@ -117,7 +122,7 @@ mod tests {
         ]
         .map(|(name, place)| (name.to_owned(), place))
         .into();
-        let row = |line, name: &str, place| Row { line, name: name.to_owned(), place };
+        let row = |line, name: &str, place| Row { line, name: name.to_owned(), place, sigma_m: None };
         let rows = [
             row(2, "same", place(1.0, None)),
             row(3, "moved", place(2.25, Some(5.0))),

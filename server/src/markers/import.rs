@@ -41,7 +41,7 @@ fn rows_of(file: &[u8], table: &AnyTable, frame: &LocalFrame) -> std::result::Re
             let lines = table.rows.iter().map(|row| row.line);
             let rows = read.into_iter().zip(lines).map(|(row, line)| {
                 let (e_m, n_m, u_m) = row.place.to_local_m(frame);
-                Row { line, name: row.name, place: markers::Place { e_m, n_m, u_m } }
+                Row { line, name: row.name, place: markers::Place { e_m, n_m, u_m }, sigma_m: None }
             });
             return Ok(rows.collect());
         }

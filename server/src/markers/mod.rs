@@ -16,6 +16,8 @@ mod residuals;
 mod rows;
 mod seed;
 mod staged;
+mod survey;
+mod survey_file;
 mod write;
 
 pub(crate) use edit::{NewMarker, Seen, add, put, remove};
@@ -25,3 +27,5 @@ pub(crate) use imports::{
 };
 pub(crate) use residuals::{Residuals, residuals};
 pub use seed::seed;
+pub(crate) use survey::{SurveyedPoint, import_of_survey, surveyed_points};
+pub(crate) use survey_file::{FilePoint, Form, cell, write_points};

@@ -19,6 +19,9 @@ const MOST: f64 = 0.8;
 /// A place of the site is nearer to it than this, degrees: some 50 km.
 const NEAR_DEG: f64 = 0.5;
 
+/// Columns that say how sure a place is, m: those of a survey.
+const SIGMAS: [&str; 3] = ["sigma_e_m", "sigma_n_m", "sigma_u_m"];
+
 /// One marker of a file.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Row {
@@ -28,6 +31,8 @@ pub(super) struct Row {
     pub(super) name: String,
     /// Where the file has it, in the site's frame.
     pub(super) place: Place,
+    /// How sure the file says that is, east, north and up, m.
+    pub(super) sigma_m: Option<[f64; 3]>,
 }
 
 /// Reads the rows.
@@ -140,7 +145,15 @@ fn one(
         findings.of_line(Level::Error, row.line, &name, &odd);
         return None;
     }
-    Some(Row { line: row.line, name, place: Place { e_m, n_m, u_m } })
+    let sigma_m = SIGMAS.map(|column| {
+        let at = table.columns.iter().position(|name| name == column)?;
+        surveyed::number(cell(at), comma).filter(|sigma_m| *sigma_m >= 0.0)
+    });
+    let sigma_m = match sigma_m {
+        [Some(e), Some(n), Some(u)] => Some([e, n, u]),
+        _ => None,
+    };
+    Some(Row { line: row.line, name, place: Place { e_m, n_m, u_m }, sigma_m })
 }
 
 /// Whether nearly all rows say that the columns mean something else, so that each of them need not.
@@ -220,11 +233,25 @@ mod tests {
         let (rows, findings) = read("name,e_m,n_m,u_m\n A1 ,1.5,−2,\nB2,3,4,5\n");
         assert_eq!(
             rows[0],
-            Row { line: 2, name: "A1".into(), place: Place { e_m: 1.5, n_m: -2.0, u_m: None } }
+            Row {
+                line: 2,
+                name: "A1".into(),
+                place: Place { e_m: 1.5, n_m: -2.0, u_m: None },
+                sigma_m: None
+            }
         );
         assert_eq!((rows[1].place.u_m, findings), (Some(5.0), Findings::default()));
         let (rows, _) = read("name,lat_deg,lon_deg,height_m\nA1,25.652944,106.856667,1120\n");
         assert!(rows[0].place.e_m.abs() < 1e-6 && (rows[0].place.u_m.unwrap() - 10.0).abs() < 1e-6);
+    }
+
+    #[test]
+    fn how_sure_a_survey_is_comes_along_where_all_of_it_is_told() {
+        let (rows, _) = read(
+            "name,e_m,n_m,u_m,sigma_e_m,sigma_n_m,sigma_u_m\nA1,1,2,3,0.01,0.02,0.03\nA2,1,9,3,0.01,,0.03\n",
+        );
+        assert_eq!(rows[0].sigma_m, Some([0.01, 0.02, 0.03]));
+        assert_eq!(rows[1].sigma_m, None);
     }
 
     #[test]

@@ -7,7 +7,7 @@ import { inkNamed } from "./ink.js";
  * @typedef {import("../geometry.js").EastNorth} EastNorth
  * @typedef {{from: EastNorth, to: EastNorth, marker: string, length_m: number, accepted: boolean}} Correction
  * @typedef {{points: EastNorth[], ink: string, dash: number[], width: number}} RunLine `ink` is a name of `inkNamed`
- * @typedef {{place: EastNorth, ink: string, label: string}} RunCursor
+ * @typedef {{place: EastNorth, ink: string, label: string, radius_px?: number}} RunCursor
  * @typedef {{
  *   lines: RunLine[], cursors: RunCursor[], corrections: Correction[], arrows: boolean, selected: string | null,
  * }} Runs the line drawn last is the one whose ends are marked
@@ -35,7 +35,7 @@ export function drawRuns(content) {
       for (const correction of runs.corrections) arrow(g, paper, correction, correction.marker === runs.selected);
     for (const cursor of runs.cursors) {
       const [cx, cy] = [x(cursor.place[0]), y(cursor.place[1])];
-      dot(g, cx, cy, 7, inkNamed(cursor.ink), ink.halo);
+      dot(g, cx, cy, cursor.radius_px ?? 7, inkNamed(cursor.ink), ink.halo);
       if (cursor.label) words(g, paper, cursor.label, cx + 11, cy);
     }
   };

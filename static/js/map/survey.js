@@ -3,7 +3,7 @@
 
 /**
  * @typedef {{e_m: number, n_m: number, u_m: number | null}} SurveyPlace
- * @typedef {{name: string, change: "added" | "changed" | "removed", before: SurveyPlace | null, after: SurveyPlace | null, line: number | null, moved_m: number | null, raised_m: number | null}} Difference
+ * @typedef {{name: string, change: "added" | "changed" | "removed", before: SurveyPlace | null, after: SurveyPlace | null, line: number | null, moved_m: number | null, raised_m: number | null, sigma_m?: [number, number, number] | null}} Difference
  * @typedef {{
  *   selected: {name: string, e_m: number, n_m: number} | null,
  *   suspects: {e_m: number, n_m: number, mean_m: number[]}[],

@@ -138,9 +138,13 @@ export function makeDetails(app, on) {
     if (mode !== "show" || !marker) return;
     const { name } = marker;
     try {
-      const [history, each] = await Promise.all([api.markerHistory(name), api.markerResiduals(name)]);
+      const [history, each, files] = await Promise.all([
+        api.markerHistory(name),
+        api.markerResiduals(name),
+        api.markerImports(),
+      ]);
       if (mode !== "show" || marker?.name !== name) return;
-      render(one(".changes", el), historyList(history));
+      render(one(".changes", el), historyList(history, files));
       render(one(".each", el), residualTable(each));
     } catch (error) {
       if (mode === "show" && marker?.name === name) render(one(".changes", el), problemBox(error));

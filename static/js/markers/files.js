@@ -7,6 +7,7 @@ import { html, one, render, setText } from "../html.js";
 import { t, tOr } from "../i18n.js";
 import { sentence } from "../told.js";
 import { problemBox } from "../ui/problem.js";
+import { sourceOf } from "./source.js";
 
 /** @typedef {import("../map/survey.js").Difference} Difference */
 /** @typedef {Record<string, any> & {frame: "local" | "geographic"}} Mapping */
@@ -25,6 +26,8 @@ import { problemBox } from "../ui/problem.js";
 
 /** Differences and findings that are listed; the map shows all. */
 const MOST_ROWS = 200;
+/** A move of more than this is no chance of the survey. */
+const MANY_SIGMAS = 3;
 const FRAMES = { local: ["e_m", "n_m", "u_m"], geographic: ["latitude_deg", "longitude_deg", "height_m"] };
 const KINDS = /** @type {const} */ (["added", "changed", "removed", "unchanged"]);
 
@@ -66,7 +69,10 @@ export function makeFiles(app, el, on) {
           <div class="step"></div>
         </div>`,
     );
-    setText(one("h2", el), file ? file_name(file) : t("markers.import"));
+    setText(
+      one("h2", el),
+      !file ? t("markers.import") : sourceOf(file.file_name) ? t("markers.by_survey") : file_name(file),
+    );
     setText(one("[data-step=back]", el), t(file ? "markers.another_file" : "markers.back"));
     one(".drop", el).hidden = file !== null;
     render(one(".answer", el), answer);
@@ -80,7 +86,7 @@ export function makeFiles(app, el, on) {
         (one) =>
           html`<div class="card" data-testid="import-row" data-state="${one.state}">
             <span class="line"
-              ><b class="grow">${file_name(one)}</b
+              ><b class="grow">${sourceOf(one.file_name) ?? file_name(one)}</b
               ><span class="tag${one.state === "applied" && " good"}">${t(`markers.state.${one.state}`)}</span></span
             >
             <span class="sub">${counts(one)}</span>
@@ -221,6 +227,7 @@ export function makeFiles(app, el, on) {
   /** @param {ImportView} view */
   function differences(view) {
     const rows = view.differences.filter((d) => kind === "" || d.change === kind);
+    const surveyed = rows.some((d) => d.sigma_m);
     return html` <div class="choices">
         ${KINDS.map((k) => html`<button type="button" data-kind="${k}" aria-pressed="${String(kind === k)}" ${(view[k] === 0 || k === "unchanged") && html` disabled`}>${t(`markers.n.${k}`, { n: view[k] })}</button>`)}
       </div>
@@ -234,6 +241,11 @@ export function makeFiles(app, el, on) {
                 <th>${t("markers.what")}</th>
                 <th class="num">${t("markers.moves_m")}</th>
                 <th class="num">${t("markers.rises_m")}</th>
+                ${
+                  surveyed &&
+                  html`<th class="num">${t("markers.sigmas")}</th>
+                    <th class="num">${t("markers.sigma_m")}</th>`
+                }
                 <th class="num">${t("markers.line_short")}</th>
               </tr>
             </thead>
@@ -245,6 +257,11 @@ export function makeFiles(app, el, on) {
                     <td>${t(`markers.change.${d.change}`)}</td>
                     <td class="num${(d.moved_m ?? 0) > 1 && " warn"}">${number(d.moved_m, 3)}</td>
                     <td class="num">${number(d.raised_m, 3)}</td>
+                    ${
+                      surveyed &&
+                      html`<td class="num${(sigmas(d) ?? 0) > MANY_SIGMAS && " warn"}">${number(sigmas(d), 1)}</td>
+                        <td class="num">${d.sigma_m && d.sigma_m.map((sigma) => number(sigma, 3)).join(" ")}</td>`
+                    }
                     <td class="num">${d.line}</td>
                   </tr>`,
               )}
@@ -253,6 +270,14 @@ export function makeFiles(app, el, on) {
         </div>`
       }
       ${rows.length > MOST_ROWS && html`<p class="muted">${t("markers.shown_of", { shown: MOST_ROWS, all: rows.length })}</p>`}`;
+  }
+
+  /** How many of its sigmas a marker moves by, on the mean of the axes. @param {Difference} d @returns {number | null} */
+  function sigmas({ before, after, sigma_m, raised_m }) {
+    if (!before || !after || !sigma_m) return null;
+    const moves = [after.e_m - before.e_m, after.n_m - before.n_m, ...(raised_m === null ? [] : [raised_m])];
+    const squares = moves.map((move, axis) => (move / Math.max(sigma_m[axis], 1e-4)) ** 2);
+    return Math.sqrt(squares.reduce((sum, square) => sum + square, 0) / squares.length);
   }
 
   /** @param {() => Promise<void>} work */
@@ -285,6 +310,18 @@ export function makeFiles(app, el, on) {
       const whole_table = /** @type {HTMLInputElement} */ (one("[name=whole_table]", el)).checked;
       file = await api.readImport(file.id, { mapping, whole_table });
     });
+
+  /** What a file would change, in the middle of the map. @param {ImportView} view */
+  function compared(view) {
+    file = view;
+    app.stage.show(
+      view.differences.flatMap(({ before, after }) =>
+        [before, after].flatMap((place) =>
+          place ? [/** @type {import("../geometry.js").EastNorth} */ ([place.e_m, place.n_m])] : [],
+        ),
+      ),
+    );
+  }
 
   /** @returns {Mapping | null} null while a column is missing */
   function chosenMapping() {
@@ -361,15 +398,8 @@ export function makeFiles(app, el, on) {
     if (chosen) {
       return run(async () => {
         kind = "";
-        file = await api.sendImport(chosen, chosen.name);
+        compared(await api.sendImport(chosen, chosen.name));
         input.value = "";
-        app.stage.show(
-          file.differences.flatMap(({ before, after }) =>
-            [before, after].flatMap((place) =>
-              place ? [/** @type {import("../geometry.js").EastNorth} */ ([place.e_m, place.n_m])] : [],
-            ),
-          ),
-        );
       });
     }
     if (input.closest("form.mapping")) {
@@ -404,10 +434,14 @@ export function makeFiles(app, el, on) {
   el.addEventListener("submit", onSubmit);
 
   return {
-    open() {
+    /** @param {string} [surveyed] the session whose survey is compared with the table at once */
+    open(surveyed) {
       answer = html``;
       draw();
-      return run(fetchList);
+      return run(async () => {
+        await fetchList();
+        if (surveyed) compared(await api.importOfSurvey(surveyed));
+      });
     },
     close() {
       el.removeEventListener("click", onClick);

@@ -3,6 +3,7 @@
 import { dateTime, number } from "../format.js";
 import { html } from "../html.js";
 import { t } from "../i18n.js";
+import { sourceOf } from "./source.js";
 
 /** @typedef {{e_m: number, n_m: number, u_m: number | null}} Place */
 /**
@@ -68,8 +69,17 @@ export function residualTable(visits) {
   </table>`;
 }
 
-/** @param {MarkerChange[]} changes */
-export function historyList(changes) {
+/**
+ * @param {MarkerChange[]} changes
+ * @param {import("./files.js").Import[]} files those that were taken in, as far as they are known
+ */
+export function historyList(changes, files) {
+  /** @param {MarkerChange} change */
+  const source = ({ import_id, is_revert }) => {
+    if (!import_id) return null;
+    if (is_revert) return t("markers.by_revert");
+    return sourceOf(files.find(({ id }) => id === import_id)?.file_name) ?? t("markers.by_file");
+  };
   if (changes.length === 0) return html`<p class="muted">${t("markers.no_history")}</p>`;
   return html`<ol class="changes-list">
     ${changes.map(
@@ -79,7 +89,7 @@ export function historyList(changes) {
             ><b class="grow">${whatChanged(change)}</b><span class="muted">${dateTime(change.changed_at)}</span></span
           >
           <span class="sub"
-            >${[change.changed_by, change.import_id && t(change.is_revert ? "markers.by_revert" : "markers.by_file"), change.reason].filter(Boolean).join(" · ")}</span
+            >${[change.changed_by, source(change), change.reason].filter(Boolean).map((part, i) => html`${i > 0 && " · "}${part}`)}</span
           >
         </li>`,
     )}

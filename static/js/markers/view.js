@@ -22,8 +22,11 @@ const MOST_ROWS = 300;
 /** A click on the map means the marker within this reach, px. */
 const REACH_PX = 14;
 
+/** How an address names the session whose survey is to be compared with the table. */
+const OF_SURVEY = "survey-";
+
 /** @type {import("../ui/router.js").MakeView} */
-export function markersView(app, side) {
+export function markersView(app, side, argument) {
   render(
     side,
     html` <div class="side-head">
@@ -182,13 +185,16 @@ export function markersView(app, side) {
     show();
   }
 
-  /** @param {boolean} shown */
-  function showFiles(shown) {
+  /**
+   * @param {boolean} shown
+   * @param {string} [surveyed] the session whose survey is compared with the table
+   */
+  function showFiles(shown, surveyed) {
     one(".files", side).hidden = !shown;
     one(".list", side).hidden = shown;
     if (shown) {
       choose(null);
-      files.open();
+      files.open(surveyed);
     } else {
       survey.differences = [];
       canvas.invalidate();
@@ -230,6 +236,12 @@ export function markersView(app, side) {
   };
   app.stage.map.on("click", onMapClick);
   fetchAll();
+  const surveyed = argument.startsWith(OF_SURVEY) ? argument.slice(OF_SURVEY.length) : "";
+  if (surveyed && app.may("survey")) {
+    // Once: the same address does not compare it again.
+    history.replaceState(null, "", "#/markers");
+    showFiles(true, surveyed);
+  }
 
   return {
     update(changed) {

@@ -3,7 +3,7 @@
 import { dateTime, length } from "../format.js";
 import { html } from "../html.js";
 import { t } from "../i18n.js";
-import { word } from "../systems/index.js";
+import { keyOf, word } from "../systems/index.js";
 import { aidsOf, labName, runByAids } from "./runs.js";
 
 /** @typedef {import("../systems/index.js").System} System */
@@ -42,7 +42,8 @@ export function runName(system, { name, words }, alone = false) {
   if (words) return words;
   const aids = aidsOf(system, name);
   if (aids) return aids.map((aid) => word(system, `aid.${aid}`)).join(" + ");
-  return t(name === "main" && alone ? "session.run.only" : `session.run.${name}`);
+  const own = name === "main" && alone ? "session.run.only" : `session.run.${name}`;
+  return t(keyOf(system, own));
 }
 
 /** @param {{ink: string, dash: number[]}} run */

@@ -297,10 +297,12 @@ export function sessionView(app, side, id, asked, askAgain) {
         showMain(addRun("main", fine, true));
       }
       // What it is compared with is not waited for. A walk without a single visit, or one that was never worked out, has only one run.
-      const more = await Promise.allSettled(STORED.slice(1).map((run) => api.track(id, run, rate_hz)));
+      // One that places itself is the same without its visits.
+      const others = STORED.slice(1).filter((run) => !(system.placesItself && run === "without_markers"));
+      const more = await Promise.allSettled(others.map((run) => api.track(id, run, rate_hz)));
       if (gone) return;
       more.forEach((found, i) => {
-        const name = STORED[i + 1];
+        const name = others[i];
         if (found.status === "fulfilled" && found.value.rows.length > 0)
           addRun(name, found.value, moment.runs?.includes(name) ?? name === "without_markers");
       });
@@ -345,7 +347,8 @@ export function sessionView(app, side, id, asked, askAgain) {
     if (main.t_s.length === 0) return;
     const first = own === null;
     own = walkOf(id, known.title || nameOf(known), known.started_at, 0, "runA", main, visits);
-    onMap.corrections = corrections(visits, (name) => app.grid.named(name));
+    // What is held against a marker is not moved by it.
+    onMap.corrections = system.placesItself ? [] : corrections(visits, (name) => app.grid.named(name));
     dock.hidden = false;
     if (first) app.stage.show(line(main));
     showRuns();
@@ -425,8 +428,8 @@ export function sessionView(app, side, id, asked, askAgain) {
 
   /** All that stands beside the map. */
   function showWords() {
-    showHead(one(".head", side), known, nameOf(known), visits);
-    showVisits(one(".visits", side), visits, app.writesFor(known.inspector_id));
+    showHead(one(".head", side), known, nameOf(known), visits, system);
+    showVisits(one(".visits", side), visits, app.writesFor(known.inspector_id), system);
     render(one(".clock-tie", side), clockCard(known.clock_tie, app.writesFor(known.inspector_id)));
     if (app.writesFor(known.inspector_id)) showCorrections();
     showStands();
@@ -568,7 +571,7 @@ export function sessionView(app, side, id, asked, askAgain) {
       }
       if (changed.has("all")) {
         // The inspectors' names come with the feed; the theme has other colours.
-        if (known) showHead(one(".head", side), known, nameOf(known), visits);
+        if (known) showHead(one(".head", side), known, nameOf(known), visits, system);
         ink();
         replay.redraw();
       }

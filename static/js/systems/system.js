@@ -35,6 +35,7 @@
  *   readouts: Readout[], reportFigures: (report: any) => {value: string, label: string}[],
  *   overlay?: (id: string, track: import("../sessions/track.js").Track) => Promise<Overlay>,
  *   clients: (() => Promise<{clients: (origin: string) => [string, string][]}>) | null,
+ *   plan?: () => ReturnType<typeof import("../html.js").html>,
  *   board?: () => Promise<typeof import("./cabin_board.js")>,
  *   words: Record<string, string>,
  * }} System
@@ -58,6 +59,7 @@
  * `readouts`         more figures at the cursor
  * `reportFigures`    more figures of the report
  * `overlay`          what a session shows on its map and beside it, beyond the track
+ * `plan`             what to expect before a session, shown where one is handed in
  * `clients`          example programs for the page of the API
  * `board`            what it shows of a session beside the map, of the moment of the replay or live
  * `words`            what the server's declaration says, by key, where the page has no message

@@ -29,7 +29,7 @@ export function uploadForm(system, refused) {
     </div>`;
 
   return html`<div class="page">
-    <h1 data-t="upload.title"></h1>
+    <h1 data-t="${keyOf(system, "upload.title")}"></h1>
     <p class="lead" data-t="${keyOf(system, "upload.lead")}"></p>
     ${refused}
     <div class="unfinished"></div>
@@ -63,7 +63,7 @@ export function uploadForm(system, refused) {
         <p class="visits-file muted"></p>
       </div>
       <div class="block session-facts">
-        <h2 data-t="upload.walk"></h2>
+        <h2 data-t="${keyOf(system, "upload.walk")}"></h2>
         <div class="two">
           <label class="field"
             ><span data-t="upload.inspector"></span
@@ -92,6 +92,7 @@ export function uploadForm(system, refused) {
         ><button class="main-action go" data-t="upload.go"></button>
       </div>
     </form>
+    ${system.plan?.()}
   </div>`;
 }
 

@@ -10,6 +10,7 @@ mod honesty;
 mod instruments;
 mod memory;
 mod order_of_arrival;
+mod pole;
 mod recorded_walks;
 mod rtcm;
 mod saved_state;

@@ -258,3 +258,68 @@ async fn a_pole_that_cannot_be_is_refused_in_a_sentence_and_gives_no_point() {
     assert_eq!(job["state"], "failed", "{job}");
     assert!(job.to_string().contains("swapped"), "{job}");
 }
+
+/// The row of a file that has one.
+fn row(text: &str) -> Vec<String> {
+    text.lines().nth(1).unwrap().split(',').map(str::to_owned).collect()
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn a_survey_is_compared_with_the_markers_and_stands_as_their_source_when_it_is_applied() {
+    let survey = Survey::simulated().await;
+    let server = survey.server().await;
+    let text = |name: &str| String::from_utf8(survey.bytes(name)).unwrap();
+    let truth: Vec<f64> =
+        row(&text("points_truth.csv"))[4..7].iter().map(|cell| cell.parse().unwrap()).collect();
+    // An old coordinate that is 8 cm off.
+    let old = format!("name,e_m,n_m,u_m\nT,{},{},{}\n", truth[0] + 0.08, truth[1], truth[2]);
+    let put = server.client.post(server.api("/markers/import")).header("Content-Type", "text/csv").body(old);
+    assert_eq!(ask(put).await.status, 200);
+    let session_id = survey.upload(&server, &survey.pole()).await;
+    let nothing = ask(server.client.post(server.api(&format!("/sessions/{session_id}/marker-import")))).await;
+    assert_eq!((nothing.status, nothing.code()), (409, "nothing_surveyed"), "{nothing:?}");
+    let [_, from_s, to_s] = &row(&text("points.csv"))[..] else { panic!("points.csv has three columns") };
+    let [from_s, to_s]: [f64; 2] = [from_s, to_s].map(|cell| cell.parse().unwrap());
+    let middle_s = 0.5 * (from_s + to_s);
+    // Twice: the first and the second half of the stand.
+    for (t_start_s, t_end_s) in [(from_s, middle_s - 0.5), (middle_s + 0.5, to_s)] {
+        let visit = json!({ "marker": "T", "t_start_s": t_start_s, "t_end_s": t_end_s });
+        let told =
+            ask(server.client.post(server.api(&format!("/sessions/{session_id}/visits"))).json(&visit)).await;
+        assert_eq!(told.status, 201, "{told:?}");
+    }
+    let job = server.process(&session_id).await;
+    assert_eq!(job["state"], "finished", "{job}");
+
+    let points = server.look(&format!("/sessions/{session_id}/surveyed-points")).await.body;
+    let [point] = &points.as_array().unwrap()[..] else { panic!("{points}") };
+    assert_eq!((&point["marker"], &point["visits"]), (&json!("T"), &json!(2)));
+    let number = |value: &Value| value.as_f64().unwrap();
+    let apart_m = number(&point["visits_apart_m"]);
+    assert!(apart_m > 0.0 && apart_m < 0.02, "{point}");
+    let sigma_m = number(&point["sigma_m"][0]);
+    assert!((0.002..0.06).contains(&sigma_m), "{point}");
+    assert!((number(&point["off_m"][0]) + 0.08).abs() < 4.0 * sigma_m, "{point}");
+
+    let compared =
+        ask(server.client.post(server.api(&format!("/sessions/{session_id}/marker-import")))).await;
+    assert_eq!(compared.status, 201, "{compared:?}");
+    let [difference] = &compared.body["differences"].as_array().unwrap()[..] else { panic!("{compared:?}") };
+    assert!((number(&difference["sigma_m"][0]) - sigma_m).abs() < 1e-4, "{difference}");
+    assert!((number(&difference["before"]["e_m"]) - truth[0] - 0.08).abs() < 1e-6, "{difference}");
+    let apply = json!({ "reason": "surveyed anew", "accept_warnings": true });
+    let id = compared.id();
+    let applied =
+        ask(server.client.post(server.api(&format!("/markers/imports/{id}/apply"))).json(&apply)).await;
+    assert_eq!(applied.status, 200, "{applied:?}");
+    let history = server.look("/markers/T/history").await.body;
+    assert_eq!(history[0]["import_id"], json!(id), "{history}");
+    let source = server.look(&format!("/markers/imports/{id}")).await.body;
+    assert_eq!(source["file_name"], json!(format!("survey-{session_id}.csv")));
+    let points = server.look(&format!("/sessions/{session_id}/surveyed-points")).await.body;
+    assert!(number(&points[0]["off_m"][0]).abs() < 1e-3, "what was taken over is not off any more: {points}");
+
+    let walk = server.session(json!({})).await;
+    let refused = ask(server.client.get(server.api(&format!("/sessions/{walk}/surveyed-points")))).await;
+    assert_eq!((refused.status, refused.code()), (409, "not_a_survey"), "{refused:?}");
+}

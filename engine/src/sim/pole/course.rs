@@ -16,6 +16,8 @@ pub enum Route {
     L(f64),
     /// Three legs, without sky.
     U(f64),
+    /// So far under the roof and the same way back, with 10 m of sky before and after; the point is where it turns.
+    B(f64),
 }
 
 impl FromStr for Route {
@@ -23,16 +25,17 @@ impl FromStr for Route {
 
     fn from_str(text: &str) -> Result<Route, String> {
         let wrong =
-            || format!("expected a letter I, L or U and the gap in metres such as I60, found {text:?}");
+            || format!("expected a letter I, L, U or B and a length in metres such as I60, found {text:?}");
         let (letter, metres) = text.split_at_checked(1).ok_or_else(wrong)?;
         let metres: f64 = metres.parse().map_err(|_| wrong())?;
         if !(5.0..=500.0).contains(&metres) {
-            return Err(format!("expected a gap from 5 to 500 m, found {metres}"));
+            return Err(format!("expected a length from 5 to 500 m, found {metres}"));
         }
         match letter {
             "I" => Ok(Route::I(metres)),
             "L" => Ok(Route::L(metres)),
             "U" => Ok(Route::U(metres)),
+            "B" => Ok(Route::B(metres)),
             _ => Err(wrong()),
         }
     }
@@ -74,6 +77,11 @@ impl Course {
             Route::I(gap_m) => (vec![gap_m + 20.0], 10.0),
             Route::L(gap_m) => (vec![gap_m / 2.0; 2], 0.0),
             Route::U(gap_m) => (vec![0.36 * gap_m, 0.28 * gap_m, 0.36 * gap_m], 0.0),
+            Route::B(far_m) => (vec![far_m + 10.0; 2], 10.0),
+        };
+        let corner_rad = match route {
+            Route::B(_) => std::f64::consts::PI,
+            Route::I(_) | Route::L(_) | Route::U(_) => std::f64::consts::FRAC_PI_2,
         };
         let whole_m: f64 = legs.iter().sum();
         let side = if random.uniform(0.0, 1.0) < 0.5 { 1.0 } else { -1.0 };
@@ -82,7 +90,7 @@ impl Course {
             let mut left_m = way_m;
             let mut direction_rad = heading_rad;
             for (k, leg_m) in legs.iter().enumerate() {
-                direction_rad = heading_rad + side * k as f64 * std::f64::consts::FRAC_PI_2;
+                direction_rad = heading_rad + side * k as f64 * corner_rad;
                 let (sin, cos) = libm::sincos(direction_rad);
                 let here_m = left_m.min(*leg_m);
                 place += Vector2::new(cos, sin) * here_m;
@@ -129,6 +137,8 @@ impl Course {
         let (sin, cos) = libm::sincos(stands[troubled].direction_rad + 1.0);
         match trouble {
             Trouble::Slip => stands[troubled].slip_m = [0.1 * cos, 0.1 * sin, 0.0],
+            // The point is where the tip was put.
+            Trouble::SlipOnPoint => stands[target].slip_m = [0.1 * cos, 0.1 * sin, 0.0],
             Trouble::MovingGround => {
                 // From one lift-off to the landing after the next one: the tip meets the ground at its speed.
                 let from_s = stands[troubled - 1].to_s;

@@ -1,7 +1,7 @@
 //! A surveyor with a positioning pole: the way, the landings, the motion of the pole, and the files of the survey.
 //!
 //! Truth first: where the tip stands and how the pole leans, then what the sensor, the receiver and the switch make of it.
-//! The pole does not ring when it strikes the ground, and does not bend: real ones do.
+//! The pole rings when it strikes the ground; it does not bend under its load: real ones do.
 
 mod course;
 mod motion;

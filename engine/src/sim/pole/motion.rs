@@ -27,7 +27,23 @@ pub(super) struct PoleMotion {
     manoeuvre: [Vec<Wave>; 3],
     manoeuvre_is_done: bool,
     tremble: [Vec<Wave>; 2],
+    rings: Vec<Ring>,
 }
+
+/// How the pole rings when it strikes the ground: the sensor swings across it while the tip stands.
+#[derive(Clone, Copy, Debug)]
+struct Ring {
+    /// From east to north, rad.
+    direction_rad: f64,
+    /// Velocity at the strike, m/s.
+    speed_m_s: f64,
+    rate_rad_s: f64,
+    /// It decays by e in so long, s.
+    decay_s: f64,
+}
+
+/// The blow itself lasts so long, s.
+const BLOW_S: f64 = 0.015;
 
 impl PoleMotion {
     pub(super) fn new(
@@ -57,6 +73,17 @@ impl PoleMotion {
         let manoeuvre =
             [waves(3, 0.11, [0.08, 0.45]), waves(3, 0.11, [0.08, 0.45]), waves(2, 0.15, [0.02, 0.12])];
         let tremble = [waves(3, 0.002, [0.8, 4.0]), waves(3, 0.002, [0.8, 4.0])];
+        let mut random = Random::new(seed, 1, Purpose::Gait);
+        let rings = course
+            .stands
+            .iter()
+            .map(|stand| Ring {
+                direction_rad: stand.direction_rad + 0.3 * random.normal(),
+                speed_m_s: random.uniform(0.03, 0.15),
+                rate_rad_s: std::f64::consts::TAU * random.uniform(7.0, 15.0),
+                decay_s: random.uniform(0.06, 0.14),
+            })
+            .collect();
         PoleMotion {
             course,
             tip_b_m,
@@ -66,6 +93,7 @@ impl PoleMotion {
             manoeuvre,
             manoeuvre_is_done: leaned,
             tremble,
+            rings,
         }
     }
 
@@ -165,10 +193,43 @@ impl PoleMotion {
     }
 }
 
+impl PoleMotion {
+    /// What ringing moves the sensor by, across the pole, m.
+    fn rung(&self, t_s: f64) -> [Jet; 3] {
+        let still = [Jet::constant(0.0); 3];
+        let next = self.course.stands.partition_point(|stand| stand.from_s <= t_s);
+        // At the very start the pole stands already.
+        let Some(now) = next.checked_sub(1).filter(|now| *now > 0) else { return still };
+        let ring = self.rings[now];
+        let since_s = t_s - self.course.stands[now].from_s;
+        if since_s > 12.0 * ring.decay_s {
+            return still;
+        }
+        let left = libm::exp(-since_s / ring.decay_s);
+        let decay = Jet {
+            value: left,
+            rate: -left / ring.decay_s,
+            acceleration: left / (ring.decay_s * ring.decay_s),
+        };
+        let (swing, _) = (Jet::time(since_s) * ring.rate_rad_s).sin_cos();
+        let blow = Jet::progress(since_s, 0.0, BLOW_S).ramp();
+        let rung = blow * decay * swing * (ring.speed_m_s / ring.rate_rad_s);
+        let (sin, cos) = libm::sincos(ring.direction_rad);
+        [rung * cos, rung * sin, Jet::constant(0.0)]
+    }
+}
+
 impl Motion for PoleMotion {
     fn at(&self, t_s: f64) -> Kinematics {
         let attitude = self.attitude(t_s);
-        Kinematics::from_jets(self.tip(t_s, &attitude), &attitude).at_lever_arm(&-self.tip_b_m)
+        let stiff = Kinematics::from_jets(self.tip(t_s, &attitude), &attitude).at_lever_arm(&-self.tip_b_m);
+        let rung = self.rung(t_s);
+        Kinematics {
+            position_n_m: stiff.position_n_m + Vector3::from(rung.map(|jet| jet.value)),
+            velocity_n_m_s: stiff.velocity_n_m_s + Vector3::from(rung.map(|jet| jet.rate)),
+            acceleration_n_m_s2: stiff.acceleration_n_m_s2 + Vector3::from(rung.map(|jet| jet.acceleration)),
+            ..stiff
+        }
     }
 
     fn end_s(&self) -> f64 {

@@ -9,6 +9,8 @@ pub enum Trouble {
     None,
     /// The tip slips by 10 cm during a landing in the gap.
     Slip,
+    /// The tip slips by 10 cm while it is held on the point.
+    SlipOnPoint,
     /// A landing in the gap is on something that rolls at 0.35 m/s.
     MovingGround,
     /// Half a minute of float solutions in the gap, 0.3 m off, that say so.
@@ -25,9 +27,10 @@ pub enum Trouble {
     NoManoeuvre,
 }
 
-const WORDS: [(&str, Trouble); 9] = [
+const WORDS: [(&str, Trouble); 10] = [
     ("none", Trouble::None),
     ("slip", Trouble::Slip),
+    ("slip-on-point", Trouble::SlipOnPoint),
     ("moving-ground", Trouble::MovingGround),
     ("float", Trouble::Float),
     ("float-told", Trouble::FloatTold),

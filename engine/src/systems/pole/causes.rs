@@ -23,6 +23,8 @@ const NO_HEADING: AnomalyKind = kind("no_heading", 41);
 const WRONG_ARMS: AnomalyKind = kind("wrong_arms", 42);
 const OTHER_SURVEY: AnomalyKind = kind("other_survey", 43);
 const FAR_FROM_SITE: AnomalyKind = kind("far_from_site", 44);
+const MISCLOSURE: AnomalyKind = kind("misclosure", 45);
+const MOVED_ON_POINT: AnomalyKind = kind("moved_on_point", 46);
 
 /// What is wrong, and by how much. Times are seconds of the session.
 #[derive(Clone, Debug, PartialEq)]
@@ -85,6 +87,22 @@ pub enum SurveyCause {
     NotStanding {
         /// Its name.
         point: String,
+    },
+    /// A tip that did not stay where it was held on a point.
+    MovedOnPoint {
+        /// Its name.
+        point: String,
+        /// By how much it moved, m.
+        moved_m: f64,
+    },
+    /// A gap at whose end the fixes are elsewhere than where the way through it has led.
+    Misclosure {
+        /// When the fixes came back, s.
+        at_s: f64,
+        /// How far apart, m.
+        off_m: f64,
+        /// The same in sigmas.
+        sigmas: f64,
     },
     /// Visits of a point that contradict each other.
     VisitsApart {
@@ -214,6 +232,8 @@ impl Cause for SurveyCause {
             C::LeverArm { .. } => LEVER_ARM,
             C::NotStanding { .. } => NOT_STANDING,
             C::VisitsApart { .. } => VISITS_APART,
+            C::MovedOnPoint { .. } => MOVED_ON_POINT,
+            C::Misclosure { .. } => MISCLOSURE,
             C::NotCovered { .. } | C::WithoutTip { .. } => NO_POSITION,
             C::NotStored { .. } | C::NoSamples => AnomalyKind::STREAM_MISSING,
             C::NoManoeuvre { .. } | C::HeldStill { .. } | C::HeadingLost { .. } => NO_HEADING,
@@ -258,6 +278,12 @@ impl Cause for SurveyCause {
             C::NotStanding { point } => {
                 format!("the tip was not found standing on the point {point}: do not trust it")
             }
+            C::MovedOnPoint { point, moved_m } => format!(
+                "the tip moved by {moved_m:.3} m while it was held on the point {point}: its sigmas were enlarged by that"
+            ),
+            C::Misclosure { at_s, off_m, sigmas } => format!(
+                "the fixes came back at {at_s:.1} s {off_m:.3} m from where the way through the gap had led, {sigmas:.1} times what its sigmas allow: do not trust the points in it"
+            ),
             C::VisitsApart { point, apart_m, sigmas } => format!(
                 "the visits of the point {point} are {apart_m:.3} m apart, {sigmas:.1} times what their sigmas allow"
             ),
@@ -341,6 +367,12 @@ impl Cause for SurveyCause {
                 ("estimated_m", (*estimated_m).into()),
             ]),
             C::NotStanding { point } | C::NotCovered { point } => figures([("point", name(point))]),
+            C::MovedOnPoint { point, moved_m } => {
+                figures([("point", name(point)), ("moved_m", (*moved_m).into())])
+            }
+            C::Misclosure { at_s, off_m, sigmas } => {
+                figures([("at_s", (*at_s).into()), ("off_m", (*off_m).into()), ("sigmas", (*sigmas).into())])
+            }
             C::WithoutTip { point } => figures([("point", name(point)), ("missing", "tip_b_m".into())]),
             C::VisitsApart { point, apart_m, sigmas } => figures([
                 ("point", name(point)),
@@ -404,6 +436,8 @@ pub(super) fn examples() -> Vec<SurveyCause> {
         C::LeverArm { arm: "tip_b_m", axis: "z", told_m: -1.0, estimated_m: -1.02 },
         C::NotStanding { point: point() },
         C::VisitsApart { point: point(), apart_m: 0.2, sigmas: 4.0 },
+        C::MovedOnPoint { point: point(), moved_m: 0.1 },
+        C::Misclosure { at_s: 132.0, off_m: 0.4, sigmas: 4.1 },
         C::NotCovered { point: point() },
         C::WithoutTip { point: point() },
         C::NotStored { stream: "gnss".to_owned() },

@@ -8,7 +8,10 @@ use crate::anomaly::Cause as _;
 use crate::cause::SensorCause;
 use crate::parse::gnss_columns;
 use crate::stream::Kind;
-use crate::system::{AidRule, Column, Declaration, InstrumentRule, PartRule, StreamRule};
+use crate::system::{AidRule, ChartRule, Column, Declaration, InstrumentRule, PartRule, StreamRule};
+
+/// The chart of what each fix is: 1 fixed, 2 float, 3 single.
+pub(super) const QUALITY: &str = "quality";
 
 /// A surveyor's pole with antenna, inertial sensor and tip.
 pub const DECLARATION: Declaration = Declaration {
@@ -79,7 +82,7 @@ pub const DECLARATION: Declaration = Declaration {
     ],
     parameters: &[],
     parameter_groups: &[],
-    charts: &[],
+    charts: &[ChartRule { name: QUALITY, unit: "1", limits: &[] }],
     anomalies: || {
         let sensor =
             [SensorCause::NotFinite, SensorCause::RepeatedTime, SensorCause::TimeGoesBack { back_by_s: 0.5 }];

@@ -17,6 +17,8 @@ const MOST_ARM_SIGMAS: f64 = 3.0;
 const SHORTEST_LANDING_NS: i64 = 620_000_000;
 /// Visits of a point that differ by so many sigmas contradict each other.
 const MOST_APART_SIGMAS: f64 = 2.5;
+/// A gap that closes worse than this is not what the filter takes it for: one in a thousand does by chance.
+const MOST_MISCLOSURE_SIGMAS: f64 = 2.33;
 
 /// What a pass has seen.
 pub(super) fn of(
@@ -39,9 +41,14 @@ pub(super) fn of(
         }
         if restless[number] || landing.restless {
             found(SurveyCause::MovingGround { at_s }, t_ns);
-        } else if landing.refused > 0 {
+        } else if landing.has_slipped() {
             found(SurveyCause::Slip { at_s, moved_m: landing.moved_m }, t_ns);
         }
+    }
+    for closure in pass.closures.iter().filter(|closure| closure.sigmas > MOST_MISCLOSURE_SIGMAS) {
+        let [at_s, sigmas] = [closure.at_s, closure.sigmas];
+        let t_ns = [at_s - closure.gap_s, at_s].map(|t_s| (t_s * 1e9) as i64);
+        found(SurveyCause::Misclosure { at_s, off_m: Vector3::from(closure.off_m).norm(), sigmas }, t_ns);
     }
     for t_ns in &pass.jumps {
         found(SurveyCause::FixJump { at_s: seconds(*t_ns) }, [*t_ns; 2]);
@@ -115,6 +122,9 @@ pub(super) fn of_points(points: &[Point], stops: &[Stop], instrument: &Instrumen
         let name = || point.name.clone();
         if !point.stood {
             found(SurveyCause::NotStanding { point: name() }, t_ns);
+        }
+        if point.moved_m > 0.0 {
+            found(SurveyCause::MovedOnPoint { point: name(), moved_m: point.moved_m }, t_ns);
         }
         if point.apart_sigmas > MOST_APART_SIGMAS {
             let (apart_m, sigmas) = (point.apart_m, point.apart_sigmas);

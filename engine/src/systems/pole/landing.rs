@@ -6,8 +6,14 @@ use crate::event::AidOutcome;
 
 /// A landing of which so many looks within a second are refused does not stand still.
 const MOST_REFUSED: usize = 3;
+/// A gate that lets nothing through: a measurement is only asked.
+const ASKED_ONLY: f64 = -1.0;
 /// A tip that is felt to stand is known not to move to this, m/s, when it has rung out.
 const STANDS_M_S: f64 = 0.15;
+/// Between two landings that are parted by less than this no step was made, ns.
+const STEP_NS: i64 = 600_000_000;
+/// What comes down again nearer than this has not slipped, m.
+const LEAST_SLIP_M: f64 = 0.03;
 
 /// What became of a contact.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -15,6 +21,8 @@ pub(super) struct Landing {
     pub(super) looks: usize,
     pub(super) refused: usize,
     pub(super) restless: bool,
+    /// Whether it came down elsewhere than where it had stood less than a step before.
+    pub(super) slipped_before: bool,
     /// The largest move that was seen, m.
     pub(super) moved_m: f64,
     /// Sum of the normalised innovations squared.
@@ -22,6 +30,11 @@ pub(super) struct Landing {
 }
 
 impl Landing {
+    /// Whether the tip slipped.
+    pub(super) fn has_slipped(&self) -> bool {
+        self.refused > 0 || self.slipped_before
+    }
+
     /// As the outcome of an aid, but for its time; `None` where there was no look.
     pub(super) fn outcome(&self) -> Option<AidOutcome> {
         Some(AidOutcome {
@@ -63,6 +76,24 @@ impl Runner {
         stands.then_some(self.next_contact)
     }
 
+    /// A tip that is off the ground for less than a step, and comes down elsewhere, has slipped: without a switch it is all that
+    /// is felt of it.
+    fn set_down_again(&mut self, setting: &Setting<'_>, contact: usize) {
+        let Some(last) = self.landed.filter(|last| last + 1 == contact) else { return };
+        let landing = &setting.tuning.landing;
+        if setting.contacts[contact].from_ns - setting.contacts[last].to_ns > STEP_NS {
+            return;
+        }
+        let Some(observation) = self.filter.stands(landing.sigma_m) else { return };
+        let (nis, _) = self.filter.weigh(&observation, ASKED_ONLY);
+        let moved_m = observation.innovation.norm();
+        if nis > landing.gate && moved_m > LEAST_SLIP_M {
+            let of = &mut self.pass.landings[contact];
+            of.slipped_before = true;
+            of.moved_m = of.moved_m.max(moved_m);
+        }
+    }
+
     /// Measures that the tip stands, where it does.
     pub(super) fn weigh_stand(&mut self, setting: &Setting<'_>) {
         let Some(contact) = self.contact_now(setting) else {
@@ -82,8 +113,7 @@ impl Runner {
         let new = self.standing.as_ref().is_none_or(|standing| standing.contact != contact);
         if new && setting.felt {
             let still = self.filter.has_no_velocity(setting.earth, &self.w_ib_b, STANDS_M_S);
-            // A gate that lets nothing through: it is only asked.
-            let nis = still.map_or(0.0, |still| self.filter.weigh(&still, -1.0).0);
+            let nis = still.map_or(0.0, |still| self.filter.weigh(&still, ASKED_ONLY).0);
             if nis > landing.gate {
                 self.pass.landings[contact].restless = true;
                 self.standing = None;
@@ -91,12 +121,17 @@ impl Runner {
             }
         }
         if new {
+            self.set_down_again(setting, contact);
             self.filter.land();
+            self.landed = Some(contact);
             self.standing = Some(Standing { contact, looked_ns: t_ns, refused_ns: Vec::new() });
         }
         let Some(standing) = &mut self.standing else { return };
         if !new {
             let dt_s = (t_ns - standing.looked_ns) as f64 * 1e-9;
+            if setting.is_stirred(standing.looked_ns, t_ns) {
+                self.filter.creep(landing.stirred_m, 1.0);
+            }
             standing.looked_ns = t_ns;
             self.filter.creep(landing.creep_m_sqrt_s, dt_s);
         }

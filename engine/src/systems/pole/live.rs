@@ -31,8 +31,8 @@ const FELT_OVER_NS: i64 = 1_200_000_000;
 const OPEN_NS: i64 = i64::MAX / 4;
 /// A receiver whose clock is farther from the sensor's has another zero, ns.
 const SAME_CLOCK_NS: i64 = 600_000_000_000;
-/// So long after a gap what lies in it is smoothed, ns.
-const SMOOTHED_AFTER_NS: i64 = 3_000_000_000;
+/// So long after a gap what lies in it is smoothed, ns: as soon as its end is there, and once more when more of the sky is.
+const SMOOTHED_AFTER_NS: [i64; 2] = [0, 3_000_000_000];
 
 /// A pole on its way.
 #[derive(Debug, Default)]
@@ -48,8 +48,8 @@ pub(super) struct Live {
     running: Option<Running>,
     /// What belongs to no such survey: nothing more is told.
     refused: bool,
-    /// The first fix after the newest gap, until what lies in the gap is smoothed, ns.
-    back_since_ns: Option<i64>,
+    /// When what lies in the newest gap is smoothed, in order of time, ns.
+    smoothed_at_ns: Vec<i64>,
     to_be_smoothed: bool,
 }
 
@@ -120,7 +120,7 @@ impl Live {
                 continue;
             }
             if last_ns.is_some_and(|last_ns| fix.t_ns - last_ns > LONG_GAP_NS) {
-                self.back_since_ns = Some(fix.t_ns);
+                self.smoothed_at_ns = SMOOTHED_AFTER_NS.map(|after_ns| fix.t_ns + after_ns).into();
             }
             self.fixes.push(fix);
         }
@@ -178,6 +178,7 @@ impl Live {
             contacts: if means.options.lands { &self.contacts } else { &[] },
             restless,
             felt: recorder.switch.is_empty(),
+            still: None,
         }
     }
 
@@ -232,10 +233,9 @@ impl Live {
             events.extend(outcome.map(|aid| Event::Aid(AidOutcome { t_ns: contact.from_ns, ..aid })));
             running.told += 1;
         }
-        if self.back_since_ns.is_some_and(|since_ns| settled_ns - since_ns > SMOOTHED_AFTER_NS) {
-            self.back_since_ns = None;
-            self.to_be_smoothed = true;
-        }
+        let due = self.smoothed_at_ns.partition_point(|at_ns| *at_ns < settled_ns);
+        self.to_be_smoothed |= due > 0;
+        self.smoothed_at_ns.drain(..due);
         self.running = Some(running);
     }
 

@@ -8,6 +8,12 @@ use super::recording::{Instrument, Recording};
 use super::survey::Row;
 use crate::rotation::azimuth;
 
+/// A stop is looked at in so many parts.
+const MOST_PARTS: usize = 12;
+/// A tip that stays moves by no more than this in a stop, m: five times what the filter takes the ground to creep by in ten
+/// seconds.
+const STAYS_WITHIN_M: f64 = 0.015;
+
 /// Where the tip touches the ground at each stop: the mean over the stop.
 pub(super) fn visits(recording: &Recording, instrument: &Instrument, poses: &[Pose]) -> Vec<VisitOfPoint> {
     let mut visits = Vec::new();
@@ -24,10 +30,23 @@ pub(super) fn visits(recording: &Recording, instrument: &Instrument, poses: &[Po
         }
         let count = seen.len() as f64;
         let sum: Vector3<f64> = seen.iter().map(|(touch, _)| touch).sum();
+        let moved_m = moved(&seen);
         let tilt_rad = seen.iter().map(|(_, tilt)| tilt).sum::<f64>() / count;
-        visits.push(VisitOfPoint { stop: number, p_n_m: sum / count, stood, tilt_rad });
+        visits.push(VisitOfPoint { stop: number, p_n_m: sum / count, stood, moved_m, tilt_rad });
     }
     visits
+}
+
+/// How far apart the means of two parts of a stop are, m; zero where that is no more than a round tip, soft ground and a hand
+/// make.
+fn moved(seen: &[(Vector3<f64>, f64)]) -> f64 {
+    let part = seen.len().div_ceil(MOST_PARTS).max(1);
+    let means: Vec<Vector3<f64>> = seen
+        .chunks(part)
+        .map(|part| part.iter().map(|(touch, _)| touch).sum::<Vector3<f64>>() / part.len() as f64)
+        .collect();
+    let apart = means.iter().flat_map(|a| means.iter().map(move |b| (a - b).norm()));
+    Some(apart.fold(0.0, f64::max)).filter(|moved_m| *moved_m > STAYS_WITHIN_M).unwrap_or(0.0)
 }
 
 /// Where the tip touches the ground, or would, and how the pole leans.
@@ -57,5 +76,23 @@ pub(super) fn row(pose: &Pose, looks: &[i64], covariances: &[Matrix4<f64>]) -> R
         heading_rad: azimuth(pose.c_nb[(0, 0)], pose.c_nb[(1, 0)]),
         sigma_heading_rad: sigma(3),
         contact: pose.stands,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_tip_that_trembles_stays_and_one_that_slips_has_moved() {
+        let at = |k: usize, east_m: f64| {
+            let tremble = 0.002 * libm::sin(k as f64);
+            (Vector3::new(east_m + tremble, tremble, 0.0), 0.1)
+        };
+        let trembles: Vec<_> = (0..100).map(|k| at(k, 0.0)).collect();
+        assert_eq!(moved(&trembles), 0.0);
+        let slips: Vec<_> = (0..100).map(|k| at(k, if k < 30 { 0.0 } else { 0.1 })).collect();
+        assert!((moved(&slips) - 0.1).abs() < 0.005, "{}", moved(&slips));
+        assert_eq!(moved(&[]), 0.0);
     }
 }

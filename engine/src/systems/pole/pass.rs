@@ -1,6 +1,7 @@
 //! One way through a recording, from a start to the end.
 
 use nalgebra::{Matrix3, Matrix4, SMatrix, Vector3};
+use serde::Serialize;
 
 use super::aids::{FIX, GNSS};
 use super::contact::{Interval, Walking};
@@ -45,6 +46,18 @@ pub(super) struct Setting<'a> {
     pub(super) restless: &'a [bool],
     /// Whether contacts are felt: then a tip that is carried evenly may be taken for one that stands.
     pub(super) felt: bool,
+    /// When the tip is felt to stand still; `None` where nobody has looked.
+    pub(super) still: Option<&'a [Interval]>,
+}
+
+impl Setting<'_> {
+    /// Whether something stirred the tip between these times.
+    pub(super) fn is_stirred(&self, from_ns: i64, to_ns: i64) -> bool {
+        self.still.is_some_and(|still| {
+            let after = still.partition_point(|interval| interval.to_ns < to_ns);
+            still.get(after).is_none_or(|interval| interval.from_ns > from_ns)
+        })
+    }
 }
 
 /// A stretch of fixes with no other before and after it for some time.
@@ -133,6 +146,19 @@ impl Weighed {
     }
 }
 
+/// How a gap closes: where the fixes come back, against where the way through it has led.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Closure {
+    /// When they come back, s.
+    pub at_s: f64,
+    /// For how long there was none, s.
+    pub gap_s: f64,
+    /// The way's end minus the fix, east, north and up, m.
+    pub off_m: [f64; 3],
+    /// The same in sigmas, by axis on the mean.
+    pub sigmas: f64,
+}
+
 /// What a pass leaves.
 #[derive(Debug)]
 pub(super) struct Pass {
@@ -147,6 +173,8 @@ pub(super) struct Pass {
     pub(super) landings: Vec<Landing>,
     /// Episodes of solutions that jumped: start, ns.
     pub(super) jumps: Vec<i64>,
+    /// How the gaps close.
+    pub(super) closures: Vec<Closure>,
     /// What is known of each island that is not trusted.
     pub(super) doubts: Vec<Doubt>,
     /// Sigma of the heading at the end of each stretch of fixes: time, ns, and rad.
@@ -188,6 +216,8 @@ pub(super) struct Runner {
     next_fix: usize,
     pub(super) next_contact: usize,
     pub(super) standing: Option<Standing>,
+    /// The contact at whose start the place was drawn last.
+    pub(super) landed: Option<usize>,
     episode: Option<(Quality, Option<usize>)>,
     fixes_refused: usize,
     kept_ns: i64,
@@ -213,6 +243,7 @@ impl Runner {
             weighed: Vec::new(),
             landings: vec![Landing::default(); setting.contacts.len()],
             jumps: Vec::new(),
+            closures: Vec::new(),
             doubts: Vec::new(),
             headings: Vec::new(),
             sample_gaps: Vec::new(),
@@ -226,6 +257,7 @@ impl Runner {
             next_fix: setting.fixes.partition_point(|fix| fix.t_ns <= t_ns),
             next_contact: 0,
             standing: None,
+            landed: None,
             episode: None,
             fixes_refused: 0,
             kept_ns: i64::MIN / 2,
@@ -370,6 +402,15 @@ impl Runner {
         }
         let observation = self.filter.fix(&fix.p_n_m, &white);
         let (nis, used) = self.filter.weigh(&observation, gnss.gate);
+        let since_ns = number.checked_sub(1).map_or(0, |last| fix.t_ns - setting.fixes[last].t_ns);
+        if since_ns > LONG_GAP_NS && episode == (Quality::Fixed, None) {
+            self.pass.closures.push(Closure {
+                at_s: fix.t_ns as f64 * 1e-9,
+                gap_s: since_ns as f64 * 1e-9,
+                off_m: observation.innovation.into(),
+                sigmas: (nis / 3.0).sqrt(),
+            });
+        }
         self.pass.weighed.push(Weighed { t_ns: fix.t_ns, nis, used });
         if used {
             self.fixes_refused = 0;

@@ -12,6 +12,8 @@ pub(super) struct VisitOfPoint {
     pub(super) p_n_m: Vector3<f64>,
     /// Whether the tip stood there.
     pub(super) stood: bool,
+    /// By how much the tip moved there, m; zero where it stayed.
+    pub(super) moved_m: f64,
     /// How the pole leans there, rad.
     pub(super) tilt_rad: f64,
 }
@@ -27,8 +29,12 @@ pub struct Point {
     pub covariance_n_m2: Matrix3<f64>,
     /// When it was visited: starts and ends, ns.
     pub visits: Vec<[i64; 2]>,
+    /// Where the tip stood at each of them by itself, m.
+    pub places_n_m: Vec<Vector3<f64>>,
     /// Whether the tip was found to stand at every visit.
     pub stood: bool,
+    /// By how much the tip moved at one of them while it was held there, m; zero where it stayed.
+    pub moved_m: f64,
     /// Largest distance of two visits from each other, m; zero for one.
     pub apart_m: f64,
     /// The same in sigmas of it.
@@ -77,6 +83,8 @@ pub(super) fn combine(
                     .iter()
                     .map(|k| [stops[visits[*k].stop].t_start_ns, stops[visits[*k].stop].t_end_ns])
                     .collect(),
+                places_n_m: of.iter().map(|k| visits[*k].p_n_m).collect(),
+                moved_m: of.iter().map(|k| visits[*k].moved_m).fold(0.0, f64::max),
                 stood: of.iter().all(|k| visits[*k].stood),
                 apart_m,
                 apart_sigmas,
@@ -130,6 +138,7 @@ mod tests {
             stop,
             p_n_m: Vector3::new(x, 0.0, 0.0),
             stood: true,
+            moved_m: 0.0,
             tilt_rad: 0.1,
         };
         (vec![stop(0), stop(100)], vec![visit(0, 0.0), visit(1, 0.3)])

@@ -33,6 +33,18 @@ pub(super) fn contacts(
     }
 }
 
+/// When the tip is felt to stand still, beside what a switch says; `None` without a switch, where contacts are that already.
+pub(super) fn still(
+    recording: &Recording,
+    instrument: &Instrument,
+    earth: &Earth,
+    aligned: &Aligned,
+) -> Option<Vec<Interval>> {
+    recording.switch.as_ref()?;
+    let gravity_m_s2 = earth.gravity_n(&aligned.antenna_n_m).norm();
+    Some(contact::by_feel(&recording.imu, instrument, gravity_m_s2, &aligned.gyro_bias_b))
+}
+
 /// The filter at the aligned sample. The first attitude may be some degrees off: what was recorded up to it says it better,
 /// about itself.
 pub(super) fn begin(
@@ -58,6 +70,7 @@ pub(super) fn begin(
         contacts,
         restless: &vec![false; contacts.len()],
         felt: recording.switch.is_none(),
+        still: None,
     };
     let pass = pass::go(&opening, &start, aligned.sample, Wanted::Start, i64::MAX / 4);
     restarted(&start, pass)

@@ -6,7 +6,7 @@ use super::alignment::{self, Aligned, NotAligned};
 use super::causes::SurveyCause;
 use super::contact::Interval;
 use super::filter::Filter;
-use super::pass::{self, Island, LONG_GAP_NS, Pass, Setting, Wanted, Weighed};
+use super::pass::{self, Closure, Island, LONG_GAP_NS, Pass, Setting, Wanted, Weighed};
 use super::points::{self, Point};
 use super::recording::{Fix, Instrument, Recording};
 use super::smoothing::{self, Smoothed};
@@ -81,6 +81,8 @@ pub struct Figures {
     pub slipped: usize,
     /// Landings on ground that moved.
     pub moved: usize,
+    /// How the gaps close.
+    pub closures: Vec<Closure>,
     /// Sigma of the heading at the end of each stretch of fixes, as the filter had it: time, s, and degrees.
     pub heading_sigma_deg: Vec<(f64, f64)>,
     /// Lever arm of the antenna as estimated, m.
@@ -114,6 +116,8 @@ pub fn compute(
         true => start::contacts(recording, instrument, &earth, &aligned),
         false => Vec::new(),
     };
+    let still =
+        start::still(recording, instrument, &earth, &aligned).filter(|_| tuning.zero_velocity_m_s.is_none());
     let start = start::begin(recording, instrument, &earth, tuning, &aligned, &contacts);
     let mut islands = match tuning.zero_velocity_m_s {
         None => islands(&recording.fixes),
@@ -130,6 +134,7 @@ pub fn compute(
             contacts: &contacts,
             restless,
             felt: recording.switch.is_none(),
+            still: still.as_deref(),
         };
         pass::go(&setting, start, aligned.sample, wanted, every_ns)
     };
@@ -173,7 +178,11 @@ pub fn compute(
     let rows: Vec<Row> = poses.iter().map(|pose| outcome::row(pose, &looks, &covariances)).collect();
     let visits = outcome::visits(recording, instrument, &poses);
     let numbers: Vec<usize> = visits.iter().map(|visit| visit.stop).collect();
-    let mut points = points::combine(&recording.stops, &visits, |a, b| between[numbers[a]][numbers[b]]);
+    let mut points = points::combine(&recording.stops, &visits, |a, b| {
+        // Nobody knows which of the places was meant where the tip has moved on the point.
+        let moved_m = if a == b { visits[a].moved_m } else { 0.0 };
+        between[numbers[a]][numbers[b]] + Matrix3::identity() * (moved_m * moved_m)
+    });
     for point in &mut points {
         let from_ns = point.visits[0][0];
         let last = recording.fixes.partition_point(|fix| fix.t_ns <= from_ns);
@@ -228,8 +237,9 @@ fn figures(pass: &Pass, aligned: &Aligned) -> Figures {
         fixes_refused: pass.weighed.len() - used.len(),
         fix_nis: used.iter().sum::<f64>() / used.len().max(1) as f64,
         landings: pass.landings.iter().filter(|landing| landing.looks > 0 && !landing.restless).count(),
-        slipped: pass.landings.iter().filter(|landing| landing.refused > 0 && !landing.restless).count(),
+        slipped: pass.landings.iter().filter(|landing| landing.has_slipped() && !landing.restless).count(),
         moved: pass.landings.iter().filter(|landing| landing.restless).count(),
+        closures: pass.closures.clone(),
         heading_sigma_deg: pass.headings.iter().map(|(t, s)| (seconds(*t), s.to_degrees())).collect(),
         antenna_b_m: pass.end.antenna.arm_b_m.into(),
         tip_b_m: pass.end.tip.map(|tip| tip.arm_b_m.into()),

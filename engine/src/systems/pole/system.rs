@@ -2,14 +2,15 @@
 
 use std::any::Any;
 
-use nalgebra::{Matrix3, Vector3};
+use nalgebra::Vector3;
 
 use super::aids::{FIX, GNSS, IMU, SWITCH, TIP};
-use super::declaration::DECLARATION;
+use super::declaration::{DECLARATION, QUALITY};
 use super::live::Live;
+use super::points::Point;
 use super::pole_file;
 use super::recorder::Recorder;
-use super::recording::{Instrument, Stop};
+use super::recording::{Fix, Instrument, Quality, Stop};
 use super::survey::{self, Options, Row, Survey};
 use super::tuning::Tuning;
 use crate::anomaly::Cause as _;
@@ -18,7 +19,8 @@ use crate::geo::LocalFrame;
 use crate::replay::InputStore;
 use crate::stream::{Reading, StreamId};
 use crate::system::{
-    ConfigError, Declaration, NotRestored, Progress, SessionConfig, Solution, System, SystemConfig,
+    ChartValue, ConfigError, Declaration, NotRestored, Progress, SessionConfig, Solution, System,
+    SystemConfig,
 };
 use crate::visit::Visit;
 
@@ -59,10 +61,12 @@ struct Pole {
     progress: Progress,
     /// Where the last half metre of the way ended.
     counted_n_m: Option<[f64; 3]>,
+    /// Of the charts, until they are asked for.
+    values: Vec<ChartValue>,
 }
 
 impl Pole {
-    fn compute(&self, smoothed: bool, events: &mut Vec<Event>) -> Option<Survey> {
+    fn compute(&mut self, smoothed: bool, events: &mut Vec<Event>) -> Option<Survey> {
         let stop = |visit: &Visit| Stop {
             name: visit.marker.clone(),
             t_start_ns: visit.t_start_ns,
@@ -70,6 +74,9 @@ impl Pole {
         };
         let Means { instrument, frame, options } = &self.means;
         let recording = self.recorder.recording(frame, self.visits.iter().map(stop).collect());
+        if self.live.is_none() {
+            self.values = recording.fixes.iter().map(quality_of).collect();
+        }
         match survey::compute(&recording, instrument, frame, &Options { smoothed, ..options.clone() }) {
             Ok(survey) => Some(survey),
             Err(cause) => {
@@ -88,9 +95,11 @@ impl Pole {
     /// What is told of a survey beside its points.
     fn tell(&self, survey: Survey, events: &mut Vec<Event>) {
         for visit in &self.visits {
+            let of_visit = [visit.t_start_ns, visit.t_end_ns];
             let point = survey.points.iter().find(|point| point.name == visit.marker);
-            let outcome = match point {
-                Some(point) => held_against(visit, &point.p_n_m, &point.covariance_n_m2),
+            let number = point.and_then(|point| point.visits.iter().position(|ends| *ends == of_visit));
+            let outcome = match point.zip(number) {
+                Some((point, number)) => held_against(visit, point, number),
                 None => VisitOutcome::turned_down(visit, "the track does not cover its time".to_owned()),
             };
             events.push(Event::Visit(outcome));
@@ -111,14 +120,29 @@ impl Pole {
     }
 }
 
-/// A surveyed point held against the marker that it is said to be.
-fn held_against(visit: &Visit, p_n_m: &Vector3<f64>, covariance: &Matrix3<f64>) -> VisitOutcome {
+/// The quality of a fix as the chart has it: 1 fixed, 2 float, 3 single.
+fn quality_of(fix: &Fix) -> ChartValue {
+    let value = match fix.quality {
+        Quality::Fixed => 1.0,
+        Quality::Float => 2.0,
+        Quality::Single => 3.0,
+    };
+    ChartValue { t_ns: fix.t_ns, chart: QUALITY, series: "antenna".to_owned(), value }
+}
+
+/// A surveyed point held against the marker that it is said to be: before as this visit alone has it, after as all visits of it
+/// have it together.
+fn held_against(visit: &Visit, point: &Point, number: usize) -> VisitOutcome {
     let (e, n, u) = visit.position_n_m;
     let axes = if u.is_some() { 3 } else { 2 };
-    let mut off = p_n_m - Vector3::new(e, n, u.unwrap_or(p_n_m.z));
+    let off_of = |p_n_m: &Vector3<f64>| {
+        let off = p_n_m - Vector3::new(e, n, u.unwrap_or(p_n_m.z));
+        if u.is_none() { Vector3::new(off.x, off.y, 0.0) } else { off }
+    };
+    let off = off_of(&point.p_n_m);
+    let covariance = &point.covariance_n_m2;
     let mut of = *covariance;
     if u.is_none() {
-        off.z = 0.0;
         of.fixed_view_mut::<1, 3>(2, 0).fill(0.0);
         of.fixed_view_mut::<3, 1>(0, 2).fill(0.0);
         of[(2, 2)] = 1.0;
@@ -127,7 +151,7 @@ fn held_against(visit: &Visit, p_n_m: &Vector3<f64>, covariance: &Matrix3<f64>) 
     VisitOutcome {
         marker: visit.marker.clone(),
         t_ns: visit.moment_ns(),
-        before_minus_marker_n_m: off.into(),
+        before_minus_marker_n_m: off_of(&point.places_n_m[number]).into(),
         after_minus_marker_n_m: off.into(),
         nis: of.try_inverse().map_or(f64::NAN, |inverse| off.dot(&(inverse * off))),
         degrees_of_freedom: axes,
@@ -228,6 +252,10 @@ impl System for Pole {
         self.progress
     }
 
+    fn chart_values(&mut self) -> Vec<ChartValue> {
+        std::mem::take(&mut self.values)
+    }
+
     /// Nothing: a server that starts anew gives the session its readings again, in the order in which they came.
     fn save(&mut self) -> Option<(i64, Vec<u8>)> {
         None
@@ -301,6 +329,7 @@ impl SystemConfig for Config {
             smoothed: None,
             progress: Progress::default(),
             counted_n_m: None,
+            values: Vec::new(),
         }))
     }
 

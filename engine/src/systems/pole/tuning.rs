@@ -83,6 +83,8 @@ pub struct LandingTuning {
     pub sigma_m: [f64; 2],
     /// How it creeps, m/√s.
     pub creep_m_sqrt_s: [f64; 2],
+    /// What it moves by between two looks when it is felt to be stirred while it touches, in plan and height, m.
+    pub stirred_m: [f64; 2],
     /// Largest normalised innovation squared of a tip that stands (3 degrees of freedom).
     pub gate: f64,
     /// The extra bias of walking is whole so long after a landing, s.
@@ -122,6 +124,8 @@ impl Tuning {
         tuning.imu.angle_random_walk_rad_sqrt_s = 4e-4;
         tuning.imu.velocity_random_walk_m_s_sqrt_s = 1e-2;
         tuning.start.accelerometer_bias_m_s2 = 0.05;
+        // Shaken, an accelerometer rectifies: its bias is another one while walking, by a thousandth of gravity and more.
+        tuning.imu.accelerometer_bias_m_s2.sigma = 2.0;
         tuning.start.gyro_bias_rad_s = 0.005;
         tuning.start.lever_arm_m = 0.1;
         // A receiver in the hand moves between obstacles: what its solutions are off by is new each time.
@@ -169,8 +173,9 @@ impl Default for Tuning {
             landing: LandingTuning {
                 after_strike_s: 0.12,
                 before_lift_s: 0.06,
-                sigma_m: [1.8e-3, 0.8e-3],
-                creep_m_sqrt_s: [1e-3, 5e-4],
+                sigma_m: [1.2e-3, 0.6e-3],
+                creep_m_sqrt_s: [7e-4, 3.5e-4],
+                stirred_m: [4e-3, 1e-3],
                 gate: 16.0,
                 walking_whole_s: 1.0,
                 walking_gone_s: 2.0,

@@ -55,7 +55,7 @@ struct PoleArgs {
     #[arg(long, value_name = "POINTS.csv")]
     points: Option<PathBuf>,
 
-    /// The points as surveyed
+    /// The points as surveyed: .csv with all columns, .txt as point, northing, easting, elevation, description, .xml as `LandXML`
     #[arg(long, value_name = "SURVEYED.csv", requires = "points")]
     points_out: Option<PathBuf>,
 

@@ -24,11 +24,11 @@ struct PoleArgs {
     #[arg(long, value_name = "N", default_value_t = 1)]
     seed: u64,
 
-    /// The route and the length of its gap, m: I straight, L with a corner, U with two
-    #[arg(long, value_name = "I60|L20|U20", default_value = "I60")]
+    /// The route and the length of its gap, m: I straight, L with a corner, U with two; B so far under the roof and back
+    #[arg(long, value_name = "I60|L20|U20|B60", default_value = "I60")]
     route: Route,
 
-    /// What goes wrong: none, slip, moving-ground, float, float-told, wrong-fix, chatter, tip-off or no-manoeuvre
+    /// What goes wrong: none, slip, slip-on-point, moving-ground, float, float-told, wrong-fix, chatter, tip-off or no-manoeuvre
     #[arg(long, value_name = "TROUBLE", default_value = "none")]
     trouble: Trouble,
 }

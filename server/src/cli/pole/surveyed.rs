@@ -10,14 +10,20 @@ use lodestep_engine::systems::pole::points::Point;
 
 use super::files::StopWithCode;
 use crate::cli::output_file;
-use crate::csv_cell::harmless;
+use crate::cli::track_output::write_text;
+use crate::markers::{FilePoint, Form, cell, write_points};
 
 const HEADER: &str = "name,lat_deg,lon_deg,height_m,e_m,n_m,u_m,sigma_e_m,sigma_n_m,sigma_u_m,\
     Code,Description,Lateral RMS,Solution status,Averaging start,Averaging end,visits,since_fix_s,tilt_deg,\
     visits_apart_m\n";
 
-/// Writes the points.
+/// Writes the points, in the form that the file's name ends with.
 pub(super) fn write(path: &Path, points: &[Point], stops: &[StopWithCode], frame: &LocalFrame) -> Result<()> {
+    let form = Form::of_extension(path.extension().and_then(|ending| ending.to_str()).unwrap_or_default());
+    if form != Form::Csv {
+        let points: Vec<FilePoint> = points.iter().map(|point| file_point(point, stops, frame)).collect();
+        return write_text(path, &write_points(form, &points));
+    }
     output_file::write(path, |out| {
         out.write_all(HEADER.as_bytes())?;
         for point in points {
@@ -64,8 +70,14 @@ fn row(point: &Point, stops: &[StopWithCode], frame: &LocalFrame) -> String {
     line
 }
 
-/// A text as a cell: as it is where it can be.
-fn cell(text: &str) -> String {
-    let plain = text.chars().all(|c| c.is_alphanumeric() || matches!(c, ' ' | '_' | '.' | '#' | '/'));
-    if plain { text.to_owned() } else { harmless(text) }
+fn file_point(point: &Point, stops: &[StopWithCode], frame: &LocalFrame) -> FilePoint {
+    let place = frame.to_geodetic(point.p_n_m.into());
+    let code = stops.iter().find(|stop| stop.stop.name == point.name).map(|stop| stop.code.clone());
+    FilePoint {
+        name: point.name.clone(),
+        code: code.unwrap_or_default(),
+        wgs84: [place.latitude_deg, place.longitude_deg, place.height_m],
+        place_m: point.p_n_m.into(),
+        sigma_m: [0, 1, 2].map(|axis| point.covariance_n_m2[(axis, axis)].max(0.0).sqrt()),
+    }
 }

@@ -24,8 +24,9 @@ const FIRST_SEED: u64 = 900_000;
 /// The arguments of `lodestep predict survey`.
 #[derive(Debug, Args)]
 pub(super) struct SurveyArgs {
-    /// The way without sky and its length, m: I straight, L with a corner, U with two; the point lies in its middle
-    #[arg(long, value_name = "I60|L20|U20", default_value = "I60")]
+    /// The way without sky and its length, m: I straight, L with a corner, U with two, and the point lies in its middle; B so
+    /// far under the roof and the same way back, and the point is where it turns
+    #[arg(long, value_name = "I60|L20|U20|B60", default_value = "I60")]
     route: Route,
 
     /// Without a switch in the tip
@@ -39,6 +40,48 @@ pub(super) struct SurveyArgs {
     /// JSON instead of words
     #[arg(long)]
     json: bool,
+
+    /// All routes over several lengths, as JSON: what the page shows of them
+    #[arg(long, conflicts_with_all = ["route", "json"])]
+    table: bool,
+}
+
+/// Routes and lengths of the table.
+const TABLE: ([&str; 4], [f64; 5]) = (["I", "L", "U", "B"], [20.0, 40.0, 60.0, 80.0, 100.0]);
+
+/// A row of the table.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+struct TableRow {
+    /// The letter of the route.
+    route: &'static str,
+    /// Its length without sky, m; of a way there and back one of the two.
+    metres: f64,
+    /// Sigma at the point in plan, m.
+    plan_m: f64,
+    /// Up, m.
+    up_m: f64,
+    /// Sigma of the place in plan at the end of the gap, before the sky comes back, m.
+    live_m: f64,
+}
+
+fn table(seeds: &std::ops::Range<u64>, switch: bool) -> Result<Vec<TableRow>> {
+    let (routes, lengths) = TABLE;
+    let mut rows = Vec::new();
+    for letter in routes {
+        for metres in lengths {
+            let route = format!("{letter}{metres}").parse().map_err(Failure::BadInput)?;
+            let Forecast { along_m, across_m, up_m, live_m, .. } = forecast(route, seeds.clone(), switch)?;
+            let millimetres = |m: f64| (m * 1e3).round() * 1e-3;
+            rows.push(TableRow {
+                route: letter,
+                metres,
+                plan_m: millimetres(along_m.hypot(across_m)),
+                up_m: millimetres(up_m),
+                live_m: millimetres(live_m),
+            });
+        }
+    }
+    Ok(rows)
 }
 
 /// A forecast, root mean square over the ways that were drawn.
@@ -60,17 +103,27 @@ pub(super) struct Forecast {
 
 /// Predicts.
 pub(super) fn survey(args: &SurveyArgs) -> Result<()> {
-    let forecast = forecast(args.route, FIRST_SEED..FIRST_SEED + args.ways, !args.without_switch)?;
+    let seeds = FIRST_SEED..FIRST_SEED + args.ways;
+    if args.table {
+        let rows = table(&seeds, !args.without_switch)?;
+        return print(&(serde_json::to_string_pretty(&rows)? + "\n"));
+    }
+    let forecast = forecast(args.route, seeds, !args.without_switch)?;
     if args.json {
         return print(&(serde_json::to_string_pretty(&forecast)? + "\n"));
     }
     let Forecast { along_m, across_m, up_m, live_m, heading_deg, since_fix_s } = forecast;
+    let back = match args.route {
+        Route::B(_) => "",
+        Route::I(_) | Route::L(_) | Route::U(_) => {
+            " There and back is better still: visits of one name are combined."
+        }
+    };
     print(&format!(
         "At the point, {since_fix_s:.0} s from the last fix: {along_m:.3} m along the way, {across_m:.3} m across, {up_m:.3} m up (1σ), \
          once the survey has ended under the sky.\n\
          On the way, before the sky comes back: {live_m:.2} m in plan at the end of the gap.\n\
-         That takes a heading known to {heading_deg:.2}° when the sky is lost: lean the pole for a minute before, and after. \
-         There and back is better still: visits of one name are combined.\n"
+         That takes a heading known to {heading_deg:.2}° when the sky is lost: lean the pole for a minute before, and after.{back}\n"
     ))
 }
 
