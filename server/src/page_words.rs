@@ -11,7 +11,14 @@ const LANGUAGES: [(&str, &str); 2] = [
 ];
 
 /// What a system or a screen alone says, in the same languages.
-const OWN: [(&str, [&str; 2]); 5] = [
+const OWN: [(&str, [&str; 2]); 6] = [
+    (
+        "lab",
+        [
+            include_str!("../../static/messages/lab.en.json"),
+            include_str!("../../static/messages/lab.zh-CN.json"),
+        ],
+    ),
     (
         "markers",
         [

@@ -33,7 +33,14 @@ const SCREENS = {
   },
   me: { load: () => import("../me/view.js").then((m) => m.meView), layout: "page", place: "me" },
   account: { load: () => import("../account/view.js").then((m) => m.accountView), layout: "page", place: "account" },
-  lab: { load: () => import("../lab/view.js").then((m) => m.labView), layout: "page", place: "lab" },
+  lab: {
+    load: () =>
+      addWords("lab")
+        .then(() => import("../lab/view.js"))
+        .then((m) => m.labView),
+    layout: "page",
+    place: "lab",
+  },
   api: { load: () => import("../reference/view.js").then((m) => m.referenceView), layout: "page", place: "api" },
   admin: { load: () => import("../admin/view.js").then((m) => m.adminView), layout: "page", place: "admin" },
 };
