@@ -25,9 +25,7 @@ pub struct GpsTime {
 impl GpsTime {
     /// The moment of a week and its second.
     pub fn from_week(week: i32, tow_s: f64) -> GpsTime {
-        GpsTime {
-            ns: (i64::from(week).saturating_mul(WEEK_NS)).saturating_add(libm::round(tow_s * 1e9) as i64),
-        }
+        GpsTime { ns: i64::from(week).saturating_mul(WEEK_NS).saturating_add(whole_ns(tow_s)) }
     }
 
     /// The moment of a date as files write it, with what is to be added to come to GPS time, s; none where a part is out of its range.
@@ -108,6 +106,11 @@ impl GpsTime {
     }
 }
 
+/// Seconds as whole nanoseconds.
+fn whole_ns(seconds: f64) -> i64 {
+    libm::round(seconds * 1e9) as i64
+}
+
 /// Days from 1 January 1970 to a date, by eras of 400 years that begin in March.
 fn days_from_1970(year: i32, month: u32, day: u32) -> i64 {
     let year = i64::from(year) - i64::from(month <= 2);
@@ -122,7 +125,7 @@ impl Add<f64> for GpsTime {
     type Output = GpsTime;
 
     fn add(self, seconds: f64) -> GpsTime {
-        GpsTime { ns: self.ns.saturating_add(libm::round(seconds * 1e9) as i64) }
+        GpsTime { ns: self.ns.saturating_add(whole_ns(seconds)) }
     }
 }
 
