@@ -36,6 +36,7 @@ fn rectangle() -> (SessionConfig, Walk, Vec<Visit>) {
     let config = SessionConfig {
         initial_position_n_m: walk.start_n_m(),
         declination_rad: site.declination_deg.to_radians(),
+        site_field: Some(site.field()),
         gravity_m_s2: site.gravity_m_s2,
         ..pedestrian::two_feet()
     };

@@ -93,6 +93,7 @@ async fn main() {
 fn frames_that_release(walk: &Walk, site: &Site) -> HashMap<i64, usize> {
     let config = SessionConfig {
         declination_rad: site.declination_deg.to_radians(),
+        site_field: Some(site.field()),
         gravity_m_s2: site.gravity_m_s2,
         max_lead_ns: Some(1_000_000_000),
         ..pedestrian::two_feet()

@@ -20,6 +20,8 @@ const DOUBTFUL_JUMP_NS: i64 = 10_000_000_000;
 const LONGEST_TIME_YEARS: f64 = 100.0;
 /// The same, either way.
 const LONGEST_TIME_NS: std::ops::RangeInclusive<i64> = -3_155_760_000_000_000_000..=3_155_760_000_000_000_000;
+/// A sensor whose samples come less often than this has gaps and no rate, ns.
+const SLOWEST_NS: i64 = 1_500_000_000;
 /// An axis that repeats itself to the bit for so long does not measure, ns.
 const STUCK_NS: i64 = 1_000_000_000;
 /// … and for at least so many samples.
@@ -54,6 +56,9 @@ pub struct SensorHealth {
     same_for: [u32; 6],
     same_since_ns: [i64; 6],
     interval_ns: i64,
+    /// The last step that was far longer than usual, ns, and how many like it came one after the other.
+    long_step_ns: i64,
+    long_steps: u32,
     /// What goes on, by kind.
     open: BTreeMap<AnomalyKind, Anomaly>,
 }
@@ -70,6 +75,8 @@ impl SensorHealth {
             same_for: [0; 6],
             same_since_ns: [0; 6],
             interval_ns: 10_000_000,
+            long_step_ns: 0,
+            long_steps: 0,
             open: BTreeMap::new(),
         }
     }
@@ -161,10 +168,19 @@ impl SensorHealth {
     fn watch_interval(&mut self, last_ns: i64, step_ns: i64, told: &mut Vec<Anomaly>) {
         let usual_ns = self.interval_ns;
         if step_ns > (usual_ns * 7 / 2).max(50_000_000) {
+            // Three steps alike are no gaps: that is how often a sample comes.
+            let alike = (step_ns - self.long_step_ns).abs() < step_ns / 4;
+            self.long_steps = if alike { self.long_steps + 1 } else { 1 };
+            self.long_step_ns = step_ns;
+            if self.long_steps >= 3 && step_ns < SLOWEST_NS {
+                self.interval_ns = step_ns;
+                return;
+            }
             let gap = SensorCause::Gap { silence_s: seconds(step_ns), usual_interval_s: seconds(usual_ns) };
             let samples = (step_ns / usual_ns.max(1)).max(1) as u64 - 1;
             told.push(gap.anomaly(Some(self.stream), [last_ns, last_ns + step_ns], samples));
         } else {
+            self.long_steps = 0;
             // Follows the usual interval, slowly enough not to follow jitter.
             self.interval_ns += (step_ns - usual_ns) / 32;
         }
@@ -191,7 +207,8 @@ impl SensorHealth {
         }
     }
 
-    fn note(&mut self, cause: impl Cause, t_ns: i64, told: &mut Vec<Anomaly>) {
+    /// Notes trouble that somebody else has found; it is told when it has come to its end.
+    pub fn note(&mut self, cause: impl Cause, t_ns: i64, told: &mut Vec<Anomaly>) {
         let kind = cause.kind();
         if let Some(open) = self.open.get_mut(&kind) {
             // A sample that was left out does not count against the times that follow it.

@@ -14,4 +14,4 @@ pub mod transverse_mercator;
 pub use ellipsoid::Geodetic;
 pub use local_frame::LocalFrame;
 pub use magnetic_field::MagneticField;
-pub use site::{Site, SiteError};
+pub use site::{Site, SiteError, SiteField};

@@ -45,6 +45,27 @@ pub struct Site {
     pub azimuth_of_plan_deg: f64,
 }
 
+/// What a magnetometer sees of a site's undisturbed field without knowing where north is.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct SiteField {
+    /// Its magnitude, µT.
+    pub strength_ut: f64,
+    /// Its dip, below the horizon positive, rad.
+    pub dip_rad: f64,
+}
+
+impl SiteField {
+    /// The horizontal part, µT.
+    pub fn horizontal_ut(&self) -> f64 {
+        self.strength_ut * libm::cos(self.dip_rad)
+    }
+
+    /// The vertical part, downwards, µT.
+    pub fn down_ut(&self) -> f64 {
+        self.strength_ut * libm::sin(self.dip_rad)
+    }
+}
+
 /// A site's file. What can be computed may be left out.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -171,6 +192,11 @@ impl Site {
     /// The undisturbed magnetic field.
     pub fn magnetic_field(&self) -> MagneticField {
         MagneticField::from_angles(self.declination_deg, self.inclination_deg, self.field_ut)
+    }
+
+    /// Strength and dip of that field.
+    pub fn field(&self) -> SiteField {
+        SiteField { strength_ut: self.field_ut, dip_rad: self.inclination_deg.to_radians() }
     }
 
     /// The declination that the model gives for a decimal year, degrees.

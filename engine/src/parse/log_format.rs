@@ -6,7 +6,7 @@ use crate::parse::mapping::{FieldUnit, Mapping};
 use crate::parse::records::not_text;
 use crate::parse::suggestion::suggestion;
 use crate::parse::table_head::{TableHead, TextHead};
-use crate::parse::{microstrain, wit_serial, wit_table, x_io, xsens};
+use crate::parse::{apdm, microstrain, shimmer, wit_serial, wit_table, x_io, xsens};
 
 /// The formats of logs.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, serde::Serialize, serde::Deserialize)]
@@ -25,6 +25,10 @@ pub enum LogFormat {
     WitSerial,
     /// WitMotion's text logs.
     WitTable,
+    /// Shimmer, as Consensys exports it.
+    Shimmer,
+    /// APDM's Opal, and tables that name their channels as its do.
+    Apdm,
     /// A table whose columns somebody mapped.
     Mapped,
 }
@@ -39,6 +43,8 @@ impl LogFormat {
             LogFormat::Xsens => "xsens",
             LogFormat::WitSerial => "wit_serial",
             LogFormat::WitTable => "wit_table",
+            LogFormat::Shimmer => "shimmer",
+            LogFormat::Apdm => "apdm",
             LogFormat::Mapped => "mapped",
         }
     }
@@ -76,7 +82,7 @@ impl Recognised {
 }
 
 /// The formats that are known, for whoever sent another one.
-const KNOWN: &str = "a log in a known format: the canonical CSV (t_s,gyr_x_rad_s,…), x-io NGIMU or x-IMU3 CSV, MicroStrain SensorConnect CSV, Xsens MT Manager or DOT export, WitMotion text log or serial dump";
+const KNOWN: &str = "a log in a known format: the canonical CSV (t_s,gyr_x_rad_s,…), x-io NGIMU or x-IMU3 CSV, MicroStrain SensorConnect CSV, Xsens MT Manager or DOT export, WitMotion text log or serial dump, Shimmer Consensys export, APDM CSV; or a ZIP archive of one sensor's files (Sensor Logger, Phyphox, x-IMU3)";
 
 /// Recognises a log by its first bytes; unless they are the `whole` file, more follow.
 ///
@@ -110,7 +116,9 @@ pub(super) fn recognise(head: &[u8], whole: bool, rate_hz: Option<f64>) -> Resul
         let known = x_io::recognise(&text, &header, rate_hz)
             .or_else(|| microstrain::recognise(&text, &header))
             .or_else(|| xsens::recognise(&text, &header, rate_hz))
-            .or_else(|| wit_table::recognise(&text, &header, rate_hz));
+            .or_else(|| wit_table::recognise(&text, &header, rate_hz))
+            .or_else(|| shimmer::recognise(&text, &header))
+            .or_else(|| apdm::recognise(&text, &header));
         if let Some(known) = known {
             return known;
         }

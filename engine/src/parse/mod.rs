@@ -4,6 +4,7 @@
 
 pub mod anchors_csv;
 pub mod any_table;
+mod apdm;
 pub mod batch;
 mod clock_text;
 mod encoding;
@@ -36,6 +37,8 @@ pub mod ranges_csv;
 mod records;
 pub mod remark;
 pub mod rtklib_pos;
+pub mod sensor_files;
+mod shimmer;
 pub mod stops_csv;
 pub mod stream_reader;
 mod suggestion;

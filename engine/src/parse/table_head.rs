@@ -155,6 +155,12 @@ impl Names<'_> {
         })
     }
 
+    /// The same names, each shortened so.
+    pub(super) fn shortened(&self, shorten: impl Fn(&str) -> &str) -> Names<'_> {
+        let alike = self.alike.iter().map(|name| shorten(name).to_owned()).collect();
+        Names { all: self.all.clone(), alike }
+    }
+
     /// The same names, each without what stands before its last colon: the device, in some exports.
     pub(super) fn without_devices(&self) -> Names<'_> {
         let short = |name: &String| name.rsplit(':').next().unwrap_or_default().to_owned();

@@ -12,6 +12,10 @@
 //! | 0x54 | magnetic field x y z | i16, counts that differ from model to model |
 //! | 0x56 | pressure, height | i32 in Pa, i32 in cm (not used) |
 //!
+//! The newer sensors (WT901BLE, WT9011DCL, …) send 20 bytes without a sum, by radio and by cable: 0x55, 0x61, then force, rate and angles,
+//! nine i16 of the same scales; and 0x55, 0x71, a register's number and eight i16, when they are asked: from register 0x3A on
+//! the field. Such a packet is believed where another begins behind it. They bear no time.
+//!
 //! A sensor sends the packets that are switched on in the order of their types, cycle by cycle. A cycle
 //! without force or rate, and a packet whose sum is wrong, are left out: the gap shows in the times.
 
@@ -20,6 +24,10 @@ use crate::parse::error::{ParseError, ParseErrorKind};
 use crate::sample::ImuSample;
 
 const LENGTH: usize = 11;
+/// Of a packet of the newer protocol.
+const COMBINED: usize = 20;
+/// The register from which on the field is read.
+const FIELD_REGISTER: u16 = 0x3A;
 const STANDARD_GRAVITY_M_S2: f64 = 9.806_65;
 /// Packets in a row that are no coincidence.
 const ENOUGH_TO_RECOGNISE: usize = 4;
@@ -35,7 +43,15 @@ pub(super) fn recognise(head: &[u8]) -> bool {
         packets.take(ENOUGH_TO_RECOGNISE).take_while(|packet| is_packet(packet)).count()
             == ENOUGH_TO_RECOGNISE
     };
-    (0..head.len().min(BEGINS_WITHIN)).any(packets_from)
+    let combined_from = |start: usize| {
+        let packets = head[start..].chunks_exact(COMBINED).take(ENOUGH_TO_RECOGNISE);
+        packets.filter(|packet| is_combined(packet)).count() == ENOUGH_TO_RECOGNISE
+    };
+    (0..head.len().min(BEGINS_WITHIN)).any(|start| packets_from(start) || combined_from(start))
+}
+
+fn is_combined(bytes: &[u8]) -> bool {
+    bytes[0] == 0x55 && matches!(bytes[1], 0x61 | 0x71)
 }
 
 fn is_packet(bytes: &[u8]) -> bool {
@@ -55,6 +71,8 @@ pub(super) struct WitSerial {
     bytes: u64,
     has_time: bool,
     timeless: u64,
+    /// Packets of the newer protocol have come.
+    combined: bool,
 }
 
 /// What has come of the cycle that is under way.
@@ -82,6 +100,7 @@ impl WitSerial {
             bytes: 0,
             has_time: false,
             timeless: 0,
+            combined: false,
         }
     }
 
@@ -95,6 +114,16 @@ impl WitSerial {
             if is_packet(packet) {
                 self.take(packet, samples)?;
                 at += LENGTH;
+            } else if is_combined(packet) {
+                // Whether another begins behind it has to be seen.
+                let Some(next) = all.get(at + COMBINED..at + COMBINED + 2) else { break };
+                if is_combined(next) {
+                    self.take_combined(&all[at..at + COMBINED], samples)?;
+                    at += COMBINED;
+                } else {
+                    self.broken_bytes += 1;
+                    at += 1;
+                }
             } else {
                 self.broken_bytes += 1;
                 at += 1;
@@ -107,6 +136,10 @@ impl WitSerial {
 
     pub(super) fn finish(&mut self, samples: &mut Vec<ImuSample>) -> Result<(), ParseError> {
         self.end_cycle(samples)?;
+        let last = std::mem::take(&mut self.waiting);
+        if self.combined && last.len() == COMBINED && is_combined(&last) {
+            self.take_combined(&last, samples)?;
+        }
         if self.samples == 0 && self.timeless > 0 {
             return Err(without_time());
         }
@@ -153,6 +186,24 @@ impl WitSerial {
                 self.cycle.pressure_hpa = Some(f64::from(pascal) / 100.0);
             }
             _ => {}
+        }
+        Ok(())
+    }
+
+    fn take_combined(&mut self, packet: &[u8], samples: &mut Vec<ImuSample>) -> Result<(), ParseError> {
+        self.combined = true;
+        let word = |i: usize| i16::from_le_bytes([packet[2 + 2 * i], packet[3 + 2 * i]]);
+        let three = |from: usize, full_scale: f64| {
+            [0, 1, 2].map(|i| f64::from(word(from + i)) / 32_768.0 * full_scale)
+        };
+        if packet[1] == 0x61 {
+            self.cycle.force = Some(three(0, 16.0 * STANDARD_GRAVITY_M_S2));
+            self.cycle.rate = Some(three(3, 2000.0_f64.to_radians()));
+            return self.end_cycle(samples);
+        }
+        if u16::from_le_bytes([packet[2], packet[3]]) == FIELD_REGISTER {
+            let counts = [1, 2, 3].map(|i| f64::from(word(i)));
+            self.cycle.field = self.field_ut_per_count.map(|ut| counts.map(|count| count * ut));
         }
         Ok(())
     }
@@ -292,6 +343,36 @@ pub(super) mod tests {
         reader.push(&dump(20, false), &mut samples).unwrap();
         reader.finish(&mut samples).unwrap();
         assert_eq!((samples.len(), samples[19].t_ns), (20, 95_000_000));
+    }
+
+    #[test]
+    fn the_newer_packets_are_read_at_the_rate_that_is_given() {
+        let mut bytes = vec![0x00, 0x61, 0x55];
+        for k in 0..50_i16 {
+            bytes.extend([0x55, 0x61]);
+            for word in [0, 1024, 2048, 16_384, 0, -16_384, 1, 2, k] {
+                bytes.extend(i16::to_le_bytes(word));
+            }
+            if k == 20 {
+                bytes.extend([0x55, 0x71]);
+                for word in [0x3A, 200, -50, 400, 0, 0, 0, 0, 0] {
+                    bytes.extend(i16::to_le_bytes(word));
+                }
+            }
+        }
+        assert!(recognise(&bytes));
+        assert_eq!(samples_of(&bytes).unwrap_err().code(), "mapping_needed");
+        let reading = Reading { rate_hz: Some(100.0), field_ut_per_count: Some(0.1), ..Reading::default() };
+        let mut reader = LogReader::new(reading);
+        let mut samples = Vec::new();
+        for piece in bytes.chunks(7) {
+            reader.push(piece, &mut samples).unwrap();
+        }
+        reader.finish(&mut samples).unwrap();
+        assert_eq!((samples.len(), samples[49].t_ns), (50, 490_000_000));
+        assert!((samples[0].f_b_m_s2[2] - 9.806_65).abs() < 1e-12);
+        assert!((samples[0].w_ib_b_rad_s[0] - 1000.0_f64.to_radians()).abs() < 1e-12);
+        assert_eq!((samples[20].mag_b_ut, samples[21].mag_b_ut), (None, Some([20.0, -5.0, 40.0])));
     }
 
     #[test]

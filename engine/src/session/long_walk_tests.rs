@@ -28,6 +28,7 @@ fn live(hours: f64, seed: u64) -> Vec<Seen> {
     let mut session = Session::new(SessionConfig {
         initial_position_n_m: simulator.start_n_m(),
         declination_rad: site.declination_deg.to_radians(),
+        site_field: Some(site.field()),
         gravity_m_s2: site.gravity_m_s2,
         solution: Solution::Trail,
         max_lead_ns: Some(1_000_000_000),

@@ -16,6 +16,7 @@ fn smoothed(run_again: bool) -> Track {
     let config = SessionConfig {
         initial_position_n_m: walk.start_n_m(),
         declination_rad: site.declination_deg.to_radians(),
+        site_field: Some(site.field()),
         gravity_m_s2: site.gravity_m_s2,
         solution: Solution::Smoothed,
         ..pedestrian::two_feet()
@@ -65,6 +66,7 @@ fn a_look_inside_tells_biases_with_sigmas_and_the_field_s_heading_and_changes_no
     let config = SessionConfig {
         initial_position_n_m: walk.start_n_m(),
         declination_rad: site.declination_deg.to_radians(),
+        site_field: Some(site.field()),
         gravity_m_s2: site.gravity_m_s2,
         ..pedestrian::two_feet()
     };

@@ -8,7 +8,7 @@ use serde::{Serialize, Serializer};
 
 use super::{Declaration, Solution, System};
 use crate::event::AidKind;
-use crate::geo::Geodetic;
+use crate::geo::{Geodetic, SiteField};
 use crate::identify::Identification;
 use crate::replay::{self, InputStore};
 use crate::stream::Stream;
@@ -24,6 +24,8 @@ pub struct SessionConfig {
     pub initial_heading_rad: Option<f64>,
     /// Magnetic declination, east of north positive, rad.
     pub declination_rad: f64,
+    /// Strength and dip of the undisturbed magnetic field; `None` where nobody said, and no magnetometer is held against it.
+    pub site_field: Option<SiteField>,
     /// Local gravity, m/s².
     pub gravity_m_s2: f64,
     /// How far one stream's samples may run ahead of another's before the session goes on without
@@ -100,6 +102,7 @@ impl SessionConfig {
             initial_position_n_m: [0.0; 3],
             initial_heading_rad: None,
             declination_rad: 0.0,
+            site_field: None,
             gravity_m_s2: 9.80665,
             max_lead_ns: None,
             solution: Solution::default(),
@@ -140,6 +143,9 @@ impl Serialize for SessionConfig {
         map.serialize_entry("initial_position_n_m", &self.initial_position_n_m)?;
         map.serialize_entry("initial_heading_rad", &self.initial_heading_rad)?;
         map.serialize_entry("declination_rad", &self.declination_rad)?;
+        if let Some(field) = &self.site_field {
+            map.serialize_entry("site_field", field)?;
+        }
         map.serialize_entry("gravity_m_s2", &self.gravity_m_s2)?;
         map.serialize_entry("max_lead_ns", &self.max_lead_ns)?;
         map.serialize_entry("solution", &self.solution)?;

@@ -58,6 +58,7 @@ impl Walk {
         let config = SessionConfig {
             initial_position_n_m: simulator.start_n_m(),
             declination_rad: site.declination_deg.to_radians(),
+            site_field: Some(site.field()),
             gravity_m_s2: site.gravity_m_s2,
             ..pedestrian::two_feet()
         };

@@ -18,6 +18,7 @@ use lodestep_engine::systems::pedestrian::Side;
 use lodestep_engine::systems::pedestrian::feet_clocks::{FeetClocks, Swings};
 
 use crate::cli::failure::Failure;
+use crate::sessions::archive;
 use crate::sessions::in_time_order::StreamReadings;
 use crate::sessions::unpack::{Unpack, UnpackError, UnpackLimits};
 
@@ -68,10 +69,14 @@ impl LogFile {
         reading: Reading,
         bar: &ProgressBar,
     ) -> Result<LogFile> {
-        let file = open(path)?;
-        bar.inc_length(file.metadata().map_or(0, |metadata| metadata.len()));
-        let unpack = Unpack::new(Watched { file, bar: bar.clone() }, NO_LIMITS)
-            .map_err(|error| Failure::bad_input(path, error))?;
+        let unpack = if path.is_dir() {
+            Unpack::of_files(&tables_in(path)?, NO_LIMITS)
+        } else {
+            let file = open(path)?;
+            bar.inc_length(file.metadata().map_or(0, |metadata| metadata.len()));
+            Unpack::new(Watched { file, bar: bar.clone() }, NO_LIMITS)
+        };
+        let unpack = unpack.map_err(|error| Failure::bad_input(path, error))?;
         Ok(LogFile {
             path: path.to_owned(),
             unpack,
@@ -104,6 +109,10 @@ impl StreamReadings for LogFile {
         if let Some(packing) = self.unpack.odd_end() {
             let ends_ns = self.reader.clock_ns().map_or([0; 2], |(first, last)| [first, last]);
             anomalies.push(LogCause::Packing { packing }.anomaly(None, ends_ns, 0));
+        }
+        if let Some(note) = self.unpack.note() {
+            let ends_ns = self.reader.clock_ns().map_or([0; 2], |(first, last)| [first, last]);
+            anomalies.push(LogCause::Noted { note: note.to_owned() }.anomaly(None, ends_ns, 0));
         }
         anomalies
     }
@@ -190,6 +199,21 @@ pub(super) fn shared_zero_ns(paths: &[&Path], reading: &Reading) -> Result<Optio
         ends = Some([least.min(first_ns), most.max(first_ns)]);
     }
     Ok(ends.filter(|_| paths.len() > 1).and_then(common_zero_ns))
+}
+
+/// The tables in a folder, as a logger writes one for each of its sensors, in the order of their names.
+fn tables_in(folder: &Path) -> Result<Vec<(String, Vec<u8>)>> {
+    let cannot = |error: io::Error| Failure::bad_input(folder, format!("cannot be read: {error}"));
+    let mut files = Vec::new();
+    for entry in std::fs::read_dir(folder).map_err(cannot)? {
+        let path = entry.map_err(cannot)?.path();
+        let name = path.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default();
+        if path.is_file() && archive::is_table(&name) {
+            files.push((name, std::fs::read(&path).map_err(cannot)?));
+        }
+    }
+    files.sort();
+    Ok(files)
 }
 
 /// Opens an input file, or says why it cannot be.

@@ -30,7 +30,8 @@ A log is CSV with a header, plain or packed with gzip or zstd, columns in any or
   t_s,gyr_x_rad_s,gyr_y_rad_s,gyr_z_rad_s,acc_x_m_s2,acc_y_m_s2,acc_z_m_s2
   and, where recorded, mag_x_ut,mag_y_ut,mag_z_ut,pressure_hpa
 or, recognised by its content, a log of x-io (NGIMU, x-IMU3), MicroStrain (SensorConnect), Xsens
-(MT Manager, DOT) or WitMotion (CMP10A; text log or serial dump); any other table with --mapping.
+(MT Manager, DOT), WitMotion (CMP10A; text log or serial dump), Shimmer or APDM; a ZIP or a folder of one
+sensor's files (Sensor Logger, Phyphox, x-IMU3); any other table with --mapping.
 Such a log counts its time from its first sample; two whose clocks are one, from the earlier one.
 Positions are metres east, north and up of the site's origin; headings run clockwise from true north.
 
@@ -268,6 +269,7 @@ impl ProcessArgs {
         if let Some(site) = site {
             config.gravity_m_s2 = site.gravity_m_s2;
             config.declination_rad = site.declination_deg.to_radians();
+            config.site_field = Some(site.field());
         }
         if let Some(gravity_m_s2) = self.gravity_m_s2 {
             config.gravity_m_s2 = gravity_m_s2;

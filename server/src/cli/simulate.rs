@@ -36,7 +36,7 @@ pub(super) struct SimulateCommand {
 #[derive(Debug, Args)]
 struct SimulateArgs {
     /// The walk: rectangle (1.4 km), spiral (3.3 km on FAST's road, a visit every 150 m), stairs,
-    /// running, line:METRES, slow:METRES, run:METRES, crawl:METRES or standing:SECONDS
+    /// running, line:METRES, slow:METRES, run:METRES, crawl:METRES, block:METRES or standing:SECONDS
     #[arg(long, value_name = "WALK")]
     walk: WalkKind,
 

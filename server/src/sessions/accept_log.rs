@@ -322,7 +322,8 @@ fn problem(error: ReadLogError) -> Error {
             UnpackError::Empty => Error::invalid("empty_file", detail),
             UnpackError::NotALog { .. } => Error::invalid("not_text", detail),
             UnpackError::Truncated { .. } => Error::invalid("truncated", detail),
-            UnpackError::Damaged { .. } => Error::invalid("damaged", detail),
+            UnpackError::Damaged { .. } | UnpackError::Archive { .. } => Error::invalid("damaged", detail),
+            UnpackError::NoSensorFiles(error) => Error::invalid(error.code(), detail),
             UnpackError::TooLarge { .. } | UnpackError::RatioTooHigh { .. } => {
                 Error::http(StatusCode::PAYLOAD_TOO_LARGE, "unpacked_too_large", detail)
             }

@@ -17,6 +17,7 @@ pub(crate) fn engine_config(site: &Site, session: &Session, streams: &[StreamId]
         initial_position_n_m: session.start.position_m,
         initial_heading_rad: session.initial_heading_deg.map(f64::to_radians),
         declination_rad: site.declination_deg.to_radians(),
+        site_field: Some(site.field()),
         gravity_m_s2: site.gravity_m_s2,
         origin: Some(site.local_frame().origin()),
         instrument: session.instrument.clone(),

@@ -9,6 +9,7 @@
 
 pub(crate) mod accept_log;
 pub(crate) mod anomaly_runs;
+pub(crate) mod archive;
 pub(crate) mod body_writer;
 mod clock_tie;
 pub(crate) mod comparison;
@@ -39,3 +40,4 @@ pub mod unpack;
 pub(crate) mod upload_file;
 pub mod upload_turns;
 pub(crate) mod uploads;
+mod zip;

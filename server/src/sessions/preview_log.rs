@@ -131,7 +131,12 @@ fn read_through(
     reader: &mut StreamReader,
     survey: &mut LogSurvey,
 ) -> Result<(), Trouble> {
-    let mut unpack = Unpack::new(source, limits).map_err(Trouble::Unpack)?;
+    let mut unpack = match Unpack::new(source, limits) {
+        Ok(unpack) => unpack,
+        // What is in an archive stands at its end, which is not there.
+        Err(UnpackError::Archive { .. }) if part => return Ok(()),
+        Err(error) => return Err(Trouble::Unpack(error)),
+    };
     let mut piece = vec![0; PIECE_BYTES];
     loop {
         let mut readings = reader.none();

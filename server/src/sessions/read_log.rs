@@ -92,6 +92,10 @@ pub(crate) fn read_log(
         let ends_ns = [chunks.first_t_ns.unwrap_or_default(), chunks.last_t_ns];
         anomalies.push(LogCause::Packing { packing }.anomaly(None, ends_ns, 0));
     }
+    if let Some(note) = unpack.note() {
+        let ends_ns = [chunks.first_t_ns.unwrap_or_default(), chunks.last_t_ns];
+        anomalies.push(LogCause::Noted { note: note.to_owned() }.anomaly(None, ends_ns, 0));
+    }
     let anomalies = anomalies.into_iter().map(|found| Anomaly { stream: Some(stream), ..found }).collect();
     Ok(ReadLog { anomalies, ..chunks.finish(unpack.packing(), reader.format())? })
 }

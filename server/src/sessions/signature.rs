@@ -6,6 +6,8 @@ use super::unpack::Packing;
 pub(crate) const LONGEST: usize = 16;
 
 const GZIP: &[u8] = b"\x1f\x8b";
+/// An archive of several files.
+pub(crate) const ZIP: &[u8] = b"PK\x03\x04";
 const ZSTD: &[u8] = b"\x28\xb5\x2f\xfd";
 
 const SEND_THE_LOG: &str = "Choose the CSV log of one stream";
@@ -16,8 +18,13 @@ const FOREIGN: &[(&[u8], &str, &str)] = &[
     (b"\x89PNG", "a PNG picture", SEND_THE_LOG),
     (b"\xff\xd8\xff", "a JPEG picture", SEND_THE_LOG),
     (b"GIF8", "a GIF picture", SEND_THE_LOG),
+    (
+        b"\x89HDF",
+        "an HDF5 file",
+        "Export it as CSV (APDM Motion Studio or Mobility Lab: Export, CSV) and send the table of one sensor",
+    ),
     (b"%PDF", "a PDF document", SEND_THE_LOG),
-    (b"PK\x03\x04", "a ZIP archive (or an Excel workbook)", SEND_GZIP),
+    (ZIP, "a ZIP archive inside a packed file", "Send the archive as it is"),
     (b"\xfd7zXZ", "an xz archive", SEND_GZIP),
     (b"BZh", "a bzip2 archive", SEND_GZIP),
     (b"7z\xbc\xaf\x27\x1c", "a 7z archive", SEND_GZIP),

@@ -1,4 +1,4 @@
-//! Unpacks a log as it was sent: plain text, gzip or zstd, told apart by the first bytes.
+//! Unpacks a log as it was sent: plain text, gzip, zstd, or a ZIP archive of one sensor's files, told apart by the first bytes.
 //!
 //! Reads piece by piece in bounded memory, and stops as soon as the stream unpacks to more than the
 //! limits allow, so that ten megabytes cannot become ten gigabytes.
@@ -7,7 +7,10 @@ use std::io::{self, BufRead as _, BufReader, Read};
 
 use flate2::bufread::GzDecoder;
 
-use super::signature;
+use lodestep_engine::parse::ParseError;
+use lodestep_engine::parse::sensor_files::Joined;
+
+use super::{archive, signature};
 
 /// Below this many unpacked bytes the ratio is not judged: a short log of a still sensor packs well.
 pub const RATIO_GRACE_BYTES: u64 = 16 << 20;
@@ -110,6 +113,17 @@ pub enum UnpackError {
         /// What they became.
         unpacked_bytes: u64,
     },
+    /// An archive that does not hold together.
+    #[error(
+        "the ZIP archive is damaged or was cut off ({reason}). Copy it from the device again and send the whole of it"
+    )]
+    Archive {
+        /// In the unpacker's words.
+        reason: String,
+    },
+    /// An archive without the files of a sensor.
+    #[error("a ZIP archive is read where it holds the files of one sensor. {0}")]
+    NoSensorFiles(ParseError),
     /// The disk failed.
     #[error("the uploaded file cannot be read back: {0}")]
     Io(io::Error),
@@ -139,6 +153,8 @@ enum Stream<R: Read> {
     /// While one becomes another.
     Nothing,
     Zstd(zstd::stream::read::Decoder<'static, Source<R>>),
+    /// Files of an archive that have become one log.
+    Joined(io::Cursor<String>),
 }
 
 /// A log being unpacked.
@@ -147,6 +163,7 @@ pub struct Unpack<R: Read> {
     limits: UnpackLimits,
     unpacked_bytes: u64,
     odd_end: Option<&'static str>,
+    note: Option<String>,
 }
 
 impl<R: Read> Unpack<R> {
@@ -156,6 +173,11 @@ impl<R: Read> Unpack<R> {
         source.by_ref().take(signature::LONGEST as u64).read_to_end(&mut head).map_err(UnpackError::Io)?;
         if head.is_empty() {
             return Err(UnpackError::Empty);
+        }
+        if head.starts_with(signature::ZIP) {
+            let Joined { csv, note } = archive::read(io::Cursor::new(head).chain(source), limits)?;
+            let stream = Stream::Joined(io::Cursor::new(csv));
+            return Ok(Unpack { stream, limits, unpacked_bytes: 0, odd_end: None, note: Some(note) });
         }
         let packing = signature::packing(&head);
         if packing == Packing::Plain {
@@ -173,13 +195,20 @@ impl<R: Read> Unpack<R> {
                 Stream::Zstd(decoder)
             }
         };
-        Ok(Unpack { stream, limits, unpacked_bytes: 0, odd_end: None })
+        Ok(Unpack { stream, limits, unpacked_bytes: 0, odd_end: None, note: None })
+    }
+
+    /// The log that several files of one sensor are together.
+    pub(crate) fn of_files(files: &[(String, Vec<u8>)], limits: UnpackLimits) -> Result<Self, UnpackError> {
+        let Joined { csv, note } = archive::join(files)?;
+        let stream = Stream::Joined(io::Cursor::new(csv));
+        Ok(Unpack { stream, limits, unpacked_bytes: 0, odd_end: None, note: Some(note) })
     }
 
     /// How it was packed.
     pub fn packing(&self) -> Packing {
         match self.stream {
-            Stream::Plain(_) | Stream::Nothing => Packing::Plain,
+            Stream::Plain(_) | Stream::Nothing | Stream::Joined(_) => Packing::Plain,
             Stream::Gzip(_) | Stream::GzipEnded(_) => Packing::Gzip,
             Stream::Zstd(_) => Packing::Zstd,
         }
@@ -192,6 +221,7 @@ impl<R: Read> Unpack<R> {
             Stream::Gzip(_) => self.read_gzip(buffer),
             Stream::GzipEnded(_) | Stream::Nothing => Ok(0),
             Stream::Zstd(decoder) => decoder.read(buffer),
+            Stream::Joined(csv) => csv.read(buffer),
         };
         let n = read.map_err(|error| self.explain(error))?;
         if self.unpacked_bytes == 0 && n > 0 && self.packing() != Packing::Plain {
@@ -205,6 +235,11 @@ impl<R: Read> Unpack<R> {
     /// What is odd about the end of a packed file of which all was read, if anything.
     pub fn odd_end(&self) -> Option<&'static str> {
         self.odd_end
+    }
+
+    /// What was done to make one log of several files, if that was so.
+    pub fn note(&self) -> Option<&str> {
+        self.note.as_deref()
     }
 
     /// One member after the other. What stands behind the last and begins no other is filling.
@@ -245,6 +280,8 @@ impl<R: Read> Unpack<R> {
             Stream::Gzip(decoder) => decoder.get_ref().get_ref().bytes,
             Stream::GzipEnded(source) => source.get_ref().bytes,
             Stream::Nothing => 0,
+            // Judged while it was unpacked.
+            Stream::Joined(_) => u64::MAX,
             Stream::Zstd(decoder) => decoder.get_ref().get_ref().bytes,
         }
     }

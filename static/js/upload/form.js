@@ -47,7 +47,7 @@ export function uploadForm(system, refused) {
             multiple
             hidden
             data-testid="files"
-            accept=".csv,.txt,.log,.bin,.dat,.gz,.zst${system.instrument && ",.toml"}"
+            accept=".csv,.txt,.log,.bin,.dat,.gz,.zst,.zip${system.instrument && ",.toml"}"
           />
         </div>
         ${

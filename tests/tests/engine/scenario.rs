@@ -69,6 +69,7 @@ impl Scenario {
         let config = SessionConfig {
             initial_position_n_m,
             declination_rad: site.declination_deg.to_radians(),
+            site_field: Some(site.field()),
             gravity_m_s2: site.gravity_m_s2,
             ..pedestrian::two_feet()
         };

@@ -1,5 +1,6 @@
 //! A walker with a sensor on each shoe: courses, footholds and gaits, and the logs and truth of both feet.
 
+pub mod contradictions;
 mod foot_motion;
 mod gait;
 mod path;

@@ -46,6 +46,11 @@ pub enum WalkKind {
         /// How long, m.
         metres: f64,
     },
+    /// Once around a square block, turning right, back to where it began.
+    Block {
+        /// How long, m.
+        metres: f64,
+    },
     /// Standing still.
     Standing {
         /// How long, s.
@@ -56,12 +61,14 @@ pub enum WalkKind {
 /// The course is laid out before it is walked, so a walk has an end that memory can hold: a day's.
 const LONGEST_LINE_M: f64 = 100_000.0;
 const LONGEST_STAND_S: f64 = 86_400.0;
+/// A block has corners of a metre and a half.
+const SHORTEST_BLOCK_M: f64 = 20.0;
 
 impl FromStr for WalkKind {
     type Err = String;
 
     /// `rectangle`, `spiral`, `spiral_with_pauses`, `stairs`, `running`, `line:100`, `slow:40`, `run:100`,
-    /// `crawl:20` (metres) or `standing:60` (seconds).
+    /// `crawl:20`, `block:80` (metres) or `standing:60` (seconds).
     fn from_str(text: &str) -> Result<WalkKind, String> {
         let number = |text: &str, most: f64| text.parse::<f64>().ok().filter(|v| *v > 0.0 && *v <= most);
         match text.split_once(':') {
@@ -77,6 +84,9 @@ impl FromStr for WalkKind {
             Some(("slow", metres)) => number(metres, LONGEST_LINE_M).map(|metres| WalkKind::Slow { metres }),
             Some(("run", metres)) => number(metres, LONGEST_LINE_M).map(|metres| WalkKind::Run { metres }),
             Some(("crawl", metres)) => number(metres, LONGEST_LINE_M).map(|metres| WalkKind::Crawl { metres }),
+            Some(("block", metres)) => number(metres, LONGEST_LINE_M)
+                .filter(|metres| *metres >= SHORTEST_BLOCK_M)
+                .map(|metres| WalkKind::Block { metres }),
             Some(("standing", seconds)) => {
                 number(seconds, LONGEST_STAND_S).map(|seconds| WalkKind::Standing { seconds })
             }
@@ -85,7 +95,7 @@ impl FromStr for WalkKind {
         .ok_or_else(|| {
             format!(
                 "there is no walk «{text}»: choose rectangle, spiral, spiral_with_pauses, stairs, running, line:METRES, slow:METRES, \
-                 run:METRES, crawl:METRES (at most {LONGEST_LINE_M}) or standing:SECONDS (at most {LONGEST_STAND_S})"
+                 run:METRES, crawl:METRES, block:METRES ({SHORTEST_BLOCK_M} at least; all at most {LONGEST_LINE_M}) or standing:SECONDS (at most {LONGEST_STAND_S})"
             )
         })
     }
@@ -166,6 +176,7 @@ impl WalkKind {
             WalkKind::Slow { metres } => line(metres, Gait::Slow),
             WalkKind::Run { metres } => line(metres, Gait::Run),
             WalkKind::Crawl { metres } => line(metres, Gait::Crawl),
+            WalkKind::Block { metres } => level(rounded_rectangle(0.25 * metres, 0.25 * metres, 1.5, 1), &[]),
             WalkKind::Standing { seconds } => Course {
                 path: Path::from_points([Vector3::zeros(), Vector3::new(0.0, 1.0, 0.0)]),
                 standing_start_s: seconds,

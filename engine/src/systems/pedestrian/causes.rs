@@ -1,5 +1,6 @@
 //! What can be wrong with a walk: its feet, their mounting, the standing start, the compass.
 
+use super::contradictions::Contradiction;
 use super::side::Side;
 use crate::anomaly::{Anomaly, AnomalyKind, Cause};
 use crate::cause::SensorCause;
@@ -218,6 +219,7 @@ pub(crate) fn examples() -> Vec<Anomaly> {
     SensorCause::examples()
         .map(|cause| cause.anomaly(None, [1, 2], 3))
         .chain(WalkCause::examples().map(|cause| cause.anomaly(None, [1, 2], 3)))
+        .chain(Contradiction::examples().map(|cause| cause.anomaly(None, [1, 2], 3)))
         .collect()
 }
 
@@ -237,7 +239,7 @@ mod tests {
     fn every_example_comes_back_from_json_and_every_kind_is_among_them() {
         let all = examples();
         let kinds: BTreeSet<AnomalyKind> = all.iter().map(|anomaly| anomaly.kind).collect();
-        assert_eq!(kinds.len(), 15);
+        assert_eq!(kinds.len(), 21);
         for anomaly in all {
             let read: Anomaly = serde_json::from_str(&serde_json::to_string(&anomaly).unwrap()).unwrap();
             assert_eq!(read, anomaly);

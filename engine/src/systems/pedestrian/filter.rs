@@ -7,6 +7,7 @@ use nalgebra::{Matrix3, Vector3};
 use serde::{Deserialize, Serialize};
 
 use super::aids::Aids;
+use super::beyond::Beyond;
 use super::config::Config;
 use super::foot::{FootState, Step};
 use super::line::FootLine;
@@ -79,6 +80,16 @@ pub(crate) struct Filter<const B: usize, const F: usize> {
     /// Innovation of the last visit, if it was turned down.
     pub(super) turned_down: Option<Vector3<f64>>,
     pub(super) heading_uncertain: bool,
+    /// What the position may be wrong by beyond the covariance.
+    pub(super) beyond: Beyond,
+    /// Where the inspector was when it was last known, m.
+    pub(super) last_sure_place_n: Vector3<f64>,
+    /// When a contradiction of the heights was last told, ns.
+    pub(super) heights_told_ns: Option<i64>,
+    /// What the feet know of each other is left out: they do not take turns.
+    pub(super) feet_out_of_step: bool,
+    /// Mean of the altimeter's normalised innovations squared over the last stances.
+    pub(super) altimeter_nis: f64,
 }
 
 impl<const B: usize, const F: usize> Filter<B, F> {
@@ -95,6 +106,11 @@ impl<const B: usize, const F: usize> Filter<B, F> {
             last_marker: (start_ns, 0.0),
             turned_down: None,
             heading_uncertain: false,
+            beyond: Beyond::default(),
+            last_sure_place_n: place_n,
+            heights_told_ns: None,
+            feet_out_of_step: false,
+            altimeter_nis: 1.0,
         }
     }
 
@@ -123,6 +139,7 @@ impl<const B: usize, const F: usize> Filter<B, F> {
         }
         let foot = &mut self.feet[sensor];
         foot.t_ns = step.t_ns;
+        foot.ride.take(step.f_b.norm(), dt_s);
         foot.last_w_ib_b = step.w_ib_b;
         let stands = self.is_in_contact(setting, step);
         let foot = &self.feet[sensor];
@@ -137,6 +154,7 @@ impl<const B: usize, const F: usize> Filter<B, F> {
             (true, false) => self.lift_off(setting, sensor, told),
             (false, false) => {
                 self.watch_swing(setting, step, dt_s, told);
+                self.watch_field(step);
                 self.swing(setting, sensor, told);
             }
         }
@@ -158,7 +176,9 @@ impl<const B: usize, const F: usize> Filter<B, F> {
 
     fn touch_down(&mut self, setting: &Setting, step: &Step, told: &mut Vec<Event>) {
         let sensor = step.sensor;
-        if F == 2 && setting.aids.separation {
+        self.judge_swing(setting, sensor, told);
+        self.begin_ride(sensor);
+        if F == 2 && setting.aids.separation && !self.feet_out_of_step {
             let other_p_n = self.feet[1 - sensor].nav.p_n;
             let foot = &mut self.feet[sensor];
             if foot.swing.end(&foot.nav.p_n, &other_p_n) == Following::Passed {
@@ -174,6 +194,7 @@ impl<const B: usize, const F: usize> Filter<B, F> {
     fn lift_off(&mut self, setting: &Setting, sensor: usize, told: &mut Vec<Event>) {
         self.close_stance(setting, sensor, told);
         self.note_gait(sensor);
+        self.note_lift_off(sensor);
         let foot = &mut self.feet[sensor];
         foot.stance.stands = false;
         foot.fastest_m_s = foot.nav.v_n.norm();

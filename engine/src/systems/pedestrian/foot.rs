@@ -3,7 +3,9 @@
 use nalgebra::{Matrix3, Vector3};
 use serde::{Deserialize, Serialize};
 
+use super::doubts::Doubts;
 use super::filter::seconds;
+use super::ride::Ride;
 use super::stance_magnetics::StanceMagnetics;
 use super::swing::Swing;
 use super::tuning::Tuning;
@@ -81,6 +83,10 @@ pub(crate) struct FootState {
     pub(crate) contradicted: bool,
     /// When it was last told that a swing does not end, ns.
     pub(crate) endless_told_ns: Option<i64>,
+    /// What its swings contradict.
+    pub(crate) doubts: Doubts,
+    /// What it feels upwards while it stands.
+    pub(crate) ride: Ride,
 }
 
 /// The present stance, or the last one.
@@ -134,6 +140,8 @@ impl FootState {
             quiet_since_ns: t_ns,
             contradicted: false,
             endless_told_ns: None,
+            doubts: Doubts::default(),
+            ride: Ride::default(),
         }
     }
 }

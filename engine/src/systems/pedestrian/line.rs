@@ -7,8 +7,10 @@ use serde::{Deserialize, Serialize};
 
 use super::cadence::{Cadence, MOST_PER_S};
 use super::causes::WalkCause;
+use super::contradictions::Contradiction;
 use super::foot::Step;
 use super::side::Side;
+use super::spike::spike;
 use super::tuning::Tuning;
 use crate::anomaly::Anomaly;
 use crate::detect::sensor_health::{Limits, SensorHealth};
@@ -38,6 +40,8 @@ pub(crate) struct FootLine {
     /// Samples that wait for the decision about their stance.
     undecided: VecDeque<ImuSample>,
     decided: VecDeque<Step>,
+    /// The sample decided last.
+    before: Option<ImuSample>,
     zupt_sigma_m_s: f64,
     roll_radius_m: f64,
     shake_time_s: f64,
@@ -61,6 +65,7 @@ impl FootLine {
             detector: None,
             undecided: VecDeque::new(),
             decided: VecDeque::new(),
+            before: None,
             zupt_sigma_m_s: 0.0,
             roll_radius_m: 0.0,
             shake_time_s: 0.0,
@@ -202,7 +207,15 @@ impl FootLine {
     }
 
     fn decide(&mut self, decision: &StanceDecision) {
-        let Some(sample) = self.undecided.pop_front() else { return };
+        let Some(mut sample) = self.undecided.pop_front() else { return };
+        let neighbours = self.before.zip(self.undecided.front().copied());
+        if let Some((off_rad_s, between)) =
+            neighbours.and_then(|(before, after)| spike(&before, &sample, &after))
+        {
+            sample = between;
+            self.health.note(Contradiction::Spike { off_rad_s }, sample.t_ns, &mut self.anomalies);
+        }
+        self.before = Some(sample);
         let rolling_m_s = self.roll_radius_m * decision.rate_rms_rad_s;
         let shaking_m_s = self.shake_time_s * decision.unsteadiness_m_s2;
         let zupt_sigma_m_s = (self.zupt_sigma_m_s * self.zupt_sigma_m_s

@@ -37,7 +37,7 @@ impl<const B: usize, const F: usize> Filter<B, F> {
     }
 
     pub(super) fn sigma_plan_m(&self) -> f64 {
-        let covariance = self.middle_covariance();
+        let covariance = self.told_covariance().0;
         (covariance[(0, 0)] + covariance[(1, 1)]).max(0.0).sqrt()
     }
 
@@ -71,13 +71,13 @@ impl<const B: usize, const F: usize> Filter<B, F> {
                 Some(Part { position_n_m: p_n.into(), stance: foot.stance.stands });
         }
         middle /= self.present().count() as f64;
-        let covariance = self.middle_covariance();
+        let (covariance, heading_variance) = self.told_covariance();
         let sigma = |axis: usize| covariance[(axis, axis)].max(0.0).sqrt();
         TrackPoint {
             t_ns,
             position_n_m: middle.into(),
             heading_rad: self.walked.heading_rad(heading(&self.feet[0].nav.c_nb)),
-            sigma_heading_rad: self.sigma_heading_rad(0),
+            sigma_heading_rad: heading_variance.sqrt(),
             sigma_n_m: [sigma(0), sigma(1), sigma(2)],
             covariance_en_m2: covariance[(0, 1)],
             tilt: None,

@@ -18,7 +18,7 @@ use serde::{Deserialize, Serialize};
 
 use super::filter::{Filter, Setting, seconds};
 use super::tuning::Tuning;
-use crate::ins::layout::BLOCKS_A_SENSOR;
+use crate::ins::layout::{BLOCKS_A_SENSOR, ErrorState};
 
 /// Blocks of one foot: those of its strapdown, deviation and stride.
 pub(crate) const BLOCKS_A_FOOT: usize = BLOCKS_A_SENSOR + 2;
@@ -90,6 +90,11 @@ impl<const B: usize, const F: usize> Filter<B, F> {
         self.eskf.covariance.set_diagonal(surroundings(F), first);
     }
 
+    /// The compass of a foot may be off by so much more, rad, whichever way the foot points.
+    pub(crate) fn doubt_compass(&mut self, sensor: usize, rad: f64) {
+        self.eskf.add_noise(&[deviation(sensor, F)], &Vector3::repeat(0.5 * rad * rad));
+    }
+
     /// The foot has moved by `moved_n` according to its strapdown: takes the estimated stride error
     /// off the position at once; its covariance follows in [`Self::stretch`].
     #[inline]
@@ -106,7 +111,7 @@ impl<const B: usize, const F: usize> Filter<B, F> {
         if moved_n == Vector3::zeros() {
             return;
         }
-        let position = crate::ins::layout::ErrorState::Position.of(sensor);
+        let position = ErrorState::Position.of(sensor);
         self.eskf.add_multiple(position, stride(sensor, F), &stride_matrix(&moved_n));
     }
 
@@ -134,7 +139,8 @@ impl<const B: usize, const F: usize> Filter<B, F> {
         self.eskf.scale(block, &Vector3::new(kept, 1.0, 1.0));
         let grown = |density: f64| density * density * elapsed_s;
         let deflection = self.deflection_rad2(slow.deflection_rad) * (1.0 - kept * kept);
-        let drift = Vector3::new(deflection, grown(slow.pressure_drift_m_sqrt_s), 0.0);
+        let drift =
+            Vector3::new(deflection, grown(slow.pressure_drift_m_sqrt_s) * self.pressure_unrest(), 0.0);
         self.eskf.add_noise(&[block], &drift);
         for other in 0..F {
             let walks = [

@@ -39,6 +39,8 @@ const WEAKEST_HORIZONTAL_UT: f64 = 1.0;
 pub(super) const FASTEST_LANDING_M_S: f64 = 1.5;
 /// Somebody who stands for longer is taken in pieces of this length, so that a live track profits, s.
 const PIECE_OF_A_STAND_S: f64 = 5.0;
+/// And who is taken up or down meanwhile, in pieces of this one, s.
+const PIECE_OF_A_RIDE_S: f64 = 1.0;
 
 impl<const B: usize, const F: usize> Filter<B, F> {
     pub(super) fn stand(&mut self, setting: &Setting, step: &Step, dt_s: f64, told: &mut Vec<Event>) {
@@ -66,7 +68,8 @@ impl<const B: usize, const F: usize> Filter<B, F> {
             self.hold(setting, step);
         }
         let stood_s = seconds(step.t_ns - self.feet[sensor].stance.heading_ns);
-        if stood_s >= PIECE_OF_A_STAND_S {
+        let rides = self.feet[sensor].ride.moves(step.t_ns);
+        if stood_s >= if rides { PIECE_OF_A_RIDE_S } else { PIECE_OF_A_STAND_S } {
             self.close_stance(setting, sensor, told);
             let since_ns = self.feet[sensor].stance.since_ns;
             self.feet[sensor].stance.begin(step.t_ns);
@@ -127,7 +130,7 @@ impl<const B: usize, const F: usize> Filter<B, F> {
             told.push(outcome(aids::HEADING, nis, 1, 1, accepted));
         }
         if setting.aids.altimeter
-            && let Some((nis, accepted)) = self.apply_height(setting, sensor)
+            && let Some((nis, accepted)) = self.apply_height(setting, sensor, told)
         {
             told.push(outcome(aids::ALTIMETER, nis, 1, 1, accepted));
         }
@@ -135,7 +138,12 @@ impl<const B: usize, const F: usize> Filter<B, F> {
     }
 
     /// The height by the mean pressure of the stance; the first one takes the zero.
-    pub(super) fn apply_height(&mut self, setting: &Setting, sensor: usize) -> Option<(f64, bool)> {
+    pub(super) fn apply_height(
+        &mut self,
+        setting: &Setting,
+        sensor: usize,
+        told: &mut Vec<Event>,
+    ) -> Option<(f64, bool)> {
         let foot = &mut self.feet[sensor];
         let (sum_hpa, readings) = foot.stance.pressure;
         if readings < 3 {
@@ -147,13 +155,13 @@ impl<const B: usize, const F: usize> Filter<B, F> {
         let drift_m = self.slow.surroundings[PRESSURE_DRIFT];
         let observation = height(sensor, &p_n, zero_m + risen_m - drift_m, setting.tuning.altimeter_sigma_m)
             .with(surroundings(F), surroundings_row(PRESSURE_DRIFT, -1.0));
-        Some(self.update(&observation, GATE_1))
+        Some(self.weigh_height(setting, sensor, &observation, GATE_1, told))
     }
 
     pub(super) fn apply_heading(&mut self, setting: &Setting, sensor: usize) -> Option<(f64, bool)> {
         let tuning = &setting.tuning;
         let foot = &self.feet[sensor];
-        if foot.stance.magnetics.readings() < 3 {
+        if foot.stance.magnetics.readings() < 3 || foot.doubts.field_left_out {
             return None;
         }
         let mag_b_ut = foot.stance.magnetics.mean_b_ut()?;
@@ -229,7 +237,7 @@ impl<const B: usize, const F: usize> Filter<B, F> {
         let foot = &self.feet[sensor];
         let stance = &foot.stance;
         let stood_s = seconds(foot.t_ns - stance.heading_ns);
-        let ends = stance.magnetics.ends();
+        let ends = stance.magnetics.ends().filter(|_| !foot.doubts.field_left_out);
         let rate_mean = stance.rate_sum / f64::from(stance.samples.max(1));
         let gyro_bias_b = foot.nav.gyro_bias_b;
         let mut outcome = None;
@@ -308,7 +316,7 @@ impl<const B: usize, const F: usize> Filter<B, F> {
     }
 
     pub(super) fn watch_heading(&mut self, setting: &Setting, sensor: usize, told: &mut Vec<Event>) {
-        let sigma = self.sigma_heading_rad(sensor);
+        let sigma = self.told_covariance().1.max(self.sigma_heading_rad(sensor).powi(2)).sqrt();
         let uncertain = sigma > HEADING_UNCERTAIN_RAD;
         if uncertain && !self.heading_uncertain {
             let t_ns = self.feet[sensor].t_ns;

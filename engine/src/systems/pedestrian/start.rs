@@ -2,12 +2,16 @@
 
 use nalgebra::{Matrix3, Vector3};
 
+use super::beyond::UNKNOWN_NORTH_RAD;
 use super::causes::WalkCause;
 use super::config::Config;
+use super::contradictions::Contradiction;
+use super::doubts::Doubts;
 use super::filter::{Filter, Setting};
 use super::foot::FootState;
 use super::line::FootLine;
 use super::slow_errors::blocks;
+use super::start_field::{FirstField, first_field};
 use crate::anomaly::Cause;
 use crate::cause::SensorCause;
 use crate::event::{Alignment, Event, HeadingSource};
@@ -22,6 +26,8 @@ const FOOT_PLACE_SIGMA_M: f64 = 0.05;
 const MAGNETIC_DIFFERENCE_SIGMA_RAD: f64 = 0.05;
 /// Sigma of a heading before anything is known of it, rad.
 const UNKNOWN_HEADING_RAD: f64 = 2.0;
+/// A walking foot has to be sampled so often, Hz; half of 100 Hz still does (`lodestep evaluate contradictions`).
+const LEAST_RATE_HZ: f64 = 45.0;
 /// Gravity at rest that differs by more than this is not a matter of bias, m/s².
 const IMPOSSIBLE_REST_M_S2: f64 = 0.6;
 /// Who stands so long before walking gives levelling and gyro bias what they need, s.
@@ -50,14 +56,32 @@ pub(crate) fn resolve(
     lines: &mut [FootLine],
     events: &mut Vec<Event>,
 ) -> Starts {
-    let headings = first_headings(session, config, lines);
+    let fields: Vec<FirstField> = lines
+        .iter()
+        .map(|line| {
+            line.start().map_or(FirstField::Usual, |start| first_field(start, session.site_field.as_ref()))
+        })
+        .collect();
+    let headings = first_headings(session, config, lines, &fields);
+    // A force with the other sign mirrors the walk, whatever says where north is.
+    let mirrored =
+        |field: &FirstField| matches!(field, FirstField::Useless(Contradiction::FieldUpsideDown { .. }));
+    let north_unknown =
+        headings.iter().all(|first| first.source == HeadingSource::Assumed) || fields.iter().any(mirrored);
     let begin_ns = lines.iter().map(FootLine::first_ns).min().unwrap_or(0);
     let mut feet = Vec::new();
     let mut variances = Vec::new();
     let mut seen = Vec::new();
     for (sensor, (line, first)) in lines.iter().zip(&headings).enumerate() {
+        let told_sigma_rad = if north_unknown { UNKNOWN_NORTH_RAD } else { first.sigma_rad };
         let (Some(start), Some(sample)) = (line.start(), line.first_sample()) else { continue };
-        report(session, line, start, first, events);
+        report(session, line, start, &FirstHeading { sigma_rad: told_sigma_rad, ..*first }, events);
+        if let FirstField::Useless(cause) = &fields[sensor] {
+            let (t_start_ns, t_end_ns) = used(line, start);
+            let samples = start.used.len() as u64;
+            let stream = Some(line.side().stream());
+            events.push(Event::Anomaly(cause.anomaly(stream, [t_start_ns, t_end_ns], samples)));
+        }
         let nav = NavState {
             c_nb: start.attitude_at_first(first.rad),
             v_n: Vector3::zeros(),
@@ -66,7 +90,13 @@ pub(crate) fn resolve(
             gyro_bias_b: start.gyro_bias_b,
             accelerometer_bias_b: Vector3::zeros(),
         };
-        feet.push(FootState::new(nav, begin_ns, sample.w_ib_b_rad_s.into()));
+        let mut foot = FootState::new(nav, begin_ns, sample.w_ib_b_rad_s.into());
+        if start.still {
+            foot.doubts = Doubts::at_rest(start.f_b.norm(), session.gravity_m_s2);
+        }
+        foot.doubts.field_left_out = matches!(fields[sensor], FirstField::Useless(_));
+        foot.ride.rest_m_s2 = if start.still { start.f_b.norm() } else { 0.0 };
+        feet.push(foot);
         variances.push(first_variances(config, start, first));
         seen.push(
             start
@@ -80,30 +110,54 @@ pub(crate) fn resolve(
         line.open(&config.tuning, session.gravity_m_s2);
     }
     if let Ok([left, right]) = <[FootState; 2]>::try_from(feet.clone()) {
-        Starts::Two(started(Filter::new([left, right]), &setting, &variances, &seen), setting)
+        let first = First { variances: &variances, seen: &seen, fields: &fields, north_unknown };
+        Starts::Two(started(Filter::new([left, right]), session, &setting, &first), setting)
     } else {
         let one = feet.swap_remove(0);
-        Starts::One(started(Filter::new([one]), &setting, &variances, &seen), setting)
+        let first = First { variances: &variances, seen: &seen, fields: &fields, north_unknown };
+        Starts::One(started(Filter::new([one]), session, &setting, &first), setting)
     }
+}
+
+/// What is known of the feet at the start, one after the other.
+struct First<'a> {
+    variances: &'a [[Matrix3<f64>; 5]],
+    /// Level attitude and field, where the heading is the magnetometer's.
+    seen: &'a [Option<(Matrix3<f64>, Vector3<f64>)>],
+    fields: &'a [FirstField],
+    /// Whether nothing says where north is.
+    north_unknown: bool,
 }
 
 fn started<const B: usize, const F: usize>(
     mut filter: Filter<B, F>,
+    session: &SessionConfig,
     setting: &Setting,
-    variances: &[[Matrix3<f64>; 5]],
-    seen: &[Option<(Matrix3<f64>, Vector3<f64>)>],
+    first: &First<'_>,
 ) -> Filter<B, F> {
-    for (sensor, blocks) in variances.iter().enumerate() {
+    for (sensor, blocks) in first.variances.iter().enumerate() {
         filter.set_first_covariance(sensor, *blocks);
     }
     filter.set_first_positions(setting.tuning.first_position_sigma_m, FOOT_PLACE_SIGMA_M);
     filter.set_first_slow_errors(&setting.tuning);
     // A heading by the magnetometer is off by what deviates the field there: weighed as a measurement
     // of a heading of which nothing was known, it is correlated with that as it should be.
-    for (sensor, seen) in seen.iter().enumerate() {
+    for (sensor, seen) in first.seen.iter().enumerate() {
+        let disturbed_rad =
+            if let FirstField::Disturbed(rad) = first.fields[sensor] { Some(rad) } else { None };
+        if let Some(rad) = disturbed_rad {
+            filter.doubt_compass(sensor, rad);
+        }
         if let Some((c_nb, mag_b_ut)) = seen {
             filter.take_first_heading(setting, sensor, c_nb, mag_b_ut);
         }
+        if let (Some(_), Some(site)) = (disturbed_rad, &session.site_field) {
+            filter.feet[sensor].usual_field_ut = Some((site.horizontal_ut(), -site.down_ut()));
+        }
+    }
+    if first.north_unknown {
+        let place_n = filter.last_sure_place_n;
+        filter.beyond.lose_north(place_n);
     }
     filter
 }
@@ -119,11 +173,20 @@ fn beside_middle(config: &Config, feet: usize, sensor: usize, heading_rad: f64) 
 
 /// The first foot's heading as given, else magnetic, else east; the second one's from the
 /// magnetometers where both have one, else its own x axis is taken to point the same way.
-fn first_headings(session: &SessionConfig, config: &Config, lines: &[FootLine]) -> Vec<FirstHeading> {
+fn first_headings(
+    session: &SessionConfig,
+    config: &Config,
+    lines: &[FootLine],
+    fields: &[FirstField],
+) -> Vec<FirstHeading> {
     let tuning = &config.tuning;
     let magnetic: Vec<Option<f64>> = lines
         .iter()
-        .map(|line| line.start().and_then(|start| start.magnetic_heading(session.declination_rad)))
+        .zip(fields)
+        .map(|(line, field)| {
+            let start = line.start().filter(|_| !matches!(field, FirstField::Useless(_)));
+            start.and_then(|start| start.magnetic_heading(session.declination_rad))
+        })
         .collect();
     let first = match (session.initial_heading_rad, magnetic.first().copied().flatten()) {
         (Some(rad), _) => {
@@ -133,6 +196,15 @@ fn first_headings(session: &SessionConfig, config: &Config, lines: &[FootLine]) 
             rad,
             sigma_rad: tuning.first_magnetic_heading_sigma_rad,
             source: HeadingSource::Magnetic,
+        },
+        // The other foot's, whose x axis is taken to point the same way.
+        (None, None) if magnetic.len() > 1 && magnetic[1].is_some() => FirstHeading {
+            rad: magnetic[1].unwrap_or_default(),
+            sigma_rad: libm::hypot(
+                tuning.first_magnetic_heading_sigma_rad,
+                tuning.second_foot_heading_sigma_rad,
+            ),
+            source: HeadingSource::Assumed,
         },
         (None, None) => FirstHeading {
             rad: std::f64::consts::FRAC_PI_2,
@@ -196,8 +268,7 @@ fn report(
     first: &FirstHeading,
     events: &mut Vec<Event>,
 ) {
-    let at = |index: usize| line.sample_ns(index);
-    let (t_start_ns, t_end_ns) = (at(start.used.start), at(start.used.end.saturating_sub(1)));
+    let (t_start_ns, t_end_ns) = used(line, start);
     let rest_m_s2 = start.f_b.norm();
     events.push(Event::Aligned(Alignment {
         stream: line.side().stream(),
@@ -217,8 +288,17 @@ fn report(
     if !start.still {
         anomaly(&WalkCause::NoStillStart { wanted_still_s: WANTED_STILL_S });
     }
+    let rate_hz = 1.0 / start.interval_s;
+    if rate_hz < LEAST_RATE_HZ && start.used.len() > 2 {
+        anomaly(&Contradiction::LowRate { rate_hz, least_hz: LEAST_RATE_HZ });
+    }
     let gravity_m_s2 = session.gravity_m_s2;
     if (rest_m_s2 - gravity_m_s2).abs() > IMPOSSIBLE_REST_M_S2 {
         anomaly(&SensorCause::ImpossibleRestGravity { rest_m_s2, gravity_m_s2 });
     }
+}
+
+/// From when to when the standing start was, ns.
+fn used(line: &FootLine, start: &StandingStart) -> (i64, i64) {
+    (line.sample_ns(start.used.start), line.sample_ns(start.used.end.saturating_sub(1)))
 }

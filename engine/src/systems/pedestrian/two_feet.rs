@@ -30,7 +30,7 @@ pub(crate) struct Passing {
 
 impl<const B: usize, const F: usize> Filter<B, F> {
     pub(super) fn swing(&mut self, setting: &Setting, sensor: usize, told: &mut Vec<Event>) {
-        if F < 2 || !setting.aids.separation {
+        if F < 2 || !setting.aids.separation || self.feet_out_of_step {
             return;
         }
         let other = &self.feet[1 - sensor];

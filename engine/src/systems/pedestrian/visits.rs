@@ -15,6 +15,7 @@ impl<const B: usize, const F: usize> Filter<B, F> {
     /// A visit, applied to the feet as they are now.
     pub(crate) fn apply_visit(&mut self, setting: &Setting, visit: &Visit, t_ns: i64) -> VisitOutcome {
         self.propagate_all(setting);
+        self.take_in_beyond();
         let (east_m, north_m, up_m) = visit.position_n_m;
         let middle = self.middle_p_n();
         let marker_n_m = Vector3::new(east_m, north_m, up_m.unwrap_or(middle.z));
@@ -49,7 +50,9 @@ impl<const B: usize, const F: usize> Filter<B, F> {
             outcome.accepted = self.update(&observation, f64::INFINITY).1;
         }
         self.turned_down = (!outcome.accepted).then_some(before);
+        self.beyond_is_here();
         if outcome.accepted {
+            self.last_sure_place_n = self.middle_p_n();
             self.last_marker = (t_ns, self.walked.distance_m(F));
         } else {
             outcome.reason = format!(

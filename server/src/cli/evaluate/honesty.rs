@@ -132,6 +132,7 @@ fn add(
         initial_position_n_m: start_n_m,
         initial_heading_rad: configuration.heading_given.then_some(heading_rad),
         declination_rad: site.declination_deg.to_radians(),
+        site_field: Some(site.field()),
         gravity_m_s2: site.gravity_m_s2,
         solution: Solution::Smoothed,
         ..own.session(configuration.feet)

@@ -158,6 +158,7 @@ fn climb(walk: &Walk, site: &Site, rung: &Rung) -> Result<Climbed> {
     let config = SessionConfig {
         initial_position_n_m: walk.start_n_m(),
         declination_rad: site.declination_deg.to_radians(),
+        site_field: Some(site.field()),
         gravity_m_s2: site.gravity_m_s2,
         solution: rung.solution.into(),
         ..pedestrian::Config { aids: rung.aids, ..Default::default() }.session(&Side::BOTH)

@@ -202,6 +202,7 @@ fn listen(
     let mut session = Session::new(SessionConfig {
         initial_position_n_m: walk.start_n_m(),
         declination_rad: site.declination_deg.to_radians(),
+        site_field: Some(site.field()),
         gravity_m_s2: site.gravity_m_s2,
         identification: Some(Identification { automatic, ..identification.clone() }),
         ..pedestrian::two_feet()

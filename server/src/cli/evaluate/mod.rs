@@ -1,6 +1,7 @@
 //! `lodestep evaluate`: recordings scored with the engine's defaults, the same for every file.
 
 mod bounds;
+mod contradictions;
 mod honesty;
 mod ladder;
 mod left_out;
@@ -81,6 +82,8 @@ enum Study {
     Ladder(ladder::LadderArgs),
     /// Errors over their own sigmas on simulated walks: does the filter know how wrong it is?
     Honesty(honesty::HonestyArgs),
+    /// Sensors that contradict each other: is each contradiction told, or covered by the sigma?
+    Contradictions(contradictions::ContradictionsArgs),
     /// What the sensor's noise alone would leave of the errors of recorded walks
     Bounds(bounds::BoundsArgs),
     /// Standing feet: which contacts are recognised, missed or false, by gait and sample rate
@@ -96,6 +99,7 @@ pub(super) fn evaluate(args: &EvaluateArgs) -> Result<()> {
     match &args.study {
         Some(Study::Ladder(args)) => return ladder::ladder(args),
         Some(Study::Honesty(args)) => return honesty::honesty(args),
+        Some(Study::Contradictions(args)) => return contradictions::contradictions(args),
         Some(Study::Bounds(args)) => return bounds::bounds(args),
         Some(Study::Stance(args)) => return stance::stance(args),
         Some(Study::LeftOut(args)) => return left_out::left_out(args),

@@ -85,6 +85,7 @@ pub(super) fn score(
                 let site: Site = site_file::read(&site_path, None)?;
                 config.gravity_m_s2 = site.gravity_m_s2;
                 config.declination_rad = site.declination_deg.to_radians();
+                config.site_field = Some(site.field());
             }
             if markers.exists() && visits.exists() {
                 told = visits::read(&markers, &visits, None)?;

@@ -185,6 +185,7 @@ pub(super) fn session_config(
     if let Some(site) = site {
         config.gravity_m_s2 = site.gravity_m_s2;
         config.declination_rad = site.declination_deg.to_radians();
+        config.site_field = Some(site.field());
         config.origin = Some(site.local_frame().origin());
     }
     config
