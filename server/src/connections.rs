@@ -78,6 +78,8 @@ pub(crate) async fn serve(listener: TcpListener, router: Router, most: usize, st
                 continue;
             }
         };
+        // A pose or an acknowledgement is small: it must not wait until the one before has arrived. Where that cannot be set it does.
+        let _ = stream.set_nodelay(true);
         if let Some(connection) = open.admit(address) {
             let (router, stopping, at_work) = (router.clone(), stopping.clone(), at_work.clone());
             tokio::spawn(async move {

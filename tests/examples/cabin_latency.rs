@@ -24,7 +24,7 @@ use serde_json::{Value, json};
 use tokio::net::TcpListener;
 use tokio::process::{Child, Command};
 use tokio::time::{Instant, sleep, sleep_until, timeout};
-use tokio_tungstenite::connect_async;
+use tokio_tungstenite::connect_async_with_config;
 use tokio_tungstenite::tungstenite::Message;
 
 /// The pose is being found in the first seconds: they do not count, s.
@@ -66,7 +66,7 @@ async fn main() -> Result<()> {
 
     let inspector = post(&client, &address, "/inspectors", &json!({"name": "cabin"})).await?;
     let id = inspector["id"].as_str().context("an inspector has an id")?.to_owned();
-    let (mut device, _) = connect_async(format!("ws://{address}/api/v1/live")).await?;
+    let mut device = opened(format!("ws://{address}/api/v1/live")).await?;
     let hello = Hello::Begin {
         inspector_id: id,
         start: None,
@@ -84,7 +84,7 @@ async fn main() -> Result<()> {
         }
     };
     let session_id = welcome["session_id"].as_str().with_context(|| format!("no welcome: {welcome}"))?;
-    let (poses, _) = connect_async(format!("ws://{address}/api/v1/sessions/{session_id}/poses")).await?;
+    let poses = opened(format!("ws://{address}/api/v1/sessions/{session_id}/poses")).await?;
 
     let samples = (i64::from(seconds) * 1_000_000_000 / SAMPLE_NS) as usize;
     let sent: Arc<Mutex<Vec<Option<Instant>>>> = Arc::new(Mutex::new(vec![None; samples + 2]));
@@ -140,6 +140,12 @@ async fn main() -> Result<()> {
         beside.kill().await?;
     }
     Ok(())
+}
+
+/// A socket that sends each frame at once, as a device does for which milliseconds count.
+async fn opened(url: String) -> Result<Socket> {
+    let (socket, _) = connect_async_with_config(url, None, true).await?;
+    Ok(socket)
 }
 
 fn load(program: &str, address: &str, inspectors: u32, seconds: u32) -> Result<Child> {

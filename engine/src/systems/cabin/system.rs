@@ -153,8 +153,7 @@ impl Cabin {
 
     fn give_live(&mut self, source: usize, row: &AnyRow, events: &mut Vec<Event>) {
         match self.lead.judge(source, row) {
-            Leads::Waits => {}
-            Leads::LeftOut { is_first: false, .. } => {}
+            Leads::Waits | Leads::LeftOut { is_first: false, .. } => {}
             Leads::LeftOut { ahead_ns, is_first: true } => {
                 let device = SOURCE_NAMES[source];
                 let cause = CabinCause::Ahead { ahead_s: ahead_ns as f64 * 1e-9 };
