@@ -287,6 +287,10 @@ impl Runner {
             self.filter.eskf.add_noise(&[states.block(Velocity)], &variance(force));
         }
         let in_contact = self.contact_now(setting);
+        if in_contact.is_none() {
+            // It does not stand until the next look.
+            self.standing = None;
+        }
         let lands = in_contact.is_some() && self.standing.as_ref().map(|s| s.contact) != in_contact;
         let [standing_s, moving_s] = setting.tuning.step_s;
         let step_s = match (in_contact, setting.tuning.zero_velocity_m_s) {

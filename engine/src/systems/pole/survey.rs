@@ -176,7 +176,11 @@ pub fn compute(
         filtered(pass, &asked)
     };
     let rows: Vec<Row> = poses.iter().map(|pose| outcome::row(pose, &looks, &covariances)).collect();
-    let visits = outcome::visits(recording, instrument, &poses);
+    let mut visits = outcome::visits(recording, instrument, &poses);
+    if !options.smoothed {
+        // What a filter learns while the tip stands moves its own track: that is no slip.
+        visits.iter_mut().for_each(|visit| visit.moved_m = 0.0);
+    }
     let numbers: Vec<usize> = visits.iter().map(|visit| visit.stop).collect();
     let mut points = points::combine(&recording.stops, &visits, |a, b| {
         // Nobody knows which of the places was meant where the tip has moved on the point.
