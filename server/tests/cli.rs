@@ -288,7 +288,10 @@ fn a_command_line_that_cannot_be_has_its_sentence_and_exit_code() {
     let (code, sentence) = failed(&["process", "--left", "/there/is/no/such.csv", "--out", "-"]);
     assert!(code == 3 && sentence.contains("/there/is/no/such.csv: cannot be read"), "{sentence}");
     let (code, sentence) = failed(&["process", "--left", text(folder.0.path()), "--out", "-"]);
-    assert!(code == 3 && sentence.contains("it is a folder"), "{sentence}");
+    assert!(
+        code == 3 && sentence.contains("a folder is read where it holds the files of one sensor"),
+        "{sentence}"
+    );
     let nowhere = folder.path("no/folder/t.csv");
     let (code, sentence) = failed(&["process", "--left", text(&log), "--out", text(&nowhere)]);
     assert!(code == 1 && sentence.contains("cannot be written"), "{sentence}");

@@ -102,7 +102,10 @@ impl TextHead {
         let numeric = |field: &&str| field.replace(',', ".").parse::<f64>().is_ok();
         self.candidates_of(fewest)
             .filter(|header| {
-                header.names.all.iter().filter(|name| numeric(name)).count() * 2 < header.names.all.len()
+                // A row of decimal commas, cut at its commas, is no row of names either.
+                let nameless = |name: &&&str| !name.is_empty() && !name.chars().any(char::is_alphabetic);
+                let no_names = header.names.all.iter().filter(|name| numeric(name) || nameless(name)).count();
+                no_names * 2 < header.names.all.len()
             })
             .filter(|header| {
                 // A row of units may stand between the names and the numbers.

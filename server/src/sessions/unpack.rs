@@ -122,7 +122,7 @@ pub enum UnpackError {
         reason: String,
     },
     /// An archive without the files of a sensor.
-    #[error("a ZIP archive is read where it holds the files of one sensor. {0}")]
+    #[error("an archive or a folder is read where it holds the files of one sensor. {0}")]
     NoSensorFiles(ParseError),
     /// The disk failed.
     #[error("the uploaded file cannot be read back: {0}")]

@@ -66,8 +66,19 @@ async fn by_command_line(server: &TestServer, input: &Input, folder: &Path) -> O
     }
     let [e, n, u] = input.start;
     add("--initial-position", format!("{e},{n},{u}").into());
-    add("--gravity-m-s2", site["gravity_m_s2"].to_string().into());
-    add("--declination-deg", site["declination_deg"].to_string().into());
+    let fast = Site::fast();
+    let text = format!(
+        "name = \"FAST\"\nlatitude_deg = {:?}\nlongitude_deg = {:?}\nheight_m = {:?}\ngravity_m_s2 = {}\n\
+         declination_deg = {}\ninclination_deg = {:?}\nfield_ut = {:?}\n",
+        fast.latitude_deg,
+        fast.longitude_deg,
+        fast.height_m,
+        site["gravity_m_s2"],
+        site["declination_deg"],
+        fast.inclination_deg,
+        fast.field_ut,
+    );
+    add("--site", file("site.toml", text.as_bytes()).into());
     if !input.visits.is_empty() {
         let markers = String::from_utf8(markers_csv(input)).unwrap();
         let visits: String =
