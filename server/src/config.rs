@@ -99,6 +99,18 @@ pub struct Config {
     #[arg(long, env = "LODESTEP_JOB_BYTES", value_name = "BYTES", default_value_t = 4 << 30)]
     pub job_bytes: u64,
 
+    /// A live session of which nothing was heard for so long is lost, in seconds: an alarm.
+    #[arg(long, env = "LODESTEP_LOST_AFTER_S", value_name = "SECONDS", default_value_t = 60)]
+    pub lost_after_s: u32,
+
+    /// A person who has stayed on one spot for so long is an alarm, in seconds; 0: never.
+    #[arg(long, env = "LODESTEP_STANDING_AFTER_S", value_name = "SECONDS", default_value_t = 900)]
+    pub standing_after_s: u32,
+
+    /// A live session of which nothing was heard for so long has left without saying so, in seconds: it raises no alarm any more.
+    #[arg(long, env = "LODESTEP_GONE_AFTER_S", value_name = "SECONDS", default_value_t = 3_600)]
+    pub gone_after_s: u32,
+
     /// Connections to the database for reading.
     #[arg(long, env = "LODESTEP_READERS", value_name = "COUNT", default_value_t = 4)]
     pub readers: u32,
@@ -129,6 +141,9 @@ impl Config {
             connections: None,
             job_s: 3_600,
             job_bytes: 4 << 30,
+            lost_after_s: 60,
+            standing_after_s: 900,
+            gone_after_s: 3_600,
             readers: 2,
         }
     }

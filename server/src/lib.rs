@@ -12,6 +12,7 @@ pub mod site;
 pub mod state;
 pub mod wire;
 
+mod alarms;
 pub mod api;
 mod charts;
 pub(crate) mod demo;

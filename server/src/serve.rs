@@ -25,8 +25,8 @@ use crate::state::{App, STOP_WITHIN, State};
 use crate::store::accounts;
 use crate::store::{Store, StoreError};
 use crate::{
-    api, assets, auth, backup_schedule, connections, data_folder, demo, figures, http, jobs, live, private,
-    scrub, site, utc, webhooks,
+    alarms, api, assets, auth, backup_schedule, connections, data_folder, demo, figures, http, jobs, live,
+    private, scrub, site, utc, webhooks,
 };
 
 /// Uploaded logs that are read at once; more wait, so that the live sessions keep their share.
@@ -65,6 +65,7 @@ pub async fn serve(
     tokio::spawn(stale_uploads::work(Arc::clone(&app)));
     let scrubber = tokio::spawn(scrub::work(Arc::clone(&app)));
     tokio::spawn(backup_schedule::work(Arc::clone(&app)));
+    tokio::spawn(alarms::work(Arc::clone(&app)));
     let remover = tokio::spawn(removal::work(Arc::clone(&app)));
     if let Some(sentence) = assets::missing() {
         tracing::warn!("{sentence}");

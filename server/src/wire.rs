@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 use time::OffsetDateTime;
 use uuid::Uuid;
 
-use crate::store::alarms::Acknowledged;
+use crate::store::alarms::{Acknowledged, Alarm};
 use crate::store::anomalies::Anomaly;
 use crate::store::clock_ties::ClockTie;
 use crate::store::faults::Fault;
@@ -80,6 +80,16 @@ pub enum Change {
         /// As it stands now.
         fault: Fault,
     },
+    /// Somebody has to see to something.
+    AlarmRaised {
+        /// To what.
+        alarm: Alarm,
+    },
+    /// It is so no longer.
+    AlarmEnded {
+        /// The alarm's key.
+        key: String,
+    },
     /// An alarm was acknowledged.
     Alarm {
         /// Which, by whom and when.
@@ -114,6 +124,8 @@ impl Change {
             Change::Visit(visit) => Some(visit.session_id),
             Change::Anomaly(anomaly) => Some(anomaly.session_id),
             Change::Fault { .. }
+            | Change::AlarmRaised { .. }
+            | Change::AlarmEnded { .. }
             | Change::Alarm { .. }
             | Change::Markers { .. }
             | Change::Job { .. }

@@ -1,16 +1,17 @@
-//! Alarms of the live page: acknowledged by name, once for everybody.
+//! Alarms: those that stand, and acknowledging them by name, once for everybody.
 
 use axum::extract::State;
 use schemars::JsonSchema;
-use serde::Deserialize;
+use serde::{Deserialize, Serialize};
 
 use crate::auth::Caller;
 use crate::error::{Error, Result};
 use crate::http::{Json, Routes};
 use crate::rights::Right;
 use crate::state::App;
-use crate::store::alarms::{self, Acknowledged};
-use crate::store::audit;
+use crate::store::alarms::{self, Acknowledged, Alarm};
+use crate::store::webhooks::EventKind;
+use crate::store::{audit, webhook_deliveries};
 use crate::utc;
 use crate::wire::Change;
 
@@ -23,10 +24,35 @@ const KEY_LENGTH: usize = 120;
 
 pub(super) fn routes() -> Routes {
     Routes::new()
+        .get("/alarms", Right::Read, standing)
+        .about("list_alarms", "Alarms that stand, and from when on something is one")
         .get("/alarms/acknowledged", Right::Read, list)
         .about("list_acknowledged_alarms", "Alarms that somebody has acknowledged, the newest first")
         .post("/alarms/acknowledged", Right::Dispatch, acknowledge)
         .about("acknowledge_alarm", "Acknowledges an alarm for everybody who looks")
+}
+
+/// What stands, and what makes an alarm.
+#[derive(Serialize, JsonSchema)]
+struct Alarms {
+    /// A live session of which nothing was heard for so long is lost.
+    lost_after_s: u32,
+    /// A person who stayed on one spot for so long; 0: never.
+    standing_after_s: u32,
+    /// Of a session of which nothing was heard for so long none is raised: it left without saying so.
+    gone_after_s: u32,
+    /// By key; also those that somebody has acknowledged.
+    alarms: Vec<Alarm>,
+}
+
+async fn standing(State(app): State<App>) -> Result<Json<Alarms>> {
+    let config = &app.config;
+    Ok(Json(Alarms {
+        lost_after_s: config.lost_after_s,
+        standing_after_s: config.standing_after_s,
+        gone_after_s: config.gone_after_s,
+        alarms: alarms::standing(app.store.read()).await?,
+    }))
 }
 
 async fn list(State(app): State<App>) -> Result<Json<Vec<Acknowledged>>> {
@@ -36,7 +62,7 @@ async fn list(State(app): State<App>) -> Result<Json<Vec<Acknowledged>>> {
 #[derive(Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 struct AlarmKey {
-    /// What it is about: `fault:ID`, or `lost:SESSION:T_NS` with the time of the last position.
+    /// The alarm's: `fault:ID`, `lost:SESSION:T_NS` or `standing:SESSION:T_NS`.
     #[schemars(example = &"fault:0199f1c8-0000-7000-8000-000000000000")]
     key: String,
 }
@@ -67,13 +93,15 @@ async fn acknowledge(
                 let is_new = alarms::acknowledge(&mut *db, &row, now - KEPT).await?;
                 if is_new {
                     let entry = caller.did("alarm.acknowledged", &row.key, None, None);
-                    audit::insert(db, &entry).await?;
+                    audit::insert(&mut *db, &entry).await?;
+                    webhook_deliveries::announce(db, EventKind::AlarmAcknowledged, &row).await?;
                 }
                 Ok::<_, Error>(is_new)
             })
         })
         .await?;
     if is_new {
+        app.webhooks.notify_one();
         app.hub.publish(Change::Alarm { acknowledged: new.clone() });
         return Ok(Json(new));
     }

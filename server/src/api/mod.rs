@@ -37,6 +37,7 @@ mod lab;
 mod mappings;
 mod marker_imports;
 mod markers;
+mod moment;
 mod parameter_sets;
 mod reports;
 mod samples;
@@ -79,6 +80,7 @@ pub fn routes(config: &Config) -> Routes {
         .merge(sessions::routes())
         .merge(session_search::routes())
         .merge(dock::routes())
+        .merge(moment::routes())
         .merge(faults::routes())
         .merge(alarms::routes())
         .merge(fault_photos::routes())

@@ -280,7 +280,7 @@ fn checked_events(mut events: Vec<EventKind>) -> Result<Vec<EventKind>> {
     if events.is_empty() || events.contains(&EventKind::Test) {
         return Err(Error::invalid(
             "wrong_events",
-            "expected one or more of fault.reported, fault.changed and anomalies.found in events: say what is to be told",
+            "expected one or more of fault.reported, fault.changed, anomalies.found, alarm.raised and alarm.acknowledged in events: say what is to be told",
         ));
     }
     Ok(events)

@@ -6,6 +6,8 @@ use serde::Serialize;
 use uuid::Uuid;
 
 use super::trail::{Trail, TrailPoint};
+use crate::alarms::{Heard, Limits, Watched};
+use crate::store::alarms::Alarm;
 use crate::store::anomalies::Anomaly;
 use crate::store::faults::Fault;
 use crate::store::inspectors::Inspector;
@@ -25,6 +27,7 @@ pub struct Board {
     inspectors: Vec<Inspector>,
     sessions: BTreeMap<Uuid, Walk>,
     faults: BTreeMap<Uuid, Fault>,
+    alarms: BTreeMap<String, Alarm>,
     markers_revision: i64,
 }
 
@@ -45,6 +48,7 @@ pub struct Picture {
     inspectors: Vec<Inspector>,
     sessions: Vec<WalkPicture>,
     faults: Vec<Fault>,
+    alarms: Vec<Alarm>,
     markers_revision: i64,
 }
 
@@ -119,6 +123,12 @@ impl Board {
                     self.faults.remove(&fault.id);
                 }
             }
+            Change::AlarmRaised { alarm } => {
+                self.alarms.insert(alarm.key.clone(), alarm.clone());
+            }
+            Change::AlarmEnded { key } => {
+                self.alarms.remove(key);
+            }
             Change::Markers { revision } => self.markers_revision = *revision,
             Change::Job { .. } | Change::Alarm { .. } => {}
         }
@@ -153,6 +163,27 @@ impl Board {
         live.filter_map(|walk| walk.position.clone()).collect()
     }
 
+    /// What is looked at for alarms: the live sessions of which something was heard, and the faults that stand.
+    pub(crate) fn watched(&self, limits: &Limits) -> Watched {
+        let live = self.sessions.values().filter(|walk| walk.session.state == SessionState::Live);
+        let heard = live.filter_map(|walk| {
+            let last = walk.position.as_ref()?;
+            let is_person = walk.session.declaration().carrier_kind == "person";
+            let stays_since_ns = is_person.then(|| walk.trail.stays_since(limits.one_spot_m)).flatten();
+            Some(Heard {
+                session_id: walk.session.id,
+                inspector_id: walk.session.inspector_id,
+                started_at: walk.session.started_at,
+                last_ns: last.t_ns,
+                position_m: last.position_m,
+                sigma_m: last.sigma_m,
+                received_at: last.received_at,
+                stays_since_ns,
+            })
+        });
+        Watched { heard: heard.collect(), faults: self.faults.values().cloned().collect() }
+    }
+
     /// The picture as it is now.
     pub fn picture(&self) -> Picture {
         Picture {
@@ -170,6 +201,7 @@ impl Board {
                 })
                 .collect(),
             faults: self.faults.values().cloned().collect(),
+            alarms: self.alarms.values().cloned().collect(),
             markers_revision: self.markers_revision,
         }
     }

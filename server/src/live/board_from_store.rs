@@ -5,7 +5,7 @@ use crate::sessions::unknown_start::is_unknown;
 use crate::store::sessions::{Filter, Session, SessionState};
 use crate::store::track::Run;
 use crate::store::{
-    Store, StoreError, anomalies, faults, inspectors, markers, sessions, stands, track, visits,
+    Store, StoreError, alarms, anomalies, faults, inspectors, markers, sessions, stands, track, visits,
 };
 use crate::utc;
 use crate::wire::{Change, Motion, Position};
@@ -18,6 +18,9 @@ pub async fn board_from_store(store: &Store) -> Result<Board, StoreError> {
     board.apply(&Change::Markers { revision: markers::revision(db).await? });
     for fault in faults::standing(db).await? {
         board.apply(&Change::Fault { fault });
+    }
+    for alarm in alarms::standing(db).await? {
+        board.apply(&Change::AlarmRaised { alarm });
     }
     let (live, resting): (Vec<_>, Vec<_>) = sessions::list(db, Filter::default())
         .await?

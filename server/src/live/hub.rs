@@ -19,6 +19,7 @@ use tokio_util::sync::CancellationToken;
 use uuid::Uuid;
 
 use super::board::{Board, Picture};
+use crate::alarms::{Limits, Watched};
 use crate::utc;
 use crate::wire::{Change, Position};
 use crate::yielding::yielding;
@@ -224,6 +225,11 @@ impl Hub {
     /// Where those who walk now are, as the clients were told.
     pub fn live_positions(&self) -> Vec<Position> {
         self.lock().board.live_positions()
+    }
+
+    /// What is looked at for alarms, as the clients were told.
+    pub(crate) fn watched(&self, limits: &Limits) -> Watched {
+        self.lock().board.watched(limits)
     }
 
     /// The sign of life, with the number of the last message that the client was sent.

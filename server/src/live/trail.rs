@@ -50,6 +50,13 @@ impl Trail {
         }
     }
 
+    /// Since when it has not left its last vertex by more than this, ns; `None` of an empty one.
+    pub fn stays_since(&self, within_m: f64) -> Option<i64> {
+        let last = self.points.last()?;
+        let near = |p: &&TrailPoint| (p.1 - last.1).hypot(p.2 - last.2) <= within_m;
+        self.points.iter().rev().take_while(near).last().map(|p| p.0)
+    }
+
     /// The vertices that are needed to draw the line to within 0.3 m (Douglas and Peucker, 1973).
     pub fn simplified(&self) -> Vec<TrailPoint> {
         let points = &self.points;
@@ -111,6 +118,15 @@ mod tests {
         let north: Vec<f64> = trail.points.iter().map(|p| p.2).collect();
         assert_eq!(north, [0.0, 0.0, 0.0, 7.0, 7.0, 7.0, 7.0, 0.0, 0.0, 0.0]);
         assert!(trail.points.windows(2).all(|pair| pair[0].0 < pair[1].0));
+    }
+
+    #[test]
+    fn it_stays_since_it_came_near_for_the_last_time() {
+        let walked = [(0, 0.0), (1, 1.0), (2, 40.0), (3, 2.0), (4, 0.5), (9, 1.5)];
+        let trail = Trail::from_points(walked.map(|(s, e)| at_second(s, e, 0.0)));
+        assert_eq!(trail.stays_since(3.0), Some(3_000_000_000));
+        assert_eq!(trail.stays_since(0.1), Some(9_000_000_000));
+        assert_eq!(Trail::default().stays_since(3.0), None);
     }
 
     #[test]

@@ -39,6 +39,7 @@ const STEPS: &[(i64, &str, &str)] = &[
     (20, "pieces and checksums", include_str!("../../../migrations/0020_pieces_and_checksums.sql")),
     (21, "from gate to dock", include_str!("../../../migrations/0021_from_gate_to_dock.sql")),
     (22, "alarms", include_str!("../../../migrations/0022_alarms.sql")),
+    (23, "raised alarms", include_str!("../../../migrations/0023_raised_alarms.sql")),
 ];
 
 /// The version of the tables that this program reads and writes: the number of the last step.

@@ -235,6 +235,21 @@ pub async fn of_inspector_at(
     Ok(query.fetch_optional(db).await?)
 }
 
+/// Those that had begun at this instant, at most `longest` before it, and had not ended yet, the oldest first.
+pub async fn under_way(
+    db: impl SqliteExecutor<'_>,
+    at: OffsetDateTime,
+    longest: time::Duration,
+) -> Result<Vec<Session>, StoreError> {
+    let query = sqlx::query_as(concat!(
+        session!(),
+        "started_at between ?1 and ?2 and state <> 'created' and coalesce(ended_at, ?2) >= ?2 order by started_at, id"
+    ))
+    .bind(utc::to_us(at - longest))
+    .bind(utc::to_us(at));
+    Ok(query.fetch_all(db).await?)
+}
+
 /// Adds one.
 pub async fn insert(db: &mut SqliteConnection, session: &Session) -> Result<(), StoreError> {
     sqlx::query(

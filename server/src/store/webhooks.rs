@@ -60,6 +60,12 @@ pub enum EventKind {
     /// Something is wrong with a sensor or its data.
     #[serde(rename = "anomalies.found")]
     AnomaliesFound,
+    /// Somebody is lost or has stood for long, or a fault of high severity is open.
+    #[serde(rename = "alarm.raised")]
+    AlarmRaised,
+    /// Somebody sees to an alarm.
+    #[serde(rename = "alarm.acknowledged")]
+    AlarmAcknowledged,
     /// Somebody tries the webhook out.
     #[serde(rename = "test")]
     Test,
@@ -72,6 +78,8 @@ impl EventKind {
             EventKind::FaultReported => "fault.reported",
             EventKind::FaultChanged => "fault.changed",
             EventKind::AnomaliesFound => "anomalies.found",
+            EventKind::AlarmRaised => "alarm.raised",
+            EventKind::AlarmAcknowledged => "alarm.acknowledged",
             EventKind::Test => "test",
         }
     }

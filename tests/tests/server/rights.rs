@@ -55,6 +55,8 @@ const MATRIX: &[(&str, &str, &str)] = &[
     ("GET", "/api/v1/sessions/waiting", "videsa"),
     ("GET", "/api/v1/known-logs", "videsa"),
     ("POST", "/api/v1/sessions/{id}/end", "idea"),
+    ("GET", "/api/v1/moment", "videsa"),
+    ("GET", "/api/v1/alarms", "videsa"),
     ("GET", "/api/v1/alarms/acknowledged", "videsa"),
     ("POST", "/api/v1/alarms/acknowledged", "da"),
     ("GET", "/api/v1/sessions/{id}/note", "videsa"),
