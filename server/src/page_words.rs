@@ -11,7 +11,21 @@ const LANGUAGES: [(&str, &str); 2] = [
 ];
 
 /// What a system or a screen alone says, in the same languages.
-const OWN: [(&str, [&str; 2]); 6] = [
+const OWN: [(&str, [&str; 2]); 13] = [
+    (
+        "admin",
+        [
+            include_str!("../../static/messages/admin.en.json"),
+            include_str!("../../static/messages/admin.zh-CN.json"),
+        ],
+    ),
+    (
+        "help",
+        [
+            include_str!("../../static/messages/help.en.json"),
+            include_str!("../../static/messages/help.zh-CN.json"),
+        ],
+    ),
     (
         "lab",
         [
@@ -24,6 +38,13 @@ const OWN: [(&str, [&str; 2]); 6] = [
         [
             include_str!("../../static/messages/markers.en.json"),
             include_str!("../../static/messages/markers.zh-CN.json"),
+        ],
+    ),
+    (
+        "past",
+        [
+            include_str!("../../static/messages/past.en.json"),
+            include_str!("../../static/messages/past.zh-CN.json"),
         ],
     ),
     (
@@ -48,10 +69,38 @@ const OWN: [(&str, [&str; 2]); 6] = [
         ],
     ),
     (
+        "reference",
+        [
+            include_str!("../../static/messages/reference.en.json"),
+            include_str!("../../static/messages/reference.zh-CN.json"),
+        ],
+    ),
+    (
         "rover",
         [
             include_str!("../../static/messages/rover.en.json"),
             include_str!("../../static/messages/rover.zh-CN.json"),
+        ],
+    ),
+    (
+        "sessions",
+        [
+            include_str!("../../static/messages/sessions.en.json"),
+            include_str!("../../static/messages/sessions.zh-CN.json"),
+        ],
+    ),
+    (
+        "tokens",
+        [
+            include_str!("../../static/messages/tokens.en.json"),
+            include_str!("../../static/messages/tokens.zh-CN.json"),
+        ],
+    ),
+    (
+        "upload",
+        [
+            include_str!("../../static/messages/upload.en.json"),
+            include_str!("../../static/messages/upload.zh-CN.json"),
         ],
     ),
 ];

@@ -172,6 +172,10 @@ export const setSessionNote = (id, note) => send("PUT", `/sessions/${seg(id)}/no
 export const sessions = () => get("/sessions").then(rows);
 /** @param {URLSearchParams} query what is known of the log @returns {Promise<import("./upload/waiting.js").WaitingWalk[]>} */
 export const waitingSessions = (query) => get(`/sessions/waiting?${query}`).then(rows);
+/** @param {string} at @returns {Promise<import("./state/past.js").Moment>} where everybody was */
+export const moment = (at) => get(`/moment?at=${encodeURIComponent(at)}`);
+/** @returns {Promise<{lost_after_s: number, standing_after_s: number, gone_after_s: number}>} */
+export const alarms = () => get("/alarms");
 /** @typedef {{key: string, acknowledged_at: string, acknowledged_by: string}} Acknowledged */
 /** @returns {Promise<Acknowledged[]>} */
 export const alarmsAcknowledged = () => get("/alarms/acknowledged").then(rows);

@@ -87,7 +87,14 @@ export function makeApp(site, plan, me, live) {
       trails: store.recall("trails") !== "no",
       trail_s: Number(store.recall("trail_s") ?? 300),
       search: "",
+      /** Only what is in this sector is listed; "" for all. */
+      sector: "",
+      faults: store.recall("faults") !== "no",
+      /** The moment that is looked at; null: now. @type {number | null} */
+      at_ms: null,
     },
+    /** That moment, once it is known. @type {{state: import("./state/live.js").LiveState, at_ms: number} | null} */
+    past: null,
     /** @type {import("./map/runs.js").Runs | null} */
     runs: null,
     /** @type {import("./map/survey.js").Survey | null} */
@@ -95,7 +102,7 @@ export function makeApp(site, plan, me, live) {
     /** Those that the faults' screen lets pass. @type {import("./state/live.js").Fault[] | null} */
     shownFaults: null,
     /** Everybody, those who need attention first; the same list until something has changed. */
-    people: () => (everybody ??= people(app.live, Date.now())),
+    people: () => (everybody ??= people(app.past?.state ?? app.live, app.past?.at_ms ?? Date.now())),
     colour: (/** @type {string} */ inspectorId) => colours.get(inspectorId) ?? giveColour(inspectorId),
     /** @param {AnyTopic[]} topics */
     changed(...topics) {

@@ -87,6 +87,12 @@ export function clock(when) {
   return new Date(new Date(when).getTime() + ZONE_OFFSET_MS).toISOString().slice(11, 19);
 }
 
+/** The site's day, as a field for dates has it. @param {number} when_ms */
+export const siteDay = (when_ms) => new Date(when_ms + ZONE_OFFSET_MS).toISOString().slice(0, 10);
+
+/** When a day of the site begins. @param {string} day as such a field has it */
+export const dayBegins = (day) => Date.parse(`${day}T00:00:00Z`) - ZONE_OFFSET_MS;
+
 /**
  * Site date and time.
  * @param {number | string | Date | null | undefined} when

@@ -81,6 +81,19 @@ export function headingDegrees(heading_rad) {
 }
 
 /**
+ * The sector in which a place is: they follow each other clockwise, each from its own first edge on.
+ * @param {{name: string, azimuth_deg: number}[]} sectors
+ * @param {EastNorth} place
+ * @returns {string | null}
+ */
+export function sectorAt(sectors, [e, n]) {
+  const azimuth_deg = headingDegrees(Math.atan2(e, n));
+  const from = (/** @type {number} */ edge_deg) => (azimuth_deg - edge_deg + 360) % 360;
+  const nearest = sectors.toSorted((a, b) => from(a.azimuth_deg) - from(b.azimuth_deg))[0];
+  return nearest?.name ?? null;
+}
+
+/**
  * Length of a line through points, m.
  * @param {EastNorth[]} points
  */

@@ -60,6 +60,7 @@ async function start() {
   one("#account").hidden = false;
   // Who hands in no walks is not led there.
   for (const route of ["upload", "me"]) one(`nav [data-route=${route}]`).hidden = !app.may("walk");
+  one("[data-route=admin]").hidden = !app.may("administer");
   one("[data-route=lab]").hidden = !app.may("engineer");
   const link = makeLinkState(app, () => linkUp);
   const router = makeRouter(app);

@@ -1,8 +1,8 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
-import { GONE_AFTER_S, people, presenceOf, LOST_AFTER_S, SILENT_AFTER_S } from "../js/state/attention.js";
+import { people, presenceOf, SILENT_AFTER_S } from "../js/state/attention.js";
 import { standChoices, visitOfStand } from "../js/state/findings.js";
-import { apply, emptyState } from "../js/state/live.js";
+import { apply, emptyState, GONE_AFTER_S, LOST_AFTER_S } from "../js/state/live.js";
 import { extend, revise } from "../js/state/trail.js";
 
 const NOW = Date.parse("2026-07-01T08:00:00Z");

@@ -177,6 +177,10 @@ export async function startMock({ port = 0, stepMs = 500, crowd = 0, systems = [
         site.inspectors.push(inspector);
         return json(inspector, 201);
       }
+      case "GET moment":
+        return json(site.moment(Date.parse(url.searchParams.get("at") ?? "")));
+      case "GET alarms":
+        return json({ lost_after_s: 60, standing_after_s: 900, gone_after_s: 3600, alarms: site.alarms() });
       case "GET known-logs":
       case "GET alarms/:id":
         return json([]);

@@ -6,7 +6,9 @@ import { healthOf } from "../js/sessions/health.js";
 import { system } from "../js/systems/pedestrian.js";
 import { residualCard, residualsOf } from "../js/sessions/residuals.js";
 
-const en = JSON.parse(await readFile(new URL("../messages/en.json", import.meta.url), "utf8"));
+const words = async (/** @type {string} */ file) =>
+  JSON.parse(await readFile(new URL(`../messages/${file}.json`, import.meta.url), "utf8"));
+const en = { ...(await words("en")), ...(await words("sessions.en")) };
 const visit = (e_m, n_m, accepted = true) => ({
   session_id: "s",
   marker: "A1",

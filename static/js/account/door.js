@@ -1,9 +1,10 @@
 // The door: where there are accounts, nobody gets in without signing in.
 
 import * as api from "../api.js";
-import { html, one, render } from "../html.js";
-import { t } from "../i18n.js";
+import { html, one, render, setText } from "../html.js";
+import { currentLanguage, loadLanguage, t, translate } from "../i18n.js";
 import { problemBox } from "../ui/problem.js";
+import { remember } from "../ui/remembered.js";
 
 /**
  * Who is in front of the page, asked until it is somebody.
@@ -59,21 +60,35 @@ function signInHere() {
     render(
       dialog,
       html`<form class="door">
-        <h1 id="door-title">${t("door.title")}</h1>
+        <h1 id="door-title" data-t="door.title"></h1>
         <label class="field"
-          ><span>${t("account.name")}</span
+          ><span data-t="account.name"></span
           ><input name="name" autocomplete="username" autocapitalize="none" spellcheck="false" required autofocus
         /></label>
         <label class="field"
-          ><span>${t("account.password")}</span
+          ><span data-t="account.password"></span
           ><input name="password" type="password" autocomplete="current-password" required
         /></label>
         <div class="answer" aria-live="polite"></div>
-        <div class="row end"><button class="main-action">${t("door.sign_in")}</button></div>
-        <p class="muted">${t("door.lost")}</p>
+        <div class="row end"><button class="main-action" data-t="door.sign_in"></button></div>
+        <p class="muted" data-t="door.lost"></p>
+        <div class="row end"><button type="button" class="quiet" data-language></button></div>
       </form>`,
     );
     const form = /** @type {HTMLFormElement} */ (one("form", dialog));
+    const language = one("[data-language]", form);
+    const other = () => (currentLanguage() === "en" ? "zh-CN" : "en");
+    const named = () => {
+      setText(language, other() === "en" ? "English" : "中文");
+      language.lang = other();
+    };
+    named();
+    language.addEventListener("click", async () => {
+      remember("language", other());
+      await loadLanguage(other());
+      translate(form);
+      named();
+    });
     form.addEventListener("submit", async (event) => {
       event.preventDefault();
       const data = new FormData(form);
@@ -90,6 +105,7 @@ function signInHere() {
       }
       button.disabled = false;
     });
+    translate(form);
     dialog.showModal();
   });
 }

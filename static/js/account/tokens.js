@@ -23,7 +23,7 @@ export function showTokens(app, box, all) {
       <div class="list" data-testid="tokens"></div>
       ${
         !all &&
-        html`<form class="new-token">
+        html`<form data-draft class="new-token">
           <h3>${t("tokens.new")}</h3>
           <div class="three">
             <label class="field"

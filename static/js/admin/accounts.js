@@ -24,7 +24,7 @@ export function showAccounts(app, box) {
     html`<h2>${t("admin.accounts")}</h2>
       <div class="answer" aria-live="polite"></div>
       <div class="list"></div>
-      <form>
+      <form data-draft>
         <h3>${t("admin.new_account")}</h3>
         <div class="two">
           <label class="field"

@@ -1,7 +1,7 @@
 // Who changed what, when, from what to what: the newest first, narrowed by words, taken out as CSV.
 
 import * as api from "../api.js";
-import { dateTime } from "../format.js";
+import { clock, dateTime } from "../format.js";
 import { html, one, render } from "../html.js";
 import { t, tOr } from "../i18n.js";
 import { problemBox } from "../ui/problem.js";
@@ -20,32 +20,38 @@ export function showAudit(_app, box) {
     box,
     html`<h2>${t("admin.audit")}</h2>
       <form class="row">
-        <input name="who" class="grow" placeholder="${t("audit.who")}" aria-label="${t("audit.who")}" /><input
+        <input
+          name="who"
+          class="grow"
+          placeholder="${t("admin.audit.who")}"
+          aria-label="${t("admin.audit.who")}"
+        /><input
           name="action"
           class="grow"
-          placeholder="${t("audit.action")}"
-          aria-label="${t("audit.action")}"
+          placeholder="${t("admin.audit.action")}"
+          aria-label="${t("admin.audit.action")}"
         />
-        <input name="subject" class="grow" placeholder="${t("audit.subject")}" aria-label="${t("audit.subject")}" /><a
-          class="file"
-          download
-          >${t("audit.export")}</a
-        >
+        <input
+          name="subject"
+          class="grow"
+          placeholder="${t("admin.audit.subject")}"
+          aria-label="${t("admin.audit.subject")}"
+        /><a class="file" download>${t("admin.audit.export")}</a>
       </form>
       <div class="scroll" tabindex="0" role="region" aria-label="${t("admin.audit")}">
         <table data-testid="audit">
           <thead>
             <tr>
-              <th>${t("audit.when")}</th>
-              <th>${t("audit.who")}</th>
-              <th>${t("audit.action")}</th>
-              <th>${t("audit.change")}</th>
+              <th>${t("admin.audit.when")}</th>
+              <th>${t("admin.audit.who")}</th>
+              <th>${t("admin.audit.action")}</th>
+              <th>${t("admin.audit.change")}</th>
             </tr>
           </thead>
           <tbody></tbody>
         </table>
       </div>
-      <div class="row end"><button type="button" class="more" hidden>${t("audit.more")}</button></div>`,
+      <div class="row end"><button type="button" class="more" hidden>${t("admin.audit.more")}</button></div>`,
   );
   const form = /** @type {HTMLFormElement} */ (one("form", box));
   const more = one(".more", box);
@@ -71,14 +77,14 @@ export function showAudit(_app, box) {
         one("tbody", box),
         entries.length === 0
           ? html`<tr>
-              <td colspan="4" class="muted">${t("audit.none")}</td>
+              <td colspan="4" class="muted">${t("admin.audit.none")}</td>
             </tr>`
           : html`${entries.map(
               (e) =>
                 html`<tr>
-                  <td>${dateTime(e.at)}</td>
+                  <td>${dateTime(e.at)}:${clock(e.at).slice(6)}</td>
                   <td>${e.who}<br /><span class="muted">${e.address}</span></td>
-                  <td>${tOr(`audit.did.${e.action}`, e.action)}<br /><span class="mono muted">${e.subject}</span></td>
+                  <td>${tOr(`admin.audit.did.${e.action}`, e.action)}<br />${subjectOf(e)}</td>
                   <td class="mono">${difference(e.before, e.after)}</td>
                 </tr>`,
             )}`,
@@ -101,6 +107,19 @@ export function showAudit(_app, box) {
   form.addEventListener("submit", (event) => event.preventDefault());
   more.addEventListener("click", () => show(true));
   show();
+}
+
+/** Where what was done something to can be looked at, by what its actions begin with. @type {Record<string, (id: string) => string>} */
+const PLACES = {
+  session: (id) => `#/sessions/${encodeURIComponent(id)}`,
+  fault: (id) => `#/faults?fault=${encodeURIComponent(id)}`,
+};
+
+/** @param {api.AuditEntry} entry */
+function subjectOf({ action, subject }) {
+  const place = PLACES[action.split(".")[0]];
+  if (!place || /(deleted|removed)$/.test(action)) return html`<span class="mono muted">${subject}</span>`;
+  return html`<a class="mono" href="${place(subject)}">${subject}</a>`;
 }
 
 /**

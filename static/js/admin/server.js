@@ -15,9 +15,9 @@ export function showServer(app, box) {
     box,
     html`<h2>${t("admin.server")}</h2>
       <div class="figures"></div>
-      <div class="row backup"><button type="button">${t("server.back_up")}</button></div>
+      <div class="row backup"><button type="button">${t("admin.server.back_up")}</button></div>
       <div class="answer" aria-live="polite"></div>
-      <h3>${t("server.jobs")}</h3>
+      <h3>${t("admin.server.jobs")}</h3>
       <div class="jobs"></div>`,
   );
   const answer = one(".answer", box);
@@ -27,29 +27,30 @@ export function showServer(app, box) {
       const server = await api.server();
       render(
         one(".figures", box),
-        html` <div><b>${server.version}</b><small>${t("server.version")}</small></div>
-          <div><b>${dateTime(server.started_at)}</b><small>${t("server.started")}</small></div>
-          <div><b>${bytes(server.database_bytes)}</b><small>${t("server.database")}</small></div>
+        html` <div><b>${server.version}</b><small>${t("admin.server.version")}</small></div>
+          <div><b>${dateTime(server.started_at)}</b><small>${t("admin.server.started")}</small></div>
+          <div><b>${bytes(server.database_bytes)}</b><small>${t("admin.server.database")}</small></div>
           <div>
-            <b>${server.free_bytes === null ? "–" : bytes(server.free_bytes)}</b><small>${t("server.free")}</small>
+            <b>${server.free_bytes === null ? "–" : bytes(server.free_bytes)}</b
+            ><small>${t("admin.server.free")}</small>
           </div>
-          <div><b>${server.sessions}</b><small>${t("server.sessions")}</small></div>
+          <div><b>${server.sessions}</b><small>${t("admin.server.sessions")}</small></div>
           <div>
-            <b>${server.last_backup_at ? dateTime(server.last_backup_at) : t("server.never")}</b
-            ><small>${t("server.last_backup")}</small>
+            <b>${server.last_backup_at ? dateTime(server.last_backup_at) : t("admin.server.never")}</b
+            ><small>${t("admin.server.last_backup")}</small>
           </div>`,
       );
       const jobs = await api.jobs();
       render(
         one(".jobs", box),
         jobs.length === 0
-          ? html`<p class="muted">${t("server.no_jobs")}</p>`
+          ? html`<p class="muted">${t("admin.server.no_jobs")}</p>`
           : html`<table>
               <thead>
                 <tr>
-                  <th>${t("audit.when")}</th>
-                  <th>${t("server.job_state")}</th>
-                  <th>${t("server.job_session")}</th>
+                  <th>${t("admin.audit.when")}</th>
+                  <th>${t("admin.server.job_state")}</th>
+                  <th>${t("admin.server.job_session")}</th>
                 </tr>
               </thead>
               <tbody>
@@ -62,7 +63,7 @@ export function showServer(app, box) {
                       </td>
                       <td>
                         <a href="#/sessions/${encodeURIComponent(job.session_id)}"
-                          >${app.live.sessions.get(job.session_id)?.title || t("server.open")}</a
+                          >${app.live.sessions.get(job.session_id)?.title || t("admin.server.open")}</a
                         >
                       </td>
                     </tr>`,
@@ -78,12 +79,14 @@ export function showServer(app, box) {
   one(".backup button", box).addEventListener("click", async (event) => {
     const button = /** @type {HTMLButtonElement} */ (event.currentTarget);
     button.disabled = true;
-    render(answer, html`<p class="muted">${t("server.backing_up")}</p>`);
+    render(answer, html`<p class="muted">${t("admin.server.backing_up")}</p>`);
     try {
       const made = await api.backUp();
       render(
         answer,
-        html`<p class="done" role="status">${t("server.backed_up", { file: made.file, size: bytes(made.bytes) })}</p>`,
+        html`<p class="done" role="status">
+          ${t("admin.server.backed_up", { file: made.file, size: bytes(made.bytes) })}
+        </p>`,
       );
       await show();
     } catch (error) {

@@ -1,6 +1,6 @@
 // Faults as a list. The same card on the live screen and on the faults' own.
 
-import { clock, dateTime, length, percent } from "../format.js";
+import { clock, dateTime, length, percent, siteDay } from "../format.js";
 import { html } from "../html.js";
 import { t, tOr } from "../i18n.js";
 import { severitySign } from "../ui/signs.js";
@@ -18,6 +18,8 @@ export function bySeverity(faults) {
     (a, b) => ORDER[a.severity] - ORDER[b.severity] || b.reported_at.localeCompare(a.reported_at),
   );
 }
+
+const isToday = (/** @type {string} */ at) => siteDay(Date.parse(at)) === siteDay(Date.now());
 
 /** @param {string} kind */
 export const faultKind = (kind) => tOr(`fault.kind.${kind}`, kind);
@@ -47,7 +49,7 @@ export function faultCards(app, faults) {
       >
       <span class="sub"
         ><bdi>${placeOf(fault)}</bdi>${who && html` · <bdi>${who}</bdi>`} ·
-        ${clock(fault.reported_at)}${goes && html` · → <b>${goes}</b>`}${(fault.photos ?? 0) > 0 && html` · ${t("fault.photos_n", { n: fault.photos ?? 0 })}`}</span
+        ${isToday(fault.reported_at) ? clock(fault.reported_at) : dateTime(fault.reported_at)}${goes && html` · → <b>${goes}</b>`}${(fault.photos ?? 0) > 0 && html` · ${t("fault.photos_n", { n: fault.photos ?? 0 })}`}</span
       >
     </button>`;
   })}`;

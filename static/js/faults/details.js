@@ -60,7 +60,7 @@ export function makeFaultDetails(app, el, on) {
             <div class="actions" data-part="steps"></div><div class="answer" aria-live="polite"></div></section>
           <section${!sends && html` hidden`}><h3 data-t="fault.who_goes"></h3><div data-part="assign"></div></section>
           <section><h3 data-t="fault.photos"></h3><div data-part="photos"></div><label class="field"${!writes && html` hidden`}><span data-t="fault.add_photo"></span><input type="file" name="photo" accept="image/jpeg,image/png,image/webp" multiple data-testid="photo"></label></section>
-          <section${!writes && html` hidden`}><details data-testid="edit-fault"><summary data-t="fault.edit"></summary><form data-part="edit"></form></details></section>
+          <section${!writes && html` hidden`}><details data-testid="edit-fault"><summary data-t="fault.edit"></summary><form data-draft data-part="edit"></form></details></section>
           <section data-testid="fault-history"><h3 data-t="fault.history"></h3><div data-part="history"></div></section>
         </div>`,
       );

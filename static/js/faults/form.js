@@ -1,4 +1,4 @@
-// Reporting a fault where an inspector stands. The actuator is chosen by the person or left open; it is
+// Reporting a fault where an inspector stands, or for somebody who has called. The actuator is chosen by the person or left open; it is
 // never taken silently from the position, because they stand about as far apart as a position may be off.
 
 import { addPhoto, reportFault } from "../api.js";
@@ -7,7 +7,8 @@ import { html, one, render } from "../html.js";
 import { t } from "../i18n.js";
 import { makeDialog } from "../ui/dialog.js";
 import { problemBox } from "../ui/problem.js";
-import { candidateTable } from "./cards.js";
+import { candidateTable, faultKind } from "./cards.js";
+import { stands } from "./states.js";
 
 /** Demo classes; a kind that is not here is shown as it was sent. */
 export const FAULT_KINDS = [
@@ -29,6 +30,31 @@ export function makeFaultForm(app) {
   /** @type {import("../state/attention.js").Person | null} */
   let person = null;
 
+  const markerOf = (/** @type {FormData} */ data) =>
+    String(data.get("marker_typed") ?? "")
+      .trim()
+      .toUpperCase() || String(data.get("marker") ?? "");
+
+  // The same thing that two people see is one fault.
+  dialog.el.addEventListener("input", (event) => {
+    const form = /** @type {HTMLElement} */ (event.target).closest("form");
+    if (!form) return;
+    const data = new FormData(form);
+    const [kind, marker] = [data.get("kind"), markerOf(data)];
+    const same = [...app.live.faults.values()].find(
+      (fault) => stands(fault) && fault.kind === kind && fault.marker === marker,
+    );
+    render(
+      one(".same", form),
+      same && marker
+        ? html`<p class="warn">
+            ${t("fault.same", { kind: faultKind(same.kind), marker })}
+            <a href="#/faults?fault=${same.id}" data-close>${t("fault.open_same")}</a>
+          </p>`
+        : html``,
+    );
+  });
+
   dialog.el.addEventListener("submit", async (event) => {
     event.preventDefault();
     const form = /** @type {HTMLFormElement} */ (event.target);
@@ -36,12 +62,11 @@ export function makeFaultForm(app) {
     const button = /** @type {HTMLButtonElement} */ (one("button.main-action", form));
     button.disabled = true;
     try {
-      const typed = String(data.get("marker_typed") ?? "")
-        .trim()
-        .toUpperCase();
-      const marker = typed || String(data.get("marker") ?? "");
+      const marker = markerOf(data);
       const fault = await reportFault({
-        ...(person?.session ? { session_id: person.session.id } : { inspector_id: person?.inspector.id }),
+        ...(person?.session
+          ? { session_id: person.session.id }
+          : { inspector_id: person?.inspector.id ?? data.get("inspector_id") }),
         kind: data.get("kind"),
         severity: data.get("severity"),
         ...(data.get("text") ? { text: data.get("text") } : {}),
@@ -74,15 +99,25 @@ export function makeFaultForm(app) {
 
   return {
     /**
-     * @param {import("../state/attention.js").Person} who
+     * @param {import("../state/attention.js").Person | null} who nobody whom the page sees: whoever it is is chosen
      * @param {ReturnType<typeof import("../geometry.js").rankPlaces<{name: string, e_m: number, n_m: number}>>} candidates
      */
     show(who, candidates) {
       person = who;
       dialog.open(
-        html` <form data-for="${who.inspector.id}" data-at="${Date.now()}">
-          <h2 id="fault-title">${t("fault.report")} · ${who.inspector.name}</h2>
+        html` <form data-for="${who?.inspector.id ?? ""}" data-at="${Date.now()}">
+          <h2 id="fault-title">${t("fault.report")}${who && ` · ${who.inspector.name}`}</h2>
           <p class="lead">${t("fault.explain")}</p>
+          ${
+            !who &&
+            html`<label class="field"
+              ><span>${t("fault.by")}</span
+              ><select name="inspector_id" required>
+                <option value=""></option>
+                ${[...app.live.inspectors.values()].map((i) => html`<option value="${i.id}">${i.name}</option>`)}
+              </select></label
+            >`
+          }
           <label class="field"
             ><span>${t("fault.kind")}</span
             ><select name="kind" autofocus>
@@ -95,7 +130,7 @@ export function makeFaultForm(app) {
               ${SEVERITIES.map((s) => html`<label><input type="radio" name="severity" value="${s}" ${s === "medium" && html` checked`} />${t(`severity.${s}`)}</label>`)}
             </div>
           </fieldset>
-          <fieldset>
+          <fieldset ${!who && "hidden"}>
             <legend>${t("fault.actuator")}</legend>
             <div class="choices">
               <label><input type="radio" name="marker" value="" checked />${t("fault.not_sure")}</label>
@@ -110,6 +145,7 @@ export function makeFaultForm(app) {
             ><span>${t("fault.add_photo")}</span
             ><input type="file" name="photo" accept="image/jpeg,image/png,image/webp" multiple
           /></label>
+          <div class="same" aria-live="polite"></div>
           <div class="answer" aria-live="polite"></div>
           <div class="row end">
             <button type="button" data-close>${t("cancel")}</button

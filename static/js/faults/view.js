@@ -6,6 +6,7 @@ import { t, translate } from "../i18n.js";
 import { problemBox } from "../ui/problem.js";
 import { faultCards, faultKind, placeOf } from "./cards.js";
 import { makeFaultDetails } from "./details.js";
+import { makeFaultForm } from "./form.js";
 import { passes, stands, STATES } from "./states.js";
 
 /** The columns of the exported list. */
@@ -43,7 +44,14 @@ export function faultsView(app, side) {
           ><select data-filter="assignee" data-t-label="fault.assignee"></select>
         </div>
       </div>
-      <p class="row"><button type="button" data-export data-testid="export-faults" data-t="list.export"></button></p>
+      <p class="row">
+        ${app.may("walk") && app.may("walk_for_others") && !app.me.inspector_id && html`<button type="button" data-report data-testid="report-call" data-t="fault.report"></button>`}<button
+          type="button"
+          data-export
+          data-testid="export-faults"
+          data-t="list.export"
+        ></button>
+      </p>
       <div class="answer"></div>
       <div class="cards" data-testid="faults"></div>`,
   );
@@ -72,6 +80,9 @@ export function faultsView(app, side) {
       app.changed("fault", "choice");
     },
   });
+
+  /** For those who call. @type {ReturnType<typeof makeFaultForm> | null} */
+  let form = null;
 
   async function fetchAll() {
     try {
@@ -134,8 +145,13 @@ export function faultsView(app, side) {
   }
 
   const onClick = (/** @type {Event} */ event) => {
-    if (/** @type {HTMLElement} */ (event.target).closest("[data-export]")) return void exportShown();
-    const id = /** @type {HTMLElement} */ (event.target).closest("[data-fault]")?.getAttribute("data-fault");
+    const target = /** @type {HTMLElement} */ (event.target);
+    if (target.closest("[data-export]")) return void exportShown();
+    if (target.closest("[data-report]")) {
+      form ??= makeFaultForm(app);
+      return form.show(null, []);
+    }
+    const id = target.closest("[data-fault]")?.getAttribute("data-fault");
     if (!id) return;
     app.ui.fault = id === app.ui.fault ? null : id;
     // The map stays at the fault, wherever the inspector goes meanwhile.
@@ -164,6 +180,7 @@ export function faultsView(app, side) {
       gone = true;
       app.shownFaults = null;
       details.close();
+      form?.remove();
       side.removeEventListener("click", onClick);
       side.removeEventListener("input", onFilter);
     },

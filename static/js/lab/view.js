@@ -24,7 +24,10 @@ export function labView(app, side) {
       <h1>${t("nav.lab")}</h1>
       <p class="lead">${t("lab.lead")}</p>
       <div class="answer" aria-live="polite"></div>
-      <section class="block sets"></section>
+      <section class="block sets">
+        <div class="which"></div>
+        ${mayTurn && html`<form class="row new-set"><input name="name" class="grow" maxlength="80" required placeholder="${t("lab.set_name")}" aria-label="${t("lab.set_name")}" /><input name="about" class="grow" maxlength="1000" placeholder="${t("lab.set_about")}" aria-label="${t("lab.set_about")}" /><button>${t("lab.save_as")}</button></form>`}
+      </section>
       <section class="block site" data-testid="site-parameters"></section>
       <section class="block">
         <h2>${t("lab.parameters")}</h2>
@@ -95,7 +98,7 @@ export function labView(app, side) {
   function showSets() {
     const kept = set;
     render(
-      one(".sets", side),
+      one(".sets .which", side),
       html`<h2>${t("lab.sets")}</h2>
         <div class="row">
           <select name="set" class="grow" aria-label="${t("lab.sets")}">
@@ -107,8 +110,7 @@ export function labView(app, side) {
         ${kept?.about && html`<p class="muted">${kept.about}</p>`}
         <p class="state">
           ${values.size === 0 ? t("lab.all_default") : t("lab.changed", { n: values.size })}${kept && !isSet() && html` · <span class="warn">${t("lab.not_saved")}</span>`}
-        </p>
-        ${mayTurn && html`<form class="row new-set"><input name="name" class="grow" maxlength="80" required placeholder="${t("lab.set_name")}" aria-label="${t("lab.set_name")}" /><input name="about" class="grow" maxlength="1000" placeholder="${t("lab.set_about")}" aria-label="${t("lab.set_about")}" /><button>${t("lab.save_as")}</button></form>`}`,
+        </p>`,
     );
     if (site) render(one(".site", side), siteCard(site, sets, kept !== null && isSet() ? kept : null, mayTurn));
   }
@@ -328,13 +330,15 @@ export function labView(app, side) {
   /** @param {SubmitEvent} event */
   function onSubmit(event) {
     event.preventDefault();
-    const data = new FormData(/** @type {HTMLFormElement} */ (event.target));
+    const form = /** @type {HTMLFormElement} */ (event.target);
+    const data = new FormData(form);
     attempt(async () => {
       set = await api.addParameterSet({
         name: String(data.get("name")),
         about: String(data.get("about")),
         parameters: given(),
       });
+      form.reset();
       await loadSets();
     });
   }
@@ -353,6 +357,7 @@ export function labView(app, side) {
   });
 
   return {
+    unsaved: () => mayTurn && values.size > 0 && !isSet(),
     update(changed) {
       if (changed.has("job") && underWay.length > 0) {
         showUnderWay();

@@ -2,7 +2,7 @@
 // a button that is replaced five times a second cannot be clicked.
 
 import { endSession } from "../api.js";
-import { dateTime, duration, elapsed, heading, length, number, percent, shortDuration } from "../format.js";
+import { clock, dateTime, duration, elapsed, heading, length, number, percent, shortDuration } from "../format.js";
 import { rankPlaces } from "../geometry.js";
 import { html, one, render, setAttribute, setText } from "../html.js";
 import { t, translate } from "../i18n.js";
@@ -12,7 +12,6 @@ import { aboutAnomaly, streamOf, systemOf, word } from "../systems/index.js";
 import { sentence } from "../told.js";
 import { problemBox } from "../ui/problem.js";
 import { presenceGlyph } from "../ui/signs.js";
-import { makeFaultForm } from "../faults/form.js";
 
 const CANDIDATES = 5;
 /** Stands shown, the newest. */
@@ -27,7 +26,8 @@ const CANDIDATES_WITHIN_M = 60;
 export function makeDrawer(app, el) {
   /** @type {string | null} */
   let shown = null;
-  const faultForm = makeFaultForm(app);
+  /** Once it was asked for. @type {Promise<ReturnType<typeof import("../faults/form.js").makeFaultForm>> | null} */
+  let faultForm = null;
 
   const onClick = (/** @type {Event} */ event) => {
     const target = /** @type {HTMLElement} */ (event.target);
@@ -49,8 +49,10 @@ export function makeDrawer(app, el) {
         app.layers.repaint();
       }
     } else if (target.closest("[data-close-drawer]")) app.select(null);
-    else if (target.closest("[data-report]") && person) faultForm.show(person, candidates(person));
-    else if (target.closest("[data-follow]")) {
+    else if (target.closest("[data-report]") && person) {
+      faultForm ??= loadFaultForm().then(({ makeFaultForm }) => makeFaultForm(app));
+      faultForm.then((form) => form.show(person, candidates(person)), console.info);
+    } else if (target.closest("[data-follow]")) {
       app.ui.follow = !app.ui.follow;
       app.changed("choice");
     }
@@ -115,7 +117,8 @@ export function makeDrawer(app, el) {
     setText(one("h2", el), person.inspector.name);
     render(one(".state", el), presenceGlyph(person.presence));
     setAttribute(one("[data-follow]", el), "aria-pressed", String(app.ui.follow));
-    const writes = app.writesFor(person.inspector.id);
+    // What is past is looked at.
+    const writes = !app.past && app.writesFor(person.inspector.id);
     one("[data-report]", el).hidden = !writes;
     one("[data-end]", el).hidden = !writes || !["silent", "lost", "gone"].includes(person.presence);
     setAttribute(one("[data-report]", el), "disabled", position ? null : "");
@@ -162,11 +165,7 @@ export function makeDrawer(app, el) {
       setText(one(".p", line), percent(candidate.probability));
       setText(one(".d", line), length(candidate.distance_m));
     });
-    const named = near.reduce((sum, candidate) => sum + candidate.probability, 0);
-    setText(
-      one(".near-rest", el),
-      near.length > 0 ? t("drawer.near_rest", { share: percent(Math.max(0, 1 - named)) }) : t("drawer.near_none"),
-    );
+    setText(one(".near-rest", el), nearRest(near));
 
     // The newest first; a button stays the same element as long as nothing of the stands changes.
     const stands = (session?.stands ?? []).slice(-STANDS).reverse();
@@ -178,7 +177,7 @@ export function makeDrawer(app, el) {
     const visits = (session?.visits ?? []).slice(-3).reverse();
     render(
       one(".visits", el),
-      html`${visits.length === 0 && html`<p class="muted">${t("drawer.none")}</p>`}${visits.map(visitLine)}`,
+      html`${visits.length === 0 && html`<p class="muted">${t("drawer.none")}</p>`}${visits.map((visit) => visitLine(visit, session))}`,
     );
     const system = systemOf(session);
     const anomalies = (session?.anomalies ?? []).slice(-4).reverse();
@@ -189,7 +188,7 @@ export function makeDrawer(app, el) {
           html`<p class="alert-line">
             <b>${word(system, `anomaly.${a.anomaly}`)}</b>${streamOf(system, a) && ` · ${streamOf(system, a)}`}
             <span class="muted"
-              >${elapsed(a.t_start_ns / 1e9)} · ${aboutAnomaly(system, a.anomaly)}
+              >${whenOf(session, a.t_start_ns / 1e9)} · ${aboutAnomaly(system, a.anomaly)}
               ${sentence(system, `anomaly.told.${a.anomaly}`, a)}</span
             >
           </p>`,
@@ -214,24 +213,50 @@ export function makeDrawer(app, el) {
     },
     close() {
       el.removeEventListener("click", onClick);
-      faultForm.remove();
+      faultForm?.then((form) => form.remove(), console.info);
       render(el, html``);
       el.hidden = true;
     },
   };
 }
 
+const loadFaultForm = () => import("../faults/form.js");
+
 /** @type {Record<string, string>} */
 const TONES = { accepted: "good", rejected: "bad", waiting: "" };
 
-/** @param {import("../state/findings.js").Visit} visit */
-function visitLine(visit) {
+/**
+ * How likely it is that none of those named is meant; or where that is, when it is likely.
+ * @param {ReturnType<typeof rankPlaces<import("../app.js").Place>>} near
+ */
+function nearRest(near) {
+  if (near.length === 0) return t("drawer.near_none");
+  const rest = Math.max(0, 1 - near.reduce((sum, candidate) => sum + candidate.probability, 0));
+  const [a, b] = near.toSorted((one, other) => one.distance_m - other.distance_m);
+  if (rest <= 0.5 || !b) return t("drawer.near_rest", { share: percent(rest) });
+  return t("drawer.between", { a: a.place.name, b: b.place.name, m: length(a.distance_m) });
+}
+
+/**
+ * The time of day of a moment of a walk; since its start, where nobody knows when that was.
+ * @param {import("../state/live.js").LiveSession | null} session
+ * @param {number} t_s
+ */
+function whenOf(session, t_s) {
+  return session?.started_at ? clock(Date.parse(session.started_at) + t_s * 1000) : elapsed(t_s);
+}
+
+/**
+ * @param {import("../state/findings.js").Visit} visit
+ * @param {import("../state/live.js").LiveSession | null} session
+ */
+function visitLine(visit, session) {
   const outcome = visitOutcome(visit);
   const off = offBefore(visit);
   return html`<p class="alert-line">
     <b>${visit.marker}</b> <span class="tag ${TONES[outcome]}">${t(`visit.${outcome}`)}</span>
     <span class="muted"
-      >${elapsed(visitTime(visit))}${off !== null && html` · ${t("visit.moved", { m: length(off) })}`}</span
+      >${whenOf(session, visitTime(visit))}${off !== null && html` · ${t("visit.moved", { m: length(off) })}`}</span
     >
   </p>`;
 }

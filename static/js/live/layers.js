@@ -49,6 +49,8 @@ export class LiveLayers {
     this.screen = "";
     /** Whether the past is drawn yet: it is the longest to draw and the least looked for, so the people stand there before it. */
     this.pastDue = /** @type {"no" | "soon" | "yes"} */ ("no");
+    // Who stands for whom depends on how near they are on the screen.
+    stage.map.on("zoomend", () => app.changed("position"));
     stage.map.on("click", (event) => this.click(eastNorth(event.latlng)));
   }
 
@@ -63,12 +65,13 @@ export class LiveLayers {
   }
 
   openFaults() {
-    return [...this.app.live.faults.values()].filter(stands);
+    return [...(this.app.past?.state ?? this.app.live).faults.values()].filter(stands);
   }
 
-  /** On the faults' own screen those that its filters let pass, else all that stand. */
+  /** On the faults' own screen those that its filters let pass, else all that stand, unless they are switched off. */
   faultsShown() {
-    return (this.screen === "faults" && this.app.shownFaults) || this.openFaults();
+    if (this.screen === "faults" && this.app.shownFaults) return this.app.shownFaults;
+    return this.app.ui.faults ? this.openFaults() : [];
   }
 
   /** @returns {import("../map/trails.js").Walked[]} */

@@ -1,5 +1,6 @@
 // The list of people. A row is made once; afterwards only what differs is touched.
 
+import { sectorAt } from "../geometry.js";
 import { length, number, shortDuration } from "../format.js";
 import { render, setAttribute, setText } from "../html.js";
 import { t } from "../i18n.js";
@@ -32,10 +33,17 @@ export class PeopleList {
     });
   }
 
-  /** Those whose name has what is searched for. */
+  /** Those whose name has what is searched for, and who are in the sector that is. */
   shown() {
-    const wanted = this.app.ui.search.trim().toLowerCase();
-    return this.app.people().filter((p) => p.inspector.name.toLowerCase().includes(wanted));
+    const { ui, plan } = this.app;
+    const wanted = ui.search.trim().toLowerCase();
+    return this.app.people().filter(({ inspector, position }) => {
+      if (!inspector.name.toLowerCase().includes(wanted)) return false;
+      if (ui.sector === "") return true;
+      return (
+        position !== null && sectorAt(plan.sectors, [position.position_m[0], position.position_m[1]]) === ui.sector
+      );
+    });
   }
 
   update() {

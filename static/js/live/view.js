@@ -1,6 +1,7 @@
 // The live screen: everybody in a list, those who need attention first, and the open faults.
 
 import { endSession } from "../api.js";
+import { sectorAt } from "../geometry.js";
 import { html, one, render } from "../html.js";
 import { t, translate } from "../i18n.js";
 import { faultCards } from "../faults/cards.js";
@@ -22,6 +23,7 @@ export function liveView(app, side) {
           autocomplete="off"
           value="${app.ui.search}"
         />
+        <select id="sector" data-t-label="live.sector"></select>
         <p class="summary" data-testid="summary"></p>
         <p class="left-open"></p>
       </div>
@@ -55,6 +57,17 @@ export function liveView(app, side) {
     const first = list.shown()[0];
     if (first) app.select(first.inspector.id);
   });
+  const sector = /** @type {HTMLSelectElement} */ (one("#sector", side));
+  render(
+    sector,
+    html`<option value="">${t("live.all_sectors")}</option>
+      ${app.plan.sectors.map((s) => html`<option value="${s.name}">${t("live.in_sector", { sector: s.name })}</option>`)}`,
+  );
+  sector.value = app.ui.sector;
+  sector.addEventListener("change", () => {
+    app.ui.sector = sector.value;
+    app.changed("choice");
+  });
   const faults = one(".faults", side);
   faults.addEventListener("click", (event) => {
     const id = /** @type {HTMLElement} */ (event.target).closest("[data-fault]")?.getAttribute("data-fault");
@@ -83,7 +96,12 @@ export function liveView(app, side) {
         n > 0 ? html`<button type="button" data-testid="end-left">${t("live.end_open", { n })}</button>` : html``,
       );
       if (["all", "fault", "choice", "session"].some((topic) => changed.has(/** @type {any} */ (topic)))) {
-        render(faults, faultCards(app, app.layers.openFaults()));
+        const here = app.layers.openFaults().filter(({ position_m }) => {
+          if (app.ui.sector === "") return true;
+          // One whose place is unknown may be anywhere.
+          return !position_m || sectorAt(app.plan.sectors, [position_m[0], position_m[1]]) === app.ui.sector;
+        });
+        render(faults, faultCards(app, here));
       }
     },
     close: () => drawer.close(),
@@ -91,7 +109,8 @@ export function liveView(app, side) {
 }
 
 /** Walks that nobody ended, of those whose walks may be written. @param {import("../app.js").App} app */
-const leftOpen = (app) => app.people().filter((p) => p.presence === "gone" && app.writesFor(p.inspector.id));
+const leftOpen = (app) =>
+  app.past ? [] : app.people().filter((p) => p.presence === "gone" && app.writesFor(p.inspector.id));
 
 /**
  * @param {import("../app.js").App} app

@@ -88,7 +88,7 @@ export function makeDetails(app, on) {
     return render(
       el,
       html`${head}
-        <form data-testid="marker-form">
+        <form data-draft data-testid="marker-form">
           <section>
             ${mode === "add" && html`<label class="field"><span>${t("markers.name")}</span><input name="name" required maxlength="100" autocomplete="off" spellcheck="false" /></label>`}
             <div class="three">

@@ -91,7 +91,7 @@ export function labChoice(runs, labRuns) {
   return (
     more.length > 0 &&
     html`<fieldset>
-      <legend>${t("runs.in_lab")}</legend>
+      <legend>${t("sessions.runs.in_lab")}</legend>
       <p class="row">
         ${more.map((run) => html`<button type="button" data-lab="${labName(run.id)}">+ ${run.name}</button>`)}
       </p>
@@ -107,21 +107,21 @@ export function labChoice(runs, labRuns) {
  */
 export function aidsChoice(system, runs, computing, may) {
   const there = new Set(runs.map((run) => run.name));
-  if (!may) return html`<p class="muted">${t("runs.not_yours")}</p>`;
+  if (!may) return html`<p class="muted">${t("sessions.runs.not_yours")}</p>`;
   return html`<details>
-    <summary>${t("runs.by_aids")}</summary>
-    <p class="muted">${t("runs.hint")}</p>
+    <summary>${t("sessions.runs.by_aids")}</summary>
+    <p class="muted">${t("sessions.runs.hint")}</p>
     <p class="row">
-      ${system.ladder.map((aids) => html`<button type="button" data-aids="${aids.join("+")}" ${(computing !== null || there.has(runByAids(system, aids))) && "disabled"}>${aids.length === 1 ? t("runs.only", { aid: word(system, `aid.${aids[0]}`) }) : `+ ${word(system, `aid.${aids[aids.length - 1]}`)}`}</button>`)}
+      ${system.ladder.map((aids) => html`<button type="button" data-aids="${aids.join("+")}" ${(computing !== null || there.has(runByAids(system, aids))) && "disabled"}>${aids.length === 1 ? t("sessions.runs.only", { aid: word(system, `aid.${aids[0]}`) }) : `+ ${word(system, `aid.${aids[aids.length - 1]}`)}`}</button>`)}
     </p>
     <fieldset>
-      <legend>${t("runs.chosen")}</legend>
+      <legend>${t("sessions.runs.chosen")}</legend>
       <div class="choices">
         ${system.aids.map((aid) => html`<label><input type="checkbox" name="aid" value="${aid}" ${aid === system.aids[0] && "checked"} />${word(system, `aid.${aid}`)}</label>`)}
-        <button type="button" data-compute ${computing !== null && "disabled"}>${t("runs.compute")}</button>
+        <button type="button" data-compute ${computing !== null && "disabled"}>${t("sessions.runs.compute")}</button>
       </div>
     </fieldset>
-    ${computing !== null && html`<p role="status">${t("runs.computing", { run: runName(system, { name: computing }) })}</p>`}
+    ${computing !== null && html`<p role="status">${t("sessions.runs.computing", { run: runName(system, { name: computing }) })}</p>`}
   </details>`;
 }
 

@@ -18,6 +18,8 @@ export const LEFT = 46;
 const BOTTOM = 3;
 const TOP = 3;
 const STRIP_PX = 5;
+/** Steps longer than this hold whole motions: streams drawn over each other would be one brown stripe, s. */
+const LANES_FROM_S = 0.4;
 /** Values so close in time are joined, s. */
 const JOINED_S = 0.15;
 
@@ -94,7 +96,11 @@ export function drawPlot(canvas, picture) {
   g.textBaseline = "middle";
   g.lineWidth = 1;
   const turns = wholeTurns(picture);
+  const lanes = lanesOf(picture);
+  /** Where a value is in a lane, the first on top. @param {number} lane @returns {(v: number) => number} */
+  const inLane = (lane) => (v) => TOP + (lane * (bottom - TOP) + y(v) - TOP) / lanes.length;
   for (const tick of plot.angle && turns === null ? [-180, -90, 0, 90, 180] : ticks(least, most)) {
+    if (lanes.length > 1) break;
     g.strokeStyle = ink.plan;
     g.beginPath();
     g.moveTo(LEFT, Math.round(y(tick)) + 0.5);
@@ -103,6 +109,19 @@ export function drawPlot(canvas, picture) {
     g.fillStyle = ink.muted;
     const words = String(Number(tick.toPrecision(6))).replace("-", "−");
     g.fillText(words, LEFT - 5, Math.min(height - 6, Math.max(6, y(tick))));
+  }
+  // A lane is too low for more than the largest of its ticks.
+  const top = Math.max(...ticks(least, most));
+  for (let lane = 0; lane < lanes.length && lanes.length > 1; lane++) {
+    g.strokeStyle = ink.plan;
+    g.beginPath();
+    for (const at of [inLane(lane)(top), inLane(lane)(least)]) {
+      g.moveTo(LEFT, Math.round(at) + 0.5);
+      g.lineTo(width, Math.round(at) + 0.5);
+    }
+    g.stroke();
+    g.fillStyle = ink.muted;
+    g.fillText(String(Number(top.toPrecision(6))), LEFT - 5, inLane(lane)(top));
   }
   g.save();
   g.beginPath();
@@ -115,8 +134,10 @@ export function drawPlot(canvas, picture) {
     g.strokeStyle = limit.name === "gate" ? ink.bad : ink.warn;
     g.setLineDash([5, 4]);
     g.beginPath();
-    g.moveTo(LEFT, y(limit.value * plot.factor));
-    g.lineTo(width, y(limit.value * plot.factor));
+    for (let lane = 0; lane < lanes.length; lane++) {
+      g.moveTo(LEFT, inLane(lane)(limit.value * plot.factor));
+      g.lineTo(width, inLane(lane)(limit.value * plot.factor));
+    }
     g.stroke();
     g.setLineDash([]);
   }
@@ -129,9 +150,9 @@ export function drawPlot(canvas, picture) {
     if (line.dots) drawDots(g, found, plot, most, x, y);
     else {
       g.lineWidth = 1.3;
-      g.globalAlpha = line.translucent ? 0.7 : 1;
+      g.globalAlpha = line.translucent && lanes.length === 1 ? 0.7 : 1;
       g.setLineDash(line.dash ?? []);
-      drawLine(g, found, plot, turns, x, y, from_s, to_s);
+      drawLine(g, found, plot, turns, x, inLane(Math.max(0, lanes.indexOf(line.series))), from_s, to_s);
       g.setLineDash([]);
       g.globalAlpha = 1;
     }
@@ -144,6 +165,20 @@ export function drawPlot(canvas, picture) {
     g.fill();
   }
   g.restore();
+}
+
+/**
+ * The streams that are drawn below each other, by their series; one for all where they are drawn over each other.
+ * @param {Picture} picture
+ * @returns {string[]}
+ */
+export function lanesOf({ plot, line }) {
+  if (!plot.lines.some((one) => one.translucent) || plot.lines.some((one) => one.dots)) return [""];
+  const coarse = plot.lines.some((one) => {
+    const found = line(one.chart, one.series);
+    return found?.high !== undefined && found.high !== null && found.step_s > LANES_FROM_S;
+  });
+  return coarse ? [...new Set(plot.lines.map((one) => one.series))] : [""];
 }
 
 /**

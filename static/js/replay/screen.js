@@ -60,27 +60,27 @@ export function makeReplay(app, dock, id, system, ways) {
   render(
     dock,
     html`<div class="transport">
-        <button type="button" data-do="back" data-t-label="replay.marker_before">
+        <button type="button" data-do="back" data-t-label="sessions.replay.marker_before">
           <svg viewBox="0 0 20 20" aria-hidden="true"><path d="M5 4V16M15 4 7 10 15 16Z" /></svg>
         </button>
-        <button type="button" data-do="play" class="main-action" data-testid="play" data-t-label="replay.play">
+        <button type="button" data-do="play" class="main-action" data-testid="play" data-t-label="sessions.replay.play">
           <svg viewBox="0 0 20 20" aria-hidden="true">
             <path class="to-play" d="M6 3 16 10 6 17Z" />
             <path class="to-pause" d="M6 4H8V16H6ZM12 4H14V16H12Z" />
           </svg>
         </button>
-        <button type="button" data-do="on" data-t-label="replay.marker_next">
+        <button type="button" data-do="on" data-t-label="sessions.replay.marker_next">
           <svg viewBox="0 0 20 20" aria-hidden="true"><path d="M15 4V16M5 4 13 10 5 16Z" /></svg>
         </button>
-        <select data-t-label="replay.speed" data-testid="speed">
+        <select data-t-label="sessions.replay.speed" data-testid="speed">
           ${SPEEDS.map((speed) => html`<option value="${String(speed)}">${String(speed)}×</option>`)}
         </select>
-        <button type="button" data-do="loop_from" data-t-label="replay.loop_from">A</button
-        ><button type="button" data-do="loop_to" data-t-label="replay.loop_to">B</button>
-        <button type="button" data-do="loop_off" data-t="replay.loop_off" hidden></button>
-        <label><input type="checkbox" name="skip" checked /><span data-t="replay.skip_gaps"></span></label>
+        <button type="button" data-do="loop_from" data-t-label="sessions.replay.loop_from">A</button
+        ><button type="button" data-do="loop_to" data-t-label="sessions.replay.loop_to">B</button>
+        <button type="button" data-do="loop_off" data-t="sessions.replay.loop_off" hidden></button>
+        <label><input type="checkbox" name="skip" checked /><span data-t="sessions.replay.skip_gaps"></span></label>
         <label><input type="checkbox" name="follow" /><span data-t="map.follow"></span></label>
-        <button type="button" data-do="live" data-t="replay.live" hidden></button>
+        <button type="button" data-do="live" data-t="sessions.replay.live" hidden></button>
       </div>
       <canvas class="replay-bar" role="slider" tabindex="0" data-t-label="session.time" data-testid="time-bar"></canvas>
       <dl class="replay-readout" data-testid="readout">${readoutFigures(system)}</dl>
@@ -202,7 +202,7 @@ export function makeReplay(app, dock, id, system, ways) {
   }
 
   function showState() {
-    const words = t(clock.state === "paused" ? "replay.play" : "replay.pause");
+    const words = t(clock.state === "paused" ? "sessions.replay.play" : "sessions.replay.pause");
     play.setAttribute("aria-label", words);
     play.setAttribute("title", words);
     dock.dataset.state = clock.state;

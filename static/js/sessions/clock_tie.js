@@ -18,13 +18,13 @@ const ASKED = ["ambiguous", "unmatched"];
  */
 export function clockCard(tie, writes) {
   if (!tie) return html``;
-  const words = t(`clock_tie.${tie.state}`, {
+  const words = t(`sessions.clock_tie.${tie.state}`, {
     offset: signed(tie.offset_s),
     sigma: tie.sigma_s === null ? "–" : tie.sigma_s.toFixed(1),
     matched: tie.matched,
     keyed: tie.keyed,
   });
-  return html`<h2>${t("clock_tie.title")}</h2>
+  return html`<h2>${t("sessions.clock_tie.title")}</h2>
     <p
       data-testid="clock-tie"
       data-state="${tie.state}"
@@ -35,16 +35,16 @@ export function clockCard(tie, writes) {
     ${
       writes &&
       html`<details ${ASKED.includes(tie.state) && "open"}>
-        <summary>${t("clock_tie.correct")}</summary>
+        <summary>${t("sessions.clock_tie.correct")}</summary>
         <form data-clock-tie class="row">
           <label class="field"
-            ><span>${t("clock_tie.offset")}</span
+            ><span>${t("sessions.clock_tie.offset")}</span
             ><input name="offset_s" inputmode="decimal" value="${String(Math.round(tie.offset_s * 10) / 10)}" required
           /></label>
-          <button>${t("clock_tie.apply")}</button>
-          ${tie.state === "given" && html`<button type="button" data-measure>${t("clock_tie.measure")}</button>`}
+          <button>${t("sessions.clock_tie.apply")}</button>
+          ${tie.state === "given" && html`<button type="button" data-measure>${t("sessions.clock_tie.measure")}</button>`}
         </form>
-        <p class="muted">${t("clock_tie.hint")}</p>
+        <p class="muted">${t("sessions.clock_tie.hint")}</p>
       </details>`
     }`;
 }

@@ -50,12 +50,12 @@ export function healthOf({ uploadSlots }, rates, anomalies) {
  */
 export function healthCard(system, { rate_hz, gaps, lost_s, saturated, still, other }) {
   const rates = Object.values(rate_hz).map((rate) => (rate === null ? "–" : number(rate, 0)));
-  return html`<h2>${t("health.title")}</h2>
+  return html`<h2>${t("sessions.health.title")}</h2>
     <div class="figures" data-testid="health">
-      ${figure(`${rates.join(" / ") || "–"} Hz`, keyOf(system, "health.rate"))}
-      ${figure(gaps === 0 ? "0" : `${gaps} · ${number(lost_s, 1)} s`, "health.gaps", gaps === 0 ? "good" : "warn")}
-      ${figure(String(saturated), "health.saturated", saturated === 0 ? "good" : "warn")}
-      ${figure(t(still ? "health.still" : "health.not_still"), "health.start", still ? "good" : "bad")}
-      ${figure(String(other), "health.other", other === 0 ? "good" : "warn")}
+      ${figure(`${rates.join(" / ") || "–"} Hz`, keyOf(system, "sessions.health.rate"))}
+      ${figure(gaps === 0 ? "0" : `${gaps} · ${number(lost_s, 1)} s`, "sessions.health.gaps", gaps === 0 ? "good" : "warn")}
+      ${figure(String(saturated), "sessions.health.saturated", saturated === 0 ? "good" : "warn")}
+      ${figure(t(still ? "sessions.health.still" : "sessions.health.not_still"), "sessions.health.start", still ? "good" : "bad")}
+      ${figure(String(other), "sessions.health.other", other === 0 ? "good" : "warn")}
     </div>`;
 }

@@ -17,32 +17,34 @@ export function showManage(app, box, row, onChange) {
   const { marker = null, position_m = [0, 0, 0], known = false } = row.start ?? {};
   const fresh = render(
     box,
-    html`<h2>${t("manage.title")}</h2>
-      <form data-testid="manage" class="manage">
+    html`<h2>${t("sessions.manage.title")}</h2>
+      <form data-draft data-testid="manage" class="manage">
         <label class="field"
-          ><span>${t("manage.name")}</span><input name="title" maxlength="200" value="${row.title}"
+          ><span>${t("sessions.manage.name")}</span><input name="title" maxlength="200" value="${row.title}"
         /></label>
         <label class="field"
-          ><span>${t("manage.inspector")}</span
+          ><span>${t("sessions.manage.inspector")}</span
           ><select name="inspector_id">
             ${people.map((i) => html`<option value="${i.id}" ${i.id === row.inspector_id && "selected"}>${i.name}</option>`)}
           </select></label
         >
         <label class="field"
-          ><span>${t("manage.start")}</span
+          ><span>${t("sessions.manage.start")}</span
           ><input
             name="start"
             autocomplete="off"
             autocapitalize="characters"
             spellcheck="false"
             value="${marker ?? ""}"
-            placeholder="${known ? position_m.map((/** @type {number} */ v) => v.toFixed(1)).join(", ") : t("manage.start_unknown")}"
+            placeholder="${known ? position_m.map((/** @type {number} */ v) => v.toFixed(1)).join(", ") : t("sessions.manage.start_unknown")}"
         /></label>
-        <p class="muted">${t("manage.start_hint")}</p>
-        <label><input type="checkbox" name="excluded" ${row.excluded && "checked"} />${t("manage.excluded")}</label>
+        <p class="muted">${t("sessions.manage.start_hint")}</p>
+        <label
+          ><input type="checkbox" name="excluded" ${row.excluded && "checked"} />${t("sessions.manage.excluded")}</label
+        >
         <p class="row">
-          <button class="main-action">${t("manage.save")}</button>
-          ${row.samples > 0 && row.state !== "live" && html`<button type="button" data-again>${t("manage.again")}</button>`}
+          <button class="main-action">${t("sessions.manage.save")}</button>
+          ${row.samples > 0 && row.state !== "live" && html`<button type="button" data-again>${t("sessions.manage.again")}</button>`}
         </p>
       </form>
       <div class="answer" aria-live="polite"></div>`,
@@ -71,9 +73,9 @@ export function showManage(app, box, row, onChange) {
         ? {}
         : { start: start === "" ? null : { marker: app.grid.named(start)?.name ?? start } }),
     };
-    attempt(() => api.changeSession(row.id, change), "manage.saved");
+    attempt(() => api.changeSession(row.id, change), "sessions.manage.saved");
   });
   form.querySelector("[data-again]")?.addEventListener("click", () => {
-    attempt(() => api.processSession(row.id), "manage.queued");
+    attempt(() => api.processSession(row.id), "sessions.manage.queued");
   });
 }

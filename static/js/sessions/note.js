@@ -22,7 +22,7 @@ export async function showNote(app, box, id) {
   }
   render(
     box,
-    html`<form class="row" data-testid="note">
+    html`<form data-draft class="row" data-testid="note">
         <button
           type="button"
           class="star"

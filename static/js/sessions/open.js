@@ -3,7 +3,7 @@
 
 import * as api from "../api.js";
 import { html, one, render } from "../html.js";
-import { t } from "../i18n.js";
+import { addWords, t } from "../i18n.js";
 import { problemBox } from "../ui/problem.js";
 
 /** Points a second of a long walk: one every metre and a half at walking pace. */
@@ -21,12 +21,13 @@ const DEEPER = [
   () => import("./figures.js"),
 ];
 const SCREEN = () => import("./view.js");
+const WORDS = () => addWords("sessions");
 
 /** The screen's modules, all at once. */
 export function fetchScreen() {
   // What fails here fails with the screen, which tells of it.
   for (const fetchIt of DEEPER) fetchIt().catch(() => {});
-  return SCREEN();
+  return Promise.all([SCREEN(), WORDS()]).then(([screen]) => screen);
 }
 
 /** @param {string} id */

@@ -58,7 +58,7 @@ export function showPaper(app, box, row, onAdded) {
     box,
     html`<details data-testid="paper">
       <summary>${t("paper.title")}</summary>
-      <form class="manage">
+      <form data-draft class="manage">
         <label class="field"
           ><span>${t("paper.lines")}</span
           ><textarea name="lines" rows="6" spellcheck="false" autocomplete="off" placeholder="10:04 A17"></textarea>

@@ -44,15 +44,16 @@ export function residualsOf(visits) {
 /** @param {Residuals | null} found */
 export function residualCard(found) {
   if (!found)
-    return html`<h2>${t("residuals.title")}</h2>
-      <p class="muted">${t("residuals.none")}</p>`;
+    return html`<h2>${t("sessions.residuals.title")}</h2>
+      <p class="muted">${t("sessions.residuals.none")}</p>`;
   const passed = found.largest_m < REQUIRED_M;
-  return html`<h2>${t("residuals.title")}</h2>
+  return html`<h2>${t("sessions.residuals.title")}</h2>
     <div class="figures" data-testid="residuals">
-      ${figure(length(found.mean_m), "residuals.mean")} ${figure(length(found.rms_m), "residuals.rms")}
-      ${figure(length(found.within_95_m), "residuals.within_95")}
-      ${figure(length(found.largest_m), "residuals.largest")}
-      ${figure(t(passed ? "residuals.passed" : "residuals.failed"), "residuals.required", passed ? "good" : "bad")}
+      ${figure(length(found.mean_m), "sessions.residuals.mean")}
+      ${figure(length(found.rms_m), "sessions.residuals.rms")}
+      ${figure(length(found.within_95_m), "sessions.residuals.within_95")}
+      ${figure(length(found.largest_m), "sessions.residuals.largest")}
+      ${figure(t(passed ? "sessions.residuals.passed" : "sessions.residuals.failed"), "sessions.residuals.required", passed ? "good" : "bad")}
     </div>
     ${histogram(found)}`;
 }
@@ -72,7 +73,7 @@ function histogram({ bins, bin_m, count }) {
     class="histogram"
     viewBox="0 0 ${String(WIDTH)} ${String(HEIGHT)}"
     role="img"
-    aria-label="${t("residuals.histogram", { count })}: ${said}"
+    aria-label="${t("sessions.residuals.histogram", { count })}: ${said}"
     data-testid="histogram"
   >
     <line class="axis" x1="${String(LEFT)}" y1="${String(y(0))}" x2="${String(WIDTH)}" y2="${String(y(0))}" />
@@ -89,6 +90,8 @@ function histogram({ bins, bin_m, count }) {
             >${String(i * bin_m)}</text
           >`,
     )}
-    <text class="edge" x="${String((LEFT + WIDTH) / 2)}" y="${String(HEIGHT - 3)}">${t("residuals.axis")}</text>
+    <text class="edge" x="${String((LEFT + WIDTH) / 2)}" y="${String(HEIGHT - 3)}">
+      ${t("sessions.residuals.axis")}
+    </text>
   </svg>`;
 }

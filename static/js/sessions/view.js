@@ -82,7 +82,7 @@ export function sessionView(app, side, id, asked, askAgain) {
   makeTabs(one(".tabs", side), side, ["replay", "quality", "markers", "files"]);
   const dock = document.createElement("section");
   dock.className = "dock";
-  dock.setAttribute("aria-label", t("replay.label"));
+  dock.setAttribute("aria-label", t("sessions.replay.label"));
   one("#main").append(dock);
   // Now, while nothing is drawn: each change of the map's room draws all of it anew.
   app.stage.map.invalidateSize({ animate: false });

@@ -3,6 +3,7 @@
 
 import { stands } from "../faults/states.js";
 import { worstSigma } from "../geometry.js";
+import { GONE_AFTER_S, LOST_AFTER_S } from "./live.js";
 
 /**
  * @typedef {import("./live.js").LiveState} LiveState
@@ -15,14 +16,10 @@ import { worstSigma } from "../geometry.js";
  */
 
 /** Made once: comparing by locale makes one for every pair of names. */
-const byName = new Intl.Collator();
+const byName = new Intl.Collator(undefined, { numeric: true });
 
 /** No word for this long: silent. Two to three feed intervals and some network. */
 export const SILENT_AFTER_S = 5;
-/** No word for this long: lost. */
-export const LOST_AFTER_S = 60;
-/** No word for this long: whoever it was has left without saying so. */
-export const GONE_AFTER_S = 3600;
 /** How fast somebody may walk of whom nothing is heard, m/s: as the server has it. */
 const WALKING_M_S = 1.4;
 /** One sigma beyond which the nearest actuator is a guess: they stand about 10 m apart. */
@@ -42,14 +39,19 @@ export function serverNow(state, now_ms) {
 /**
  * @param {LiveSession | null} session
  * @param {number} server_now_ms
+ * @param {{lost_after_s: number, gone_after_s: number}} limits as the server was set up
  * @returns {{presence: Presence, age_s: number | null}}
  */
-export function presenceOf(session, server_now_ms) {
+export function presenceOf(
+  session,
+  server_now_ms,
+  limits = { lost_after_s: LOST_AFTER_S, gone_after_s: GONE_AFTER_S },
+) {
   if (session?.state !== "live") return { presence: "off", age_s: null };
   if (!session.position) return { presence: "starting", age_s: null };
   const age_s = Math.max(0, (server_now_ms - Date.parse(session.position.received_at)) / 1000);
-  if (age_s > GONE_AFTER_S) return { presence: "gone", age_s };
-  if (age_s > LOST_AFTER_S) return { presence: "lost", age_s };
+  if (age_s > limits.gone_after_s) return { presence: "gone", age_s };
+  if (age_s > limits.lost_after_s) return { presence: "lost", age_s };
   if (age_s > SILENT_AFTER_S || session.position.state === "silent") return { presence: "silent", age_s };
   return { presence: session.position.state === "standing" ? "standing" : "walking", age_s };
 }
@@ -97,7 +99,7 @@ export function people(state, now_ms) {
   const ids = new Set([...state.inspectors.keys(), ...latest.keys()]);
   const list = [...ids].map((id) => {
     const session = latest.get(id) ?? null;
-    const { presence, age_s } = presenceOf(session, server_now_ms);
+    const { presence, age_s } = presenceOf(session, server_now_ms, state);
     const position = session?.position ? aged(session.position, age_s) : null;
     const sigma_m = position ? worstSigma(position.sigma_m, position.covariance_en_m2) : null;
     const poor = sigma_m !== null && sigma_m > POOR_SIGMA_M;

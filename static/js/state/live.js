@@ -31,13 +31,20 @@ import { extend, revise } from "./trail.js";
  * @typedef {{
  *   boot: string | null, seq: number, server_offset_ms: number, heard_at_ms: number,
  *   inspectors: Map<string, Inspector>, sessions: Map<string, LiveSession>, faults: Map<string, Fault>, acknowledged: Map<string, import("../api.js").Acknowledged>,
+ *   alarms: Map<string, RaisedAlarm>, lost_after_s: number, gone_after_s: number,
  *   jobs: Map<string, Job>, markers_revision: number,
  * }} LiveState
+ * @typedef {{key: string, kind: "lost" | "standing" | "fault", session_id: string | null, inspector_id: string | null, fault_id: string | null, since: string, raised_at: string}} RaisedAlarm
  * @typedef {"all" | "position" | "trail" | "session" | "visit" | "stand" | "anomaly" | "fault" | "markers" | "job"} Topic
  */
 
 /** How many of the latest anomalies, visits and stands of a live session are kept to be shown. */
 const KEPT = 50;
+
+/** No word for this long: lost. */
+export const LOST_AFTER_S = 60;
+/** No word for this long: whoever it was has left without saying so. */
+export const GONE_AFTER_S = 3600;
 
 /** @returns {LiveState} */
 export function emptyState() {
@@ -51,6 +58,10 @@ export function emptyState() {
     faults: new Map(),
     jobs: new Map(),
     acknowledged: new Map(),
+    alarms: new Map(),
+    // Until the server has said what it was set to.
+    lost_after_s: LOST_AFTER_S,
+    gone_after_s: GONE_AFTER_S,
     markers_revision: 0,
   };
 }
@@ -96,6 +107,7 @@ function takeSnapshot(state, message) {
   state.inspectors = new Map(message.inspectors.map((/** @type {Inspector} */ i) => [i.id, i]));
   state.sessions = new Map(message.sessions.map((/** @type {any} */ s) => [s.id, liveSession(s)]));
   state.faults = new Map(message.faults.map((/** @type {Fault} */ f) => [f.id, f]));
+  state.alarms = new Map((message.alarms ?? []).map((/** @type {RaisedAlarm} */ a) => [a.key, a]));
 }
 
 /**
@@ -177,6 +189,14 @@ function applyChange(state, change, changed) {
       break;
     case "fault":
       state.faults.set(change.fault.id, change.fault);
+      changed.add("fault");
+      break;
+    case "alarm_raised":
+      state.alarms.set(change.alarm.key, change.alarm);
+      changed.add("fault");
+      break;
+    case "alarm_ended":
+      state.alarms.delete(change.key);
       changed.add("fault");
       break;
     case "alarm":

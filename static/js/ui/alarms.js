@@ -1,35 +1,29 @@
-// Alarms: somebody is lost, a fault of high severity. They are read aloud when they are new, and stay on the screen until somebody has
-// acknowledged them. Moves are never read aloud.
+// Alarms, as the server raises them: somebody is lost or has stood for long, a fault of high severity. They are read aloud when they are
+// new, and stay on the screen until somebody has acknowledged them. Moves are never read aloud.
 
-import { alarmsAcknowledged } from "../api.js";
+import { alarms, alarmsAcknowledged } from "../api.js";
+import { clock } from "../format.js";
 import { one } from "../html.js";
 import { t } from "../i18n.js";
 
 /** @typedef {{key: string, words: string, inspector?: string, fault?: string}} Alarm */
 
 /**
- * What is wrong now, by keys that are the same for everybody.
+ * Those that nobody has acknowledged.
  * @param {import("../app.js").App} app
  * @returns {Alarm[]}
  */
-export function alarmsOf(app) {
-  /** @type {Alarm[]} */
-  const found = [];
-  for (const { presence, session, inspector } of app.people()) {
-    // Whoever is heard of and lost again is another alarm.
-    if (presence === "lost" && session)
-      found.push({
-        key: `lost:${session.id}:${session.position?.t_ns ?? 0}`,
-        words: t("alarm.lost", { name: inspector.name }),
-        inspector: inspector.id,
-      });
-  }
-  for (const fault of app.live.faults.values()) {
-    if (fault.state !== "open" || fault.severity !== "high") continue;
-    const marker = fault.marker ?? fault.candidates.find((c) => c.marker)?.marker ?? "?";
-    found.push({ key: `fault:${fault.id}`, words: t("alarm.fault", { marker }), fault: fault.id });
-  }
-  return found.filter(({ key }) => !app.live.acknowledged.has(key));
+export function alarmsOf({ live }) {
+  const open = [...live.alarms.values()].filter(({ key }) => !live.acknowledged.has(key));
+  return open.map(({ key, kind, inspector_id, fault_id, since }) => {
+    if (kind === "fault") {
+      const fault = live.faults.get(fault_id ?? "");
+      const marker = fault?.marker ?? fault?.candidates.find((c) => c.marker)?.marker ?? "?";
+      return { key, words: t("alarm.fault", { marker }), fault: fault_id ?? undefined };
+    }
+    const name = live.inspectors.get(inspector_id ?? "")?.name ?? "?";
+    return { key, words: t(`alarm.${kind}`, { name, time: clock(since) }), inspector: inspector_id ?? undefined };
+  });
 }
 
 /** @param {import("../app.js").App} app */
@@ -49,7 +43,8 @@ export function makeAlarms(app) {
       // Where changes may have been missed, all are asked for.
       if (boot !== live.boot) {
         boot = live.boot;
-        alarmsAcknowledged().then((list) => {
+        Promise.all([alarms(), alarmsAcknowledged()]).then(([{ lost_after_s, gone_after_s }, list]) => {
+          Object.assign(live, { lost_after_s, gone_after_s });
           for (const row of list) live.acknowledged.set(row.key, row);
           app.changed("fault");
         }, console.info);

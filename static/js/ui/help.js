@@ -1,7 +1,7 @@
 // What the keys do.
 
 import { html } from "../html.js";
-import { t } from "../i18n.js";
+import { addWords, t } from "../i18n.js";
 import { makeDialog } from "./dialog.js";
 
 const KEYS = [
@@ -19,13 +19,14 @@ const KEYS = [
   ["A B", "help.loop"],
   ["L", "help.live"],
   ["Esc", "help.close"],
-  ["?", "help.open"],
+  ["?", "help.title"],
 ];
 
 export function makeHelp() {
   const dialog = makeDialog("help");
   return {
-    show() {
+    async show() {
+      await addWords("help");
       dialog.open(
         html` <h2 id="help-title">${t("help.title")}</h2>
           <dl class="shortcuts">

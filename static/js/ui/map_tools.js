@@ -3,6 +3,7 @@
 import { number } from "../format.js";
 import { one, setAttribute, setText } from "../html.js";
 import { eastNorth } from "../map/stage.js";
+import { addWords } from "../i18n.js";
 import * as store from "./remembered.js";
 
 /** @param {import("../app.js").App} app */
@@ -31,6 +32,18 @@ export function makeMapTools(app) {
     store.remember("trails", app.ui.trails ? "yes" : "no");
     app.changed("choice");
   });
+  one("#toggle-faults").addEventListener("click", () => {
+    app.ui.faults = !app.ui.faults;
+    store.remember("faults", app.ui.faults ? "yes" : "no");
+    app.layers.repaint();
+    app.changed("choice");
+  });
+  one("#toggle-past").addEventListener("click", () => {
+    app.ui.at_ms = app.ui.at_ms === null ? Math.floor(Date.now() / 60_000) * 60_000 - 60_000 : null;
+    app.changed("choice");
+  });
+  /** The bar of the past, once somebody has looked there. @type {Promise<{update: () => void}> | null} */
+  let pastBar = null;
   one("#trail-chips").addEventListener("click", (event) => {
     const chip = /** @type {HTMLElement} */ (event.target).closest("[data-trail]");
     if (!(chip instanceof HTMLElement)) return;
@@ -58,6 +71,10 @@ export function makeMapTools(app) {
       setAttribute(one("#toggle-follow"), "aria-pressed", String(app.ui.follow));
       setAttribute(one("#toggle-ellipses"), "aria-pressed", String(app.ui.ellipses));
       setAttribute(one("#toggle-trails"), "aria-pressed", String(app.ui.trails));
+      setAttribute(one("#toggle-faults"), "aria-pressed", String(app.ui.faults));
+      setAttribute(one("#toggle-past"), "aria-pressed", String(app.ui.at_ms !== null));
+      if (app.ui.at_ms !== null) pastBar ??= loadPastBar(app);
+      pastBar?.then((bar) => bar.update(), console.info);
       for (const chip of one("#trail-chips").children) {
         const seconds = chip.getAttribute("data-trail") === "all" ? Infinity : Number(chip.getAttribute("data-trail"));
         setAttribute(chip, "aria-pressed", String(app.ui.trails && seconds === app.ui.trail_s));
@@ -65,3 +82,9 @@ export function makeMapTools(app) {
     },
   };
 }
+
+/** @param {import("../app.js").App} app */
+const loadPastBar = (app) =>
+  addWords("past")
+    .then(() => import("../live/past_bar.js"))
+    .then(({ makePastBar }) => makePastBar(app));

@@ -6,9 +6,10 @@ import { liveView } from "../live/view.js";
 import { openSession } from "../sessions/open.js";
 import { readChosen } from "./chosen.js";
 import { problemBox } from "./problem.js";
+import { mayLeave, unsaved, watchDrafts } from "./unsaved.js";
 
 /**
- * @typedef {{update?: (changed: Set<import("../app.js").AnyTopic>) => void, close?: () => void}} View
+ * @typedef {{unsaved?: () => boolean, update?: (changed: Set<import("../app.js").AnyTopic>) => void, close?: () => void}} View
  * @typedef {(app: import("../app.js").App, side: HTMLElement, argument: string) => View} MakeView
  */
 
@@ -19,9 +20,23 @@ import { problemBox } from "./problem.js";
  */
 const SCREENS = {
   live: { load: () => liveView, layout: "map", place: "live" },
-  sessions: { load: () => import("../sessions/list.js").then((m) => m.sessionsView), layout: "map", place: "sessions" },
+  sessions: {
+    load: () =>
+      addWords("sessions")
+        .then(() => import("../sessions/list.js"))
+        .then((m) => m.sessionsView),
+    layout: "map",
+    place: "sessions",
+  },
   session: { load: () => openSession, layout: "replay", place: "sessions" },
-  upload: { load: () => import("../upload/view.js").then((m) => m.uploadView), layout: "page", place: "upload" },
+  upload: {
+    load: () =>
+      addWords("upload")
+        .then(() => import("../upload/view.js"))
+        .then((m) => m.uploadView),
+    layout: "page",
+    place: "upload",
+  },
   faults: { load: () => import("../faults/view.js").then((m) => m.faultsView), layout: "map", place: "faults" },
   markers: {
     load: () =>
@@ -32,7 +47,14 @@ const SCREENS = {
     place: "markers",
   },
   me: { load: () => import("../me/view.js").then((m) => m.meView), layout: "page", place: "me" },
-  account: { load: () => import("../account/view.js").then((m) => m.accountView), layout: "page", place: "account" },
+  account: {
+    load: () =>
+      addWords("tokens")
+        .then(() => import("../account/view.js"))
+        .then((m) => m.accountView),
+    layout: "page",
+    place: "account",
+  },
   lab: {
     load: () =>
       addWords("lab")
@@ -41,8 +63,22 @@ const SCREENS = {
     layout: "page",
     place: "lab",
   },
-  api: { load: () => import("../reference/view.js").then((m) => m.referenceView), layout: "page", place: "api" },
-  admin: { load: () => import("../admin/view.js").then((m) => m.adminView), layout: "page", place: "admin" },
+  api: {
+    load: () =>
+      addWords("reference")
+        .then(() => import("../reference/view.js"))
+        .then((m) => m.referenceView),
+    layout: "page",
+    place: "api",
+  },
+  admin: {
+    load: () =>
+      addWords("admin")
+        .then(() => import("../admin/view.js"))
+        .then((m) => m.adminView),
+    layout: "page",
+    place: "admin",
+  },
 };
 
 /**
@@ -110,6 +146,17 @@ export function makeRouter(app) {
     app.changed("all");
   }
 
-  addEventListener("hashchange", go);
+  watchDrafts();
+  const lost = () => view?.unsaved?.() ?? false;
+  /** The address of what is shown. */
+  let shown = location.hash;
+  addEventListener("hashchange", () => {
+    if (!mayLeave(lost())) return history.replaceState(null, "", shown || "#/live");
+    shown = location.hash;
+    return go();
+  });
+  addEventListener("beforeunload", (event) => {
+    if (unsaved() || lost()) event.preventDefault();
+  });
   return { go, again: go, view: () => view, name: () => name };
 }

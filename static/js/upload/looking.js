@@ -35,7 +35,7 @@ export function makeLooking(app, side, system, fileOf, onLooked) {
   async function lookAt(name) {
     const file = fileOf(name);
     if (!file || slots.find(({ stream }) => stream === name)?.kind !== "imu") return;
-    setText(one(".state", card(name)), `${bytes(file.size)} · ${t("preview.looking")}`);
+    setText(one(".state", card(name)), `${bytes(file.size)} · ${t("upload.preview.looking")}`);
     try {
       let preview = await look(api, file, readings[name] ?? {});
       if (preview.problem?.code === "unknown_format") {
@@ -86,21 +86,21 @@ export function makeLooking(app, side, system, fileOf, onLooked) {
         : null;
     if (!ask_rate && !ask_field && !(reading.mapping || preview.columns.length > 0)) return null;
     return html`<div class="asked">
-      ${ask_rate && html`<label class="field"><span>${t("preview.ask_rate")}</span><input data-ask="rate_hz" inputmode="decimal" autocomplete="off" value="${reading.rate_hz ?? ""}" /></label>`}
+      ${ask_rate && html`<label class="field"><span>${t("upload.preview.ask_rate")}</span><input data-ask="rate_hz" inputmode="decimal" autocomplete="off" value="${reading.rate_hz ?? ""}" /></label>`}
       ${
         ask_field &&
         html`<label class="field"
-            ><span>${t("preview.ask_field")}</span
+            ><span>${t("upload.preview.ask_field")}</span
             ><input
               data-ask="field_ut_per_count"
               inputmode="decimal"
               autocomplete="off"
               value="${reading.field_ut_per_count ?? ""}"
           /></label>
-          ${suggested && html`<p class="muted">${t("preview.suggested_field", { ut: String(Number(suggested.toPrecision(3))) })}</p>`}`
+          ${suggested && html`<p class="muted">${t("upload.preview.suggested_field", { ut: String(Number(suggested.toPrecision(3))) })}</p>`}`
       }
-      ${(ask_rate || ask_field) && html`<button type="button" data-look="${name}">${t("preview.again")}</button>`}
-      ${preview.columns.length > 0 && preview.format !== "canonical" && html`<button type="button" class="quiet" data-map="${name}">${t("preview.map_columns")}</button>`}
+      ${(ask_rate || ask_field) && html`<button type="button" data-look="${name}">${t("upload.preview.again")}</button>`}
+      ${preview.columns.length > 0 && preview.format !== "canonical" && html`<button type="button" class="quiet" data-map="${name}">${t("upload.preview.map_columns")}</button>`}
     </div>`;
   }
 
@@ -146,11 +146,11 @@ export function makeLooking(app, side, system, fileOf, onLooked) {
     const part = looked.some((preview) => preview.part);
     setText(
       box,
-      word(system, time.one_clock ? "preview.one_clock" : "preview.two_clocks", {
+      word(system, time.one_clock ? "upload.preview.one_clock" : "upload.preview.two_clocks", {
         s: number(time.second_after_first_s, 2),
         spread: number(time.spread_s, 2),
         overlap: duration(time.overlap_s),
-      }) + (part ? ` ${t("preview.of_part")}` : ""),
+      }) + (part ? ` ${t("upload.preview.of_part")}` : ""),
     );
   }
 

@@ -20,7 +20,7 @@ export function previewCard(preview, stream, aligned) {
   const some = survey.samples > 0;
   return html`<p class="format">
       <b data-testid="format">${formatName(preview)}</b
-      >${preview.part && html` <span class="muted">${t("preview.part")}</span>`}
+      >${preview.part && html` <span class="muted">${t("upload.preview.part")}</span>`}
     </p>
     ${preview.problem && html`<div class="problem" role="alert" data-testid="preview-problem"><p>${preview.problem.detail}</p></div>`}
     ${
@@ -28,30 +28,30 @@ export function previewCard(preview, stream, aligned) {
       html`<dl class="facts">
           ${fact("rate", survey.rate_hz === null ? "–" : `${number(survey.rate_hz, survey.rate_hz < 99 ? 1 : 0)} Hz`)}
           ${fact("duration", duration(survey.duration_s))}
-          ${fact("gaps", survey.gaps === 0 ? t("preview.none") : `${survey.gaps} · ${number(survey.gaps_s, 2)} s`)}
-          ${fact("clipped", survey.clipped_rates + survey.clipped_forces === 0 ? t("preview.none") : String(survey.clipped_rates + survey.clipped_forces))}
+          ${fact("gaps", survey.gaps === 0 ? t("upload.preview.none") : `${survey.gaps} · ${number(survey.gaps_s, 2)} s`)}
+          ${fact("clipped", survey.clipped_rates + survey.clipped_forces === 0 ? t("upload.preview.none") : String(survey.clipped_rates + survey.clipped_forces))}
           ${fact("still", `${number(survey.still_s, 1)} s${aligned ? (survey.still_s >= STAND_S ? " ✓" : " !") : ""}`)}
           ${fact("field", field(preview))}
-          ${fact("pressure", survey.pressure_share > 0 ? t("preview.yes") : t("preview.no"))}
+          ${fact("pressure", survey.pressure_share > 0 ? t("upload.preview.yes") : t("upload.preview.no"))}
           ${fact("samples", survey.samples.toLocaleString("en"))}
         </dl>
         ${chart("rate", survey.chart.rate_rad_s, "rad/s")}${chart("force", survey.chart.force_m_s2, "m/s²")}
         <ul class="warnings">
-          ${warnings(preview, aligned).map(({ key, values }) => html`<li data-warning="${key}">${t(`preview.warn.${key}`, values)}</li>`)}
+          ${warnings(preview, aligned).map(({ key, values }) => html`<li data-warning="${key}">${t(`upload.preview.warn.${key}`, values)}</li>`)}
         </ul>`
     }
     ${
       preview.mapping &&
       html`<details>
-        <summary>${t("preview.mapping")}</summary>
+        <summary>${t("upload.preview.mapping")}</summary>
         ${mappingList(preview.mapping)}
       </details>`
     }
     ${
       (some || preview.rows.length > 0) &&
       html`<details>
-        <summary>${t("preview.rows")}</summary>
-        <div class="scrolls" tabindex="0" role="region" aria-label="${t("preview.rows")} · ${stream}">
+        <summary>${t("upload.preview.rows")}</summary>
+        <div class="scrolls" tabindex="0" role="region" aria-label="${t("upload.preview.rows")} · ${stream}">
           ${some ? samples(preview) : text(preview)}
         </div>
       </details>`
@@ -71,9 +71,9 @@ function formatName(preview) {
 
 /** @param {Preview} preview */
 function field({ survey, field_in_counts }) {
-  if (survey.field_mean_ut === null) return t("preview.no");
+  if (survey.field_mean_ut === null) return t("upload.preview.no");
   return field_in_counts
-    ? t("preview.counts", { counts: number(survey.field_mean_ut, 1) })
+    ? t("upload.preview.counts", { counts: number(survey.field_mean_ut, 1) })
     : `${number(survey.field_mean_ut, 1)} µT`;
 }
 
@@ -83,7 +83,7 @@ function field({ survey, field_in_counts }) {
  */
 function fact(key, value) {
   return html`<div>
-    <dt>${t(`preview.${key}`)}</dt>
+    <dt>${t(`upload.preview.${key}`)}</dt>
     <dd data-fact="${key}">${value}</dd>
   </div>`;
 }
@@ -101,7 +101,7 @@ function mappingList(mapping) {
     </div>`;
   const { time } = mapping;
   return html`<dl class="facts wide">
-    ${line("time", [time.column ?? t("preview.by_rate")], time.rate_hz ? `${time.rate_hz} Hz` : time.unit)}
+    ${line("time", [time.column ?? t("upload.preview.by_rate")], time.rate_hz ? `${time.rate_hz} Hz` : time.unit)}
     ${line("gyr", mapping.gyr.columns, mapping.gyr.unit)}${line("acc", mapping.acc.columns, mapping.acc.unit)}
     ${mapping.mag && line("mag", mapping.mag.columns, mapping.mag.unit)}
     ${mapping.pressure && line("pressure", [mapping.pressure.column], mapping.pressure.unit)}
@@ -172,10 +172,10 @@ function chart(key, bins, unit) {
       viewBox="0 0 ${CHART.width} ${CHART.height}"
       preserveAspectRatio="none"
       role="img"
-      aria-label="${t(`preview.chart.${key}`)}"
+      aria-label="${t(`upload.preview.chart.${key}`)}"
     >
       <polygon points="${[...upper, ...lower].join(" ")}" />
     </svg>
-    <figcaption class="muted">${t(`preview.chart.${key}`)} · ≤ ${number(top, 1)} ${unit}</figcaption>
+    <figcaption class="muted">${t(`upload.preview.chart.${key}`)} · ≤ ${number(top, 1)} ${unit}</figcaption>
   </figure>`;
 }

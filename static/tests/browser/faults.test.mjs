@@ -35,6 +35,26 @@ describe("faults", { skip }, () => {
   const details = () => tab.page.getByTestId("fault-details");
   const state = () => tab.page.getByTestId("fault-state").textContent();
 
+  test("a fault is reported for somebody who calls, and the second time the first is offered", async () => {
+    await visit("#/faults");
+    const dialog = tab.page.getByTestId("dialog-fault");
+    await tab.page.getByTestId("report-call").click();
+    await dialog.locator("[name=inspector_id]").selectOption({ label: "Novak, Petr" });
+    await dialog.locator("select[name=kind]").selectOption("drainage");
+    await dialog.locator("[name=marker_typed]").fill("b12");
+    await dialog.getByRole("button", { name: "Report", exact: true }).click();
+    await dialog.getByRole("button", { name: "Close" }).click();
+    await cards().filter({ hasText: "Novak, Petr" }).waitFor();
+
+    await tab.page.getByTestId("report-call").click();
+    await dialog.locator("select[name=kind]").selectOption("drainage");
+    await dialog.locator("[name=marker_typed]").fill("B12");
+    await dialog.getByText("at B12 is already reported").waitFor();
+    await dialog.getByRole("link", { name: "Open it" }).click();
+    await details().getByText("Novak, Petr").first().waitFor();
+    await dialog.waitFor({ state: "hidden" });
+  });
+
   test("a fault is reported from where somebody stands, with a photo, and goes its way until it is verified", async () => {
     await visit("#/live");
     await tab.page.locator('[data-inspector="i1"]').click();

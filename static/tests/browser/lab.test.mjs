@@ -12,11 +12,17 @@ describe("the laboratory", { skip }, () => {
   let mock;
   /** @type {Awaited<ReturnType<typeof openPage>>} */
   let tab;
+  /** What the page asked. @type {string[]} */
+  const asked = [];
+  let leaves = true;
 
   before(async () => {
     mock = await startMock({ stepMs: 500 });
     tab = await openPage(mock.url);
-    tab.page.on("dialog", (dialog) => dialog.accept());
+    tab.page.on("dialog", (dialog) => {
+      asked.push(dialog.message());
+      return leaves ? dialog.accept() : dialog.dismiss();
+    });
   });
   after(async () => {
     await tab?.close();
@@ -27,6 +33,26 @@ describe("the laboratory", { skip }, () => {
     await row(key).locator("input").fill(value);
     await row(key).locator("input").blur();
   };
+
+  test("a name is typed right after a value, and who leaves unsaved values is asked", async () => {
+    const { page } = tab;
+    await page.goto(`${mock.url}/#/lab`);
+    await page.getByTestId("parameters").waitFor();
+    await row("marker_sigma_m").locator("input").fill("0.3");
+    // The value is taken when its field is left, which is by this click.
+    await page.locator(".new-set [name=name]").click();
+    await page.keyboard.type("bold");
+    await page.locator('tr.changed[data-parameter="marker_sigma_m"]').waitFor();
+    assert.equal(await page.locator(".new-set [name=name]").inputValue(), "bold");
+    leaves = false;
+    await page.getByRole("link", { name: "Live" }).click();
+    await becomes(() => Promise.resolve(asked.at(-1)), "There are edits that were not saved. Leave them?");
+    await becomes(() => Promise.resolve(new URL(page.url()).hash), "#/lab");
+    assert.equal(await row("marker_sigma_m").locator("input").inputValue(), "0.3");
+    leaves = true;
+    await page.getByRole("link", { name: "Live" }).click();
+    await page.getByTestId("people").waitFor();
+  });
 
   test("a parameter is turned within its range, marked, kept under a name, and put back", async () => {
     const { page } = tab;

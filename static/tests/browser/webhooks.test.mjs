@@ -37,7 +37,12 @@ describe("webhooks", { skip }, () => {
     const { page } = tab;
     await page.getByLabel("fault changed").uncheck();
     await register("<b>tickets</b>");
-    assert.deepEqual(mock.webhooks.hooks[0].events, ["fault.reported", "anomalies.found"]);
+    assert.deepEqual(mock.webhooks.hooks[0].events, [
+      "fault.reported",
+      "anomalies.found",
+      "alarm.raised",
+      "alarm.acknowledged",
+    ]);
     assert.equal(await page.getByTestId("webhook-secret").textContent(), "5ec4e7".repeat(10));
     await row("w1").getByRole("button", { name: "Send test" }).click();
     await page.getByTestId("webhook-secret").waitFor({ state: "detached" });

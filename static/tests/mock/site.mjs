@@ -209,6 +209,42 @@ export class MockSite {
     for (const listener of this.listeners) listener(message);
   }
 
+  /** As the server raises them: of faults of high severity that are open. */
+  alarms() {
+    return this.faults
+      .filter((f) => f.state === "open" && f.severity === "high")
+      .map((f) => ({
+        key: `fault:${f.id}`,
+        kind: "fault",
+        session_id: null,
+        inspector_id: f.inspector_id,
+        fault_id: f.id,
+        since: f.reported_at,
+        raised_at: f.reported_at,
+      }));
+  }
+
+  /** Where everybody was: the walks as they are now, cut off at the moment. @param {number} at_ms */
+  moment(at_ms) {
+    const walks = this.walks.flatMap((w) => {
+      const then_ns = (at_ms - Date.parse(w.session.started_at)) * 1e6;
+      const trail = w.trail.filter(([t_ns]) => t_ns <= then_ns);
+      const last = trail[trail.length - 1];
+      if (then_ns < 0) return [];
+      const position = last && {
+        t_ns: last[0],
+        age_s: Math.max(0, (then_ns - last[0]) / 1e9),
+        position_m: [last[1], last[2], 0],
+        heading_rad: 0.5,
+        sigma_heading_rad: 0.1,
+        sigma_m: [0.8, 0.8, 0.5],
+        covariance_en_m2: 0,
+      };
+      return [{ session: w.session, position: position ?? null, trail }];
+    });
+    return { at: new Date(at_ms).toISOString(), walks };
+  }
+
   snapshot() {
     return {
       type: "snapshot",
@@ -225,6 +261,7 @@ export class MockSite {
         anomalies: w.anomalies,
       })),
       faults: this.faults.filter((f) => f.state !== "verified"),
+      alarms: this.alarms(),
       markers_revision: 7,
     };
   }
