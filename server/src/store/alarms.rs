@@ -2,10 +2,10 @@
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use sqlx::sqlite::SqliteRow;
-use sqlx::{FromRow, Row, SqliteConnection, SqliteExecutor};
+use sqlx::{FromRow, Row as _};
 use time::OffsetDateTime;
 
+use super::dialect::{Connection, Executor, Row};
 use super::{StoreError, columns};
 use crate::utc;
 
@@ -24,8 +24,8 @@ pub struct Acknowledged {
     pub acknowledged_by: String,
 }
 
-impl FromRow<'_, SqliteRow> for Acknowledged {
-    fn from_row(row: &SqliteRow) -> sqlx::Result<Self> {
+impl FromRow<'_, Row> for Acknowledged {
+    fn from_row(row: &Row) -> sqlx::Result<Self> {
         Ok(Acknowledged {
             key: row.try_get("key")?,
             acknowledged_at: columns::instant(row, "acknowledged_at")?,
@@ -35,25 +35,25 @@ impl FromRow<'_, SqliteRow> for Acknowledged {
 }
 
 /// The newest first.
-pub async fn list(db: impl SqliteExecutor<'_>, most: u32) -> Result<Vec<Acknowledged>, StoreError> {
+pub async fn list(db: impl Executor<'_>, most: u32) -> Result<Vec<Acknowledged>, StoreError> {
     let query =
-        sqlx::query_as("select * from alarm_acknowledgements order by acknowledged_at desc, key limit ?1")
+        sqlx::query_as("select * from alarm_acknowledgements order by acknowledged_at desc, key limit $1")
             .bind(most);
     Ok(query.fetch_all(db).await?)
 }
 
 /// Notes one; the first who acknowledges an alarm stays. `false` where somebody was before. Those from before `forget` go.
 pub async fn acknowledge(
-    db: &mut SqliteConnection,
+    db: &mut Connection,
     new: &Acknowledged,
     forget: OffsetDateTime,
 ) -> Result<bool, StoreError> {
-    sqlx::query("delete from alarm_acknowledgements where acknowledged_at < ?1")
+    sqlx::query("delete from alarm_acknowledgements where acknowledged_at < $1")
         .bind(utc::to_us(forget))
         .execute(&mut *db)
         .await?;
     let query = sqlx::query(
-        "insert into alarm_acknowledgements (key, acknowledged_at, acknowledged_by) values (?1, ?2, ?3)
+        "insert into alarm_acknowledgements (key, acknowledged_at, acknowledged_by) values ($1, $2, $3)
          on conflict (key) do nothing",
     )
     .bind(&new.key)
