@@ -3,7 +3,6 @@
 use axum::extract::State;
 use schemars::JsonSchema;
 use serde::{Deserialize, Deserializer};
-use sqlx::SqliteConnection;
 use time::OffsetDateTime;
 use uuid::Uuid;
 
@@ -13,6 +12,7 @@ use crate::http::{Created, Json, Needs, NoContent, Path, Routes};
 use crate::rights::{Right, Role};
 use crate::state::App;
 use crate::store::accounts::{self, Account};
+use crate::store::dialect::Connection;
 use crate::store::{StoreError, audit, inspectors, sign_ins};
 use crate::utc;
 
@@ -195,7 +195,7 @@ async fn remove(State(app): State<App>, caller: Caller, Path(id): Path<Uuid>) ->
 }
 
 /// Two names that people cannot tell from each other are one.
-async fn no_look_alike(db: &mut SqliteConnection, account: &Account) -> Result<()> {
+async fn no_look_alike(db: &mut Connection, account: &Account) -> Result<()> {
     match accounts::look_alike(db, &account.name, Some(account.id)).await? {
         Some(alike) if accounts::name_key(&alike.name) != accounts::name_key(&account.name) => {
             Err(Error::conflict(
@@ -211,7 +211,7 @@ async fn no_look_alike(db: &mut SqliteConnection, account: &Account) -> Result<(
 }
 
 /// The last administrator stays one: nobody could give rights any more.
-async fn an_administrator_is_left(db: &mut SqliteConnection) -> Result<()> {
+async fn an_administrator_is_left(db: &mut Connection) -> Result<()> {
     if accounts::administrators(db).await? == 0 {
         return Err(Error::conflict(
             "last_administrator",
@@ -221,7 +221,7 @@ async fn an_administrator_is_left(db: &mut SqliteConnection) -> Result<()> {
     Ok(())
 }
 
-async fn inspector_exists(db: &mut SqliteConnection, id: Option<Uuid>) -> Result<()> {
+async fn inspector_exists(db: &mut Connection, id: Option<Uuid>) -> Result<()> {
     match id {
         Some(id) if inspectors::get(db, id).await?.is_none() => Err(Error::not_found("inspector", id)),
         _ => Ok(()),

@@ -3,7 +3,6 @@
 use axum::http::StatusCode;
 use schemars::JsonSchema;
 use serde::{Deserialize, Deserializer};
-use sqlx::SqliteConnection;
 use uuid::Uuid;
 
 use super::report::{KIND_LENGTH, TEXT_LENGTH, checked};
@@ -11,6 +10,7 @@ use crate::auth::Caller;
 use crate::error::{Error, Result};
 use crate::rights::Right;
 use crate::state::App;
+use crate::store::dialect::Connection;
 use crate::store::fault_changes::{self, FaultChange, What};
 use crate::store::faults::{self, Fault, FaultState, Severity};
 use crate::store::webhooks::EventKind;
@@ -115,7 +115,7 @@ impl Changes {
 }
 
 async fn step(
-    db: &mut SqliteConnection,
+    db: &mut Connection,
     fault: Fault,
     caller: Caller,
     patch: FaultPatch,
@@ -202,7 +202,7 @@ pub(super) async fn write(
     app: &App,
     caller: &Caller,
     id: Uuid,
-    step: impl for<'c> FnOnce(&'c mut SqliteConnection, Fault) -> Step<'c> + Send + 'static,
+    step: impl for<'c> FnOnce(&'c mut Connection, Fault) -> Step<'c> + Send + 'static,
 ) -> Result<Fault> {
     let caller = caller.clone();
     let (fault, changed) = app

@@ -10,6 +10,7 @@ use super::to_disk::Then;
 use super::walk::Findings;
 use crate::auth::Caller;
 use crate::error::{Error, Result};
+use crate::store::dialect::Connection;
 use crate::store::stands::{self, Stand};
 use crate::store::stream_visits::{self, StreamVisit};
 use crate::store::track::{self, Place, Run};
@@ -132,7 +133,7 @@ fn is_same(visit: &Visit, marker: &str, t_start_ns: i64) -> bool {
 
 /// A visit and what the walk made of it, all or nothing.
 async fn write_visit(
-    db: &mut sqlx::SqliteConnection,
+    db: &mut Connection,
     (told, run): (StreamVisit, (Run, Place)),
     entry: Option<audit::Entry>,
     contradicted: Vec<Visit>,

@@ -9,7 +9,6 @@ use axum::http::StatusCode;
 use lodestep_engine::parse::any_table;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use sqlx::SqliteConnection;
 use uuid::Uuid;
 
 use super::difference::Difference;
@@ -22,6 +21,7 @@ use super::write::{Cause, Step};
 use crate::auth::Caller;
 use crate::error::{Error, Result};
 use crate::state::App;
+use crate::store::dialect::Connection;
 use crate::store::marker_changes::MarkerChange;
 use crate::store::marker_imports::{ImportState, MarkerImport};
 use crate::store::markers::{self, Marker};
@@ -369,7 +369,7 @@ async fn find(app: &App, id: Uuid) -> Result<MarkerImport> {
 }
 
 /// The same, in the transaction that changes it.
-async fn standing(db: &mut SqliteConnection, id: Uuid) -> Result<MarkerImport> {
+async fn standing(db: &mut Connection, id: Uuid) -> Result<MarkerImport> {
     marker_imports::get(db, id).await?.ok_or_else(|| Error::not_found("import", id))
 }
 

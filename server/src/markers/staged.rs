@@ -2,12 +2,12 @@
 //! by nobody until one short write makes the steps and says that the file was applied, or reverted.
 
 use futures_util::FutureExt;
-use sqlx::SqliteConnection;
 use uuid::Uuid;
 
 use super::write::{Cause, Step, entry};
 use crate::error::{Error, Result};
 use crate::state::App;
+use crate::store::dialect::Connection;
 use crate::store::marker_changes::{self, MarkerChange};
 use crate::store::{StoreError, audit, markers};
 use crate::utc;
@@ -62,7 +62,7 @@ pub(super) async fn clear(app: &App, id: Uuid, is_revert: bool) -> Result<(), St
 /// Makes the steps whose history was written, all of them at once; the table's new revision, `None` when there are none. That the
 /// table is still in the revision that they were made for is for the caller to have seen in the same transaction.
 pub(super) async fn make(
-    db: &mut SqliteConnection,
+    db: &mut Connection,
     steps: usize,
     cause: &Cause,
 ) -> Result<Option<i64>, StoreError> {
@@ -74,7 +74,7 @@ pub(super) async fn make(
 }
 
 /// Refuses steps that were made for another revision of the table than it is in.
-pub(super) async fn expect_revision(db: &mut SqliteConnection, compared: i64) -> Result<()> {
+pub(super) async fn expect_revision(db: &mut Connection, compared: i64) -> Result<()> {
     let now = markers::revision(db).await?;
     if now == compared {
         return Ok(());

@@ -4,12 +4,12 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use serde_json::json;
-use sqlx::SqliteConnection;
 use uuid::Uuid;
 
 use crate::auth::Caller;
 use crate::store::StoreError;
 use crate::store::audit;
+use crate::store::dialect::Connection;
 use crate::store::marker_changes::{self, MarkerChange};
 use crate::store::markers::{self, Marker, Place};
 use crate::utc;
@@ -41,7 +41,7 @@ pub(crate) struct Cause {
 /// Makes these steps and gives the table's new revision; `None` when there are none. What stands before
 /// each is for the caller to have read in the same transaction.
 pub(super) async fn write(
-    db: &mut SqliteConnection,
+    db: &mut Connection,
     steps: &[Step],
     cause: &Cause,
 ) -> Result<Option<i64>, StoreError> {

@@ -9,6 +9,7 @@ use crate::error::{Error, Result};
 use crate::jobs;
 use crate::sessions::uploads::publish_session;
 use crate::state::App;
+use crate::store::dialect::Connection;
 use crate::store::sessions::{self, Session, SessionState};
 use crate::store::stands::{self, Stand};
 use crate::store::visits::{self, Origin, Visit};
@@ -167,7 +168,7 @@ async fn find(app: &App, session_id: Uuid, number: u32) -> Result<(Session, Stan
 
 /// Removes the visits that were made of a stand; automatic mode will not make them again. What
 /// somebody keyed in stays, and nothing is chosen beside it.
-async fn remove(db: &mut sqlx::SqliteConnection, session_id: Uuid, stand: &Stand) -> Result<Vec<Visit>> {
+async fn remove(db: &mut Connection, session_id: Uuid, stand: &Stand) -> Result<Vec<Visit>> {
     let mut of_stand = visits::of_session(&mut *db, session_id).await?;
     of_stand.retain(|visit| stand.overlaps(visit.t_start_ns, visit.t_end_ns));
     if let Some(keyed) = of_stand.iter().find(|visit| visit.origin == Origin::Keyed) {

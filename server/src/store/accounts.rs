@@ -2,12 +2,12 @@
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use sqlx::sqlite::SqliteRow;
-use sqlx::{FromRow, Row, SqliteExecutor};
+use sqlx::{FromRow, Row as _};
 use time::OffsetDateTime;
 use unicode_security::skeleton;
 use uuid::Uuid;
 
+use super::dialect::{Executor, Row};
 use super::{StoreError, columns};
 use crate::rights::Role;
 use crate::utc;
@@ -43,8 +43,8 @@ pub struct Account {
     pub updated_at: OffsetDateTime,
 }
 
-impl FromRow<'_, SqliteRow> for Account {
-    fn from_row(row: &SqliteRow) -> sqlx::Result<Self> {
+impl FromRow<'_, Row> for Account {
+    fn from_row(row: &Row) -> sqlx::Result<Self> {
         Ok(Account {
             id: columns::id(row, "id")?,
             name: row.try_get("name")?,
@@ -80,7 +80,7 @@ pub fn looks_like(name: &str) -> String {
 
 /// An account of another name that people would take for this one.
 pub async fn look_alike(
-    db: impl SqliteExecutor<'_>,
+    db: impl Executor<'_>,
     name: &str,
     own: Option<Uuid>,
 ) -> Result<Option<Account>, StoreError> {
@@ -90,45 +90,41 @@ pub async fn look_alike(
 }
 
 /// All, by name.
-pub async fn list(db: impl SqliteExecutor<'_>) -> Result<Vec<Account>, StoreError> {
+pub async fn list(db: impl Executor<'_>) -> Result<Vec<Account>, StoreError> {
     Ok(sqlx::query_as("select * from accounts order by name_key").fetch_all(db).await?)
 }
 
 /// The one with this id.
-pub async fn get(db: impl SqliteExecutor<'_>, id: Uuid) -> Result<Option<Account>, StoreError> {
-    let query = sqlx::query_as("select * from accounts where id = ?1").bind(id.to_string());
+pub async fn get(db: impl Executor<'_>, id: Uuid) -> Result<Option<Account>, StoreError> {
+    let query = sqlx::query_as("select * from accounts where id = $1").bind(id.to_string());
     Ok(query.fetch_optional(db).await?)
 }
 
 /// The one with this name.
-pub async fn by_name(db: impl SqliteExecutor<'_>, name: &str) -> Result<Option<Account>, StoreError> {
-    let query = sqlx::query_as("select * from accounts where name_key = ?1").bind(name_key(name));
+pub async fn by_name(db: impl Executor<'_>, name: &str) -> Result<Option<Account>, StoreError> {
+    let query = sqlx::query_as("select * from accounts where name_key = $1").bind(name_key(name));
     Ok(query.fetch_optional(db).await?)
 }
 
 /// Whether somebody has signed in to the account of this name from this address before.
-pub async fn knows_address(
-    db: impl SqliteExecutor<'_>,
-    name: &str,
-    address: &str,
-) -> Result<bool, StoreError> {
+pub async fn knows_address(db: impl Executor<'_>, name: &str, address: &str) -> Result<bool, StoreError> {
     let query = sqlx::query_scalar(
         "select exists (select 1 from accounts a join audit on audit.subject = a.id
-            where a.name_key = ?1 and audit.action = 'account.signed_in' and audit.address = ?2)",
+            where a.name_key = $1 and audit.action = 'account.signed_in' and audit.address = $2)",
     );
     Ok(query.bind(name_key(name)).bind(address).fetch_one(db).await?)
 }
 
 /// Whether there is any.
-pub async fn any(db: impl SqliteExecutor<'_>) -> Result<bool, StoreError> {
+pub async fn any(db: impl Executor<'_>) -> Result<bool, StoreError> {
     let count: i64 = sqlx::query_scalar("select count(*) from accounts").fetch_one(db).await?;
     Ok(count > 0)
 }
 
 /// How many administrators can sign in at this moment.
-pub async fn administrators(db: impl SqliteExecutor<'_>) -> Result<u64, StoreError> {
+pub async fn administrators(db: impl Executor<'_>) -> Result<u64, StoreError> {
     let count: i64 = sqlx::query_scalar(
-        "select count(*) from accounts where role = 'admin' and disabled = 0 and (expires_at is null or expires_at > ?1)",
+        "select count(*) from accounts where role = 'admin' and disabled = 0 and (expires_at is null or expires_at > $1)",
     )
     .bind(utc::to_us(utc::now()))
     .fetch_one(db)
@@ -137,10 +133,10 @@ pub async fn administrators(db: impl SqliteExecutor<'_>) -> Result<u64, StoreErr
 }
 
 /// Adds one.
-pub async fn insert(db: impl SqliteExecutor<'_>, account: &Account) -> Result<(), StoreError> {
+pub async fn insert(db: impl Executor<'_>, account: &Account) -> Result<(), StoreError> {
     sqlx::query(
         "insert into accounts (id, name, name_key, role, password_hash, inspector_id, disabled, expires_at, created_at, updated_at)
-         values (?1, ?2, ?3, ?4, ?5, ?6, ?7, ?8, ?9, ?10)",
+         values ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10)",
     )
     .bind(account.id.to_string())
     .bind(&account.name)
@@ -158,10 +154,10 @@ pub async fn insert(db: impl SqliteExecutor<'_>, account: &Account) -> Result<()
 }
 
 /// Writes one anew; its id and its age stay.
-pub async fn update(db: impl SqliteExecutor<'_>, account: &Account) -> Result<(), StoreError> {
+pub async fn update(db: impl Executor<'_>, account: &Account) -> Result<(), StoreError> {
     sqlx::query(
-        "update accounts set name = ?2, name_key = ?3, role = ?4, password_hash = ?5, inspector_id = ?6, disabled = ?7,
-         expires_at = ?8, updated_at = ?9 where id = ?1",
+        "update accounts set name = $2, name_key = $3, role = $4, password_hash = $5, inspector_id = $6, disabled = $7,
+         expires_at = $8, updated_at = $9 where id = $1",
     )
     .bind(account.id.to_string())
     .bind(&account.name)
@@ -178,7 +174,7 @@ pub async fn update(db: impl SqliteExecutor<'_>, account: &Account) -> Result<()
 }
 
 /// Removes one, with its sign-ins and tokens.
-pub async fn delete(db: impl SqliteExecutor<'_>, id: Uuid) -> Result<(), StoreError> {
-    sqlx::query("delete from accounts where id = ?1").bind(id.to_string()).execute(db).await?;
+pub async fn delete(db: impl Executor<'_>, id: Uuid) -> Result<(), StoreError> {
+    sqlx::query("delete from accounts where id = $1").bind(id.to_string()).execute(db).await?;
     Ok(())
 }

@@ -2,11 +2,11 @@
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use sqlx::sqlite::SqliteRow;
-use sqlx::{FromRow, Row, SqliteConnection, SqliteExecutor};
+use sqlx::{FromRow, Row as _};
 use time::OffsetDateTime;
 use uuid::Uuid;
 
+use super::dialect::{Connection, Executor, Row};
 use super::{StoreError, columns};
 use crate::utc;
 
@@ -61,8 +61,8 @@ pub struct Acknowledged {
     pub acknowledged_by: String,
 }
 
-impl FromRow<'_, SqliteRow> for Alarm {
-    fn from_row(row: &SqliteRow) -> sqlx::Result<Self> {
+impl FromRow<'_, Row> for Alarm {
+    fn from_row(row: &Row) -> sqlx::Result<Self> {
         Ok(Alarm {
             key: row.try_get("key")?,
             kind: columns::word(row, "kind")?,
@@ -76,20 +76,16 @@ impl FromRow<'_, SqliteRow> for Alarm {
 }
 
 /// Those that stand, by key.
-pub async fn standing(db: impl SqliteExecutor<'_>) -> Result<Vec<Alarm>, StoreError> {
+pub async fn standing(db: impl Executor<'_>) -> Result<Vec<Alarm>, StoreError> {
     Ok(sqlx::query_as("select * from alarms where ended_at is null order by key").fetch_all(db).await?)
 }
 
 /// Notes that one stands; `false` where it was noted before and has not ended. Those that ended before `forget` go.
-pub async fn raise(
-    db: &mut SqliteConnection,
-    alarm: &Alarm,
-    forget: OffsetDateTime,
-) -> Result<bool, StoreError> {
-    sqlx::query("delete from alarms where ended_at < ?1").bind(utc::to_us(forget)).execute(&mut *db).await?;
+pub async fn raise(db: &mut Connection, alarm: &Alarm, forget: OffsetDateTime) -> Result<bool, StoreError> {
+    sqlx::query("delete from alarms where ended_at < $1").bind(utc::to_us(forget)).execute(&mut *db).await?;
     let query = sqlx::query(
         "insert into alarms (key, kind, session_id, carrier_id, fault_id, since, raised_at)
-         values (?1, ?2, ?3, ?4, ?5, ?6, ?7)
+         values ($1, $2, $3, $4, $5, $6, $7)
          on conflict (key) do update set raised_at = excluded.raised_at, ended_at = null where ended_at is not null",
     )
     .bind(&alarm.key)
@@ -103,8 +99,8 @@ pub async fn raise(
 }
 
 /// Notes that one stands no longer.
-pub async fn end(db: impl SqliteExecutor<'_>, key: &str, at: OffsetDateTime) -> Result<(), StoreError> {
-    sqlx::query("update alarms set ended_at = ?2 where key = ?1 and ended_at is null")
+pub async fn end(db: impl Executor<'_>, key: &str, at: OffsetDateTime) -> Result<(), StoreError> {
+    sqlx::query("update alarms set ended_at = $2 where key = $1 and ended_at is null")
         .bind(key)
         .bind(utc::to_us(at))
         .execute(db)
@@ -112,8 +108,8 @@ pub async fn end(db: impl SqliteExecutor<'_>, key: &str, at: OffsetDateTime) -> 
     Ok(())
 }
 
-impl FromRow<'_, SqliteRow> for Acknowledged {
-    fn from_row(row: &SqliteRow) -> sqlx::Result<Self> {
+impl FromRow<'_, Row> for Acknowledged {
+    fn from_row(row: &Row) -> sqlx::Result<Self> {
         Ok(Acknowledged {
             key: row.try_get("key")?,
             acknowledged_at: columns::instant(row, "acknowledged_at")?,
@@ -123,25 +119,25 @@ impl FromRow<'_, SqliteRow> for Acknowledged {
 }
 
 /// Those that were acknowledged, the newest first.
-pub async fn list(db: impl SqliteExecutor<'_>, most: u32) -> Result<Vec<Acknowledged>, StoreError> {
+pub async fn list(db: impl Executor<'_>, most: u32) -> Result<Vec<Acknowledged>, StoreError> {
     let query =
-        sqlx::query_as("select * from alarm_acknowledgements order by acknowledged_at desc, key limit ?1")
+        sqlx::query_as("select * from alarm_acknowledgements order by acknowledged_at desc, key limit $1")
             .bind(most);
     Ok(query.fetch_all(db).await?)
 }
 
 /// Notes one; the first who acknowledges an alarm stays. `false` where somebody was before. Those from before `forget` go.
 pub async fn acknowledge(
-    db: &mut SqliteConnection,
+    db: &mut Connection,
     new: &Acknowledged,
     forget: OffsetDateTime,
 ) -> Result<bool, StoreError> {
-    sqlx::query("delete from alarm_acknowledgements where acknowledged_at < ?1")
+    sqlx::query("delete from alarm_acknowledgements where acknowledged_at < $1")
         .bind(utc::to_us(forget))
         .execute(&mut *db)
         .await?;
     let query = sqlx::query(
-        "insert into alarm_acknowledgements (key, acknowledged_at, acknowledged_by) values (?1, ?2, ?3)
+        "insert into alarm_acknowledgements (key, acknowledged_at, acknowledged_by) values ($1, $2, $3)
          on conflict (key) do nothing",
     )
     .bind(&new.key)

@@ -2,14 +2,14 @@
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use sqlx::sqlite::SqliteRow;
-use sqlx::{FromRow, Row, SqliteConnection, SqliteExecutor};
+use sqlx::{FromRow, Row as _};
 use uuid::Uuid;
 
 use lodestep_engine::anomaly::{self, AnomalyKind};
 use lodestep_engine::parse::remark::KINDS;
 use lodestep_engine::stream::StreamId;
 
+use super::dialect::{Connection, Executor, Row};
 use super::many_rows::{placeholders, shaped, shapes};
 use super::{StoreError, columns};
 
@@ -90,8 +90,8 @@ mod found {
     }
 }
 
-impl FromRow<'_, SqliteRow> for Anomaly {
-    fn from_row(row: &SqliteRow) -> sqlx::Result<Self> {
+impl FromRow<'_, Row> for Anomaly {
+    fn from_row(row: &Row) -> sqlx::Result<Self> {
         Ok(Anomaly {
             session_id: columns::id(row, "session_id")?,
             found: anomaly::Anomaly {
@@ -109,26 +109,22 @@ impl FromRow<'_, SqliteRow> for Anomaly {
 }
 
 /// Those of a session, by time.
-pub async fn of_session(db: impl SqliteExecutor<'_>, session_id: Uuid) -> Result<Vec<Anomaly>, StoreError> {
-    let query = sqlx::query_as("select * from anomalies where session_id = ?1 order by t_start_ns, id")
+pub async fn of_session(db: impl Executor<'_>, session_id: Uuid) -> Result<Vec<Anomaly>, StoreError> {
+    let query = sqlx::query_as("select * from anomalies where session_id = $1 order by t_start_ns, id")
         .bind(session_id.to_string());
     Ok(query.fetch_all(db).await?)
 }
 
 /// How many a session has.
-pub async fn count(db: impl SqliteExecutor<'_>, session_id: Uuid) -> Result<u64, StoreError> {
+pub async fn count(db: impl Executor<'_>, session_id: Uuid) -> Result<u64, StoreError> {
     let query =
-        sqlx::query("select coalesce(sum(times), 0) as anomalies from anomalies where session_id = ?1")
+        sqlx::query("select coalesce(sum(times), 0) as anomalies from anomalies where session_id = $1")
             .bind(session_id.to_string());
     Ok(columns::count(&query.fetch_one(db).await?, "anomalies")?)
 }
 
 /// Adds some.
-pub async fn insert(
-    db: &mut SqliteConnection,
-    session_id: Uuid,
-    gathered: &[Gathered],
-) -> Result<(), StoreError> {
+pub async fn insert(db: &mut Connection, session_id: Uuid, gathered: &[Gathered]) -> Result<(), StoreError> {
     for rows in shapes(gathered, 64) {
         let sql = format!(
             "insert into anomalies (session_id, kind, stream, t_start_ns, t_end_ns, samples, detail, figures, times) values {}",
@@ -154,13 +150,13 @@ pub async fn insert(
 
 /// Gathers more into the last row of their kind and stream.
 pub async fn add_to_last(
-    db: impl SqliteExecutor<'_>,
+    db: impl Executor<'_>,
     session_id: Uuid,
     Gathered { found, times }: &Gathered,
 ) -> Result<(), StoreError> {
     sqlx::query(
-        "update anomalies set t_end_ns = max(t_end_ns, ?4), samples = samples + ?5, times = times + ?6
-         where id = (select max(id) from anomalies where session_id = ?1 and kind = ?2 and stream is ?3)",
+        "update anomalies set t_end_ns = max(t_end_ns, $4), samples = samples + $5, times = times + $6
+         where id = (select max(id) from anomalies where session_id = $1 and kind = $2 and stream is $3)",
     )
     .bind(session_id.to_string())
     .bind(found.kind.as_str().to_owned())
@@ -175,15 +171,15 @@ pub async fn add_to_last(
 
 /// How many rows of each kind and stream a session has.
 pub async fn rows(
-    db: impl SqliteExecutor<'_>,
+    db: impl Executor<'_>,
     session_id: Uuid,
 ) -> Result<Vec<(AnomalyKind, Option<StreamId>, u64)>, StoreError> {
     let query = sqlx::query(
-        "select kind, stream, count(*) as anomalies from anomalies where session_id = ?1 group by kind, stream",
+        "select kind, stream, count(*) as anomalies from anomalies where session_id = $1 group by kind, stream",
     )
     .bind(session_id.to_string());
     let rows = query.fetch_all(db).await?;
-    let read = |row: &SqliteRow| {
+    let read = |row: &Row| {
         let (kind, stream) = (columns::word(row, "kind")?, columns::optional_stream(row, "stream")?);
         Ok((kind, stream, columns::count(row, "anomalies")?))
     };
@@ -192,14 +188,14 @@ pub async fn rows(
 
 /// Removes so many of those that come after the first `kept`; whether there were any.
 pub async fn clear_some(
-    db: impl SqliteExecutor<'_>,
+    db: impl Executor<'_>,
     session_id: Uuid,
     kept: u32,
     at_most: u32,
 ) -> Result<bool, StoreError> {
     let query = sqlx::query(
         "delete from anomalies where id in (
-            select id from anomalies where session_id = ?1 order by t_start_ns, id limit ?3 offset ?2)",
+            select id from anomalies where session_id = $1 order by t_start_ns, id limit $3 offset $2)",
     )
     .bind(session_id.to_string())
     .bind(kept)
@@ -209,13 +205,13 @@ pub async fn clear_some(
 
 /// Puts what was done to read a stream's log in place of what was done to read one before it.
 pub async fn put_of_log(
-    db: &mut SqliteConnection,
+    db: &mut Connection,
     session_id: Uuid,
     stream: StreamId,
     found: &[anomaly::Anomaly],
 ) -> Result<(), StoreError> {
     for kind in KINDS {
-        sqlx::query("delete from anomalies where session_id = ?1 and stream = ?2 and kind = ?3")
+        sqlx::query("delete from anomalies where session_id = $1 and stream = $2 and kind = $3")
             .bind(session_id.to_string())
             .bind(stream.name().to_owned())
             .bind(kind.as_str().to_owned())
@@ -228,8 +224,8 @@ pub async fn put_of_log(
 }
 
 /// Removes those of a session: a new run finds its own.
-pub async fn clear(db: impl SqliteExecutor<'_>, session_id: Uuid) -> Result<(), StoreError> {
-    sqlx::query("delete from anomalies where session_id = ?1")
+pub async fn clear(db: impl Executor<'_>, session_id: Uuid) -> Result<(), StoreError> {
+    sqlx::query("delete from anomalies where session_id = $1")
         .bind(session_id.to_string())
         .execute(db)
         .await?;

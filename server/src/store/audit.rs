@@ -3,11 +3,11 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
-use sqlx::sqlite::SqliteRow;
-use sqlx::{FromRow, Row, SqliteExecutor};
+use sqlx::{FromRow, Row as _};
 use time::OffsetDateTime;
 use uuid::Uuid;
 
+use super::dialect::{Executor, Row};
 use super::{StoreError, columns};
 use crate::utc;
 
@@ -43,8 +43,8 @@ pub struct Entry {
     pub after: Option<Value>,
 }
 
-impl FromRow<'_, SqliteRow> for Entry {
-    fn from_row(row: &SqliteRow) -> sqlx::Result<Self> {
+impl FromRow<'_, Row> for Entry {
+    fn from_row(row: &Row) -> sqlx::Result<Self> {
         let json = |column: &str| -> sqlx::Result<Option<Value>> {
             let text: Option<&str> = row.try_get(column)?;
             let value = text.map(serde_json::from_str).transpose();
@@ -81,10 +81,10 @@ pub struct Wanted {
 }
 
 /// Those that are wanted, the newest first.
-pub async fn list(db: impl SqliteExecutor<'_>, wanted: &Wanted) -> Result<Vec<Entry>, StoreError> {
+pub async fn list(db: impl Executor<'_>, wanted: &Wanted) -> Result<Vec<Entry>, StoreError> {
     let query = sqlx::query_as(
-        "select * from audit where (?1 is null or who like '%' || ?1 || '%') and (?2 is null or action = ?2 or action like ?2 || '.%')
-         and (?3 is null or subject = ?3) and (?4 is null or id < ?4) order by id desc limit ?5",
+        "select * from audit where ($1 is null or who like '%' || $1 || '%') and ($2 is null or action = $2 or action like $2 || '.%')
+         and ($3 is null or subject = $3) and ($4 is null or id < $4) order by id desc limit $5",
     )
     .bind(&wanted.who)
     .bind(&wanted.action)
@@ -95,9 +95,9 @@ pub async fn list(db: impl SqliteExecutor<'_>, wanted: &Wanted) -> Result<Vec<En
 }
 
 /// Adds one; its `id` is given by the table.
-pub async fn insert(db: impl SqliteExecutor<'_>, entry: &Entry) -> Result<(), StoreError> {
+pub async fn insert(db: impl Executor<'_>, entry: &Entry) -> Result<(), StoreError> {
     sqlx::query(
-        "insert into audit (at, account_id, who, address, action, subject, before, after) values (?1, ?2, ?3, ?4, ?5, ?6, ?7, ?8)",
+        "insert into audit (at, account_id, who, address, action, subject, before, after) values ($1, $2, $3, $4, $5, $6, $7, $8)",
     )
     .bind(utc::to_us(entry.at))
     .bind(entry.account_id.map(|id| id.to_string()))

@@ -1,10 +1,10 @@
 //! What charts are drawn from: series of a processed session on a grid in time.
 
-use sqlx::sqlite::SqliteRow;
-use sqlx::{Row, SqliteExecutor};
+use sqlx::Row as _;
 use uuid::Uuid;
 
 use super::checksum::Checksum;
+use super::dialect::{Executor, Row};
 use super::{StoreError, columns};
 
 /// Of zstd.
@@ -65,14 +65,14 @@ impl Packed {
 }
 
 /// Puts a series in the place of the former one.
-pub async fn set(db: impl SqliteExecutor<'_>, session_id: Uuid, series: Packed) -> Result<(), StoreError> {
+pub async fn set(db: impl Executor<'_>, session_id: Uuid, series: Packed) -> Result<(), StoreError> {
     let session_id = session_id.to_string();
     let names = [&session_id, &series.chart, &series.name].map(String::as_str);
     let grid = [series.cell_ns, series.first_cell, columns::to_column(series.cells)];
     let sum = checksum(names, grid, &series.body).column();
     sqlx::query(
         "insert into session_charts (session_id, chart, series, cell_ns, first_cell, cells, body, checksum)
-         values (?1, ?2, ?3, ?4, ?5, ?6, ?7, ?8)
+         values ($1, $2, $3, $4, $5, $6, $7, $8)
          on conflict (session_id, chart, series) do update set
             cell_ns = excluded.cell_ns, first_cell = excluded.first_cell, cells = excluded.cells,
             body = excluded.body, checksum = excluded.checksum",
@@ -91,8 +91,8 @@ pub async fn set(db: impl SqliteExecutor<'_>, session_id: Uuid, series: Packed) 
 }
 
 /// Removes a session's series: a new computation takes their place.
-pub async fn clear(db: impl SqliteExecutor<'_>, session_id: Uuid) -> Result<(), StoreError> {
-    sqlx::query("delete from session_charts where session_id = ?1")
+pub async fn clear(db: impl Executor<'_>, session_id: Uuid) -> Result<(), StoreError> {
+    sqlx::query("delete from session_charts where session_id = $1")
         .bind(session_id.to_string())
         .execute(db)
         .await?;
@@ -100,8 +100,8 @@ pub async fn clear(db: impl SqliteExecutor<'_>, session_id: Uuid) -> Result<(), 
 }
 
 /// A session's series, all of them; none before it was processed.
-pub async fn of_session(db: impl SqliteExecutor<'_>, session_id: Uuid) -> Result<Vec<Series>, StoreError> {
-    let query = sqlx::query("select * from session_charts where session_id = ?1 order by chart, series")
+pub async fn of_session(db: impl Executor<'_>, session_id: Uuid) -> Result<Vec<Series>, StoreError> {
+    let query = sqlx::query("select * from session_charts where session_id = $1 order by chart, series")
         .bind(session_id.to_string());
     query.fetch_all(db).await?.iter().map(unpack).collect()
 }
@@ -112,7 +112,7 @@ fn checksum(names: [&str; 3], grid: [i64; 3], body: &[u8]) -> Checksum {
 }
 
 /// Whether a row is as it was written.
-pub(super) fn check(row: &SqliteRow) -> Result<(), StoreError> {
+pub(super) fn check(row: &Row) -> Result<(), StoreError> {
     let names = [row.try_get("session_id")?, row.try_get("chart")?, row.try_get("series")?];
     let grid = [row.try_get("cell_ns")?, row.try_get("first_cell")?, row.try_get("cells")?];
     let [session_id, chart, series]: [&str; 3] = names;
@@ -120,7 +120,7 @@ pub(super) fn check(row: &SqliteRow) -> Result<(), StoreError> {
         .agrees(row, || format!("chart {chart} ({series}) of session {session_id}"))
 }
 
-fn unpack(row: &SqliteRow) -> Result<Series, StoreError> {
+fn unpack(row: &Row) -> Result<Series, StoreError> {
     check(row)?;
     let (chart, name): (String, String) = (row.try_get("chart")?, row.try_get("series")?);
     let damaged = |why: String| StoreError::Damaged { what: format!("chart {chart} {name}"), why };

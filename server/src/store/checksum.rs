@@ -4,10 +4,10 @@
 //! CRC-32 (ISO 3309) finds every change of one bit, every burst of up to 32, and of others all but one in four billion.
 
 use crc32fast::Hasher;
-use sqlx::Row;
-use sqlx::sqlite::SqliteRow;
+use sqlx::Row as _;
 
 use super::StoreError;
+use super::dialect::Row;
 
 /// What a row is checked by. Each value goes in with its length or in a fixed number of bytes, so that no two rows look alike.
 #[derive(Clone, Debug, Default)]
@@ -46,7 +46,7 @@ impl Checksum {
     }
 
     /// Whether a row is as it was written; rows from before there were checksums are taken as they are. `what` names the row.
-    pub(super) fn agrees(self, row: &SqliteRow, what: impl FnOnce() -> String) -> Result<(), StoreError> {
+    pub(super) fn agrees(self, row: &Row, what: impl FnOnce() -> String) -> Result<(), StoreError> {
         let stored: Option<i64> = row.try_get("checksum")?;
         let found = self.column();
         match stored {

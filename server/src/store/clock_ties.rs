@@ -2,11 +2,11 @@
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use sqlx::sqlite::SqliteRow;
-use sqlx::{FromRow, Row, SqliteExecutor};
+use sqlx::{FromRow, Row as _};
 use time::OffsetDateTime;
 use uuid::Uuid;
 
+use super::dialect::{Executor, Row};
 use super::{StoreError, columns};
 use crate::utc;
 
@@ -62,8 +62,8 @@ impl TieState {
     }
 }
 
-impl FromRow<'_, SqliteRow> for ClockTie {
-    fn from_row(row: &SqliteRow) -> sqlx::Result<Self> {
+impl FromRow<'_, Row> for ClockTie {
+    fn from_row(row: &Row) -> sqlx::Result<Self> {
         Ok(ClockTie {
             state: columns::word(row, "state")?,
             offset_s: row.try_get("offset_s")?,
@@ -76,19 +76,16 @@ impl FromRow<'_, SqliteRow> for ClockTie {
 }
 
 /// That of a session; `None` where there was nothing to tie.
-pub async fn of_session(
-    db: impl SqliteExecutor<'_>,
-    session_id: Uuid,
-) -> Result<Option<ClockTie>, StoreError> {
-    let query = sqlx::query_as("select * from clock_ties where session_id = ?1").bind(session_id.to_string());
+pub async fn of_session(db: impl Executor<'_>, session_id: Uuid) -> Result<Option<ClockTie>, StoreError> {
+    let query = sqlx::query_as("select * from clock_ties where session_id = $1").bind(session_id.to_string());
     Ok(query.fetch_optional(db).await?)
 }
 
 /// Takes the place of the former one.
-pub async fn set(db: impl SqliteExecutor<'_>, session_id: Uuid, tie: &ClockTie) -> Result<(), StoreError> {
+pub async fn set(db: impl Executor<'_>, session_id: Uuid, tie: &ClockTie) -> Result<(), StoreError> {
     sqlx::query(
         "insert into clock_ties (session_id, state, offset_s, sigma_s, keyed, matched, tied_at)
-         values (?1, ?2, ?3, ?4, ?5, ?6, ?7)
+         values ($1, $2, $3, $4, $5, $6, $7)
          on conflict (session_id) do update set state = excluded.state, offset_s = excluded.offset_s,
             sigma_s = excluded.sigma_s, keyed = excluded.keyed, matched = excluded.matched,
             tied_at = excluded.tied_at",
@@ -106,8 +103,8 @@ pub async fn set(db: impl SqliteExecutor<'_>, session_id: Uuid, tie: &ClockTie) 
 }
 
 /// Forgets it: the next run measures it again.
-pub async fn clear(db: impl SqliteExecutor<'_>, session_id: Uuid) -> Result<(), StoreError> {
-    sqlx::query("delete from clock_ties where session_id = ?1")
+pub async fn clear(db: impl Executor<'_>, session_id: Uuid) -> Result<(), StoreError> {
+    sqlx::query("delete from clock_ties where session_id = $1")
         .bind(session_id.to_string())
         .execute(db)
         .await?;

@@ -1,12 +1,12 @@
 //! How values are written into columns and read back.
 
-use sqlx::Row;
-use sqlx::sqlite::SqliteRow;
+use sqlx::Row as _;
 use time::OffsetDateTime;
 use uuid::Uuid;
 
 use lodestep_engine::stream::StreamId;
 
+use super::dialect::Row;
 use crate::utc;
 
 /// Reads a column's value and says which column it was when it cannot be.
@@ -18,36 +18,36 @@ fn parse<T>(column: &str, text: &str, value: Option<T>) -> sqlx::Result<T> {
 }
 
 /// An id.
-pub(super) fn id(row: &SqliteRow, column: &str) -> sqlx::Result<Uuid> {
+pub(super) fn id(row: &Row, column: &str) -> sqlx::Result<Uuid> {
     let text: &str = row.try_get(column)?;
     parse(column, text, Uuid::parse_str(text).ok())
 }
 
 /// An id that may be null.
-pub(super) fn optional_id(row: &SqliteRow, column: &str) -> sqlx::Result<Option<Uuid>> {
+pub(super) fn optional_id(row: &Row, column: &str) -> sqlx::Result<Option<Uuid>> {
     let text: Option<&str> = row.try_get(column)?;
     text.map(|text| parse(column, text, Uuid::parse_str(text).ok())).transpose()
 }
 
 /// An instant.
-pub(super) fn instant(row: &SqliteRow, column: &str) -> sqlx::Result<OffsetDateTime> {
+pub(super) fn instant(row: &Row, column: &str) -> sqlx::Result<OffsetDateTime> {
     Ok(utc::from_us(row.try_get(column)?))
 }
 
 /// An instant that may be null.
-pub(super) fn optional_instant(row: &SqliteRow, column: &str) -> sqlx::Result<Option<OffsetDateTime>> {
+pub(super) fn optional_instant(row: &Row, column: &str) -> sqlx::Result<Option<OffsetDateTime>> {
     let us: Option<i64> = row.try_get(column)?;
     Ok(us.map(utc::from_us))
 }
 
 /// A count, which the tables hold as a signed integer.
-pub(super) fn count(row: &SqliteRow, column: &str) -> sqlx::Result<u64> {
+pub(super) fn count(row: &Row, column: &str) -> sqlx::Result<u64> {
     let value: i64 = row.try_get(column)?;
     parse(column, &value.to_string(), u64::try_from(value).ok())
 }
 
 /// A count that may be null.
-pub(super) fn optional_count(row: &SqliteRow, column: &str) -> sqlx::Result<Option<u64>> {
+pub(super) fn optional_count(row: &Row, column: &str) -> sqlx::Result<Option<u64>> {
     let value: Option<i64> = row.try_get(column)?;
     value.map(|value| parse(column, &value.to_string(), u64::try_from(value).ok())).transpose()
 }
@@ -59,31 +59,31 @@ pub(super) fn to_column(count: u64) -> i64 {
 
 /// East, north, up from the columns `{prefix}e_m`, `{prefix}n_m`, `{prefix}u_m`; `None` where the
 /// first is null.
-pub(super) fn optional_enu(row: &SqliteRow, columns: [&str; 3]) -> sqlx::Result<Option<[f64; 3]>> {
+pub(super) fn optional_enu(row: &Row, columns: [&str; 3]) -> sqlx::Result<Option<[f64; 3]>> {
     let east: Option<f64> = row.try_get(columns[0])?;
     let Some(east) = east else { return Ok(None) };
     Ok(Some([east, row.try_get(columns[1])?, row.try_get(columns[2])?]))
 }
 
 /// East, north, up.
-pub(super) fn enu(row: &SqliteRow, columns: [&str; 3]) -> sqlx::Result<[f64; 3]> {
+pub(super) fn enu(row: &Row, columns: [&str; 3]) -> sqlx::Result<[f64; 3]> {
     Ok([row.try_get(columns[0])?, row.try_get(columns[1])?, row.try_get(columns[2])?])
 }
 
 /// The name of a stream.
-pub(super) fn stream(row: &SqliteRow, column: &str) -> sqlx::Result<StreamId> {
+pub(super) fn stream(row: &Row, column: &str) -> sqlx::Result<StreamId> {
     let name: &str = row.try_get(column)?;
     parse(column, name, StreamId::read(name))
 }
 
 /// The name of a stream that may be null.
-pub(super) fn optional_stream(row: &SqliteRow, column: &str) -> sqlx::Result<Option<StreamId>> {
+pub(super) fn optional_stream(row: &Row, column: &str) -> sqlx::Result<Option<StreamId>> {
     let name: Option<&str> = row.try_get(column)?;
     name.map(|name| parse(column, name, StreamId::read(name))).transpose()
 }
 
 /// A value that has a word of its own (an enum with `serde` names).
-pub(super) fn word<T: serde::de::DeserializeOwned>(row: &SqliteRow, column: &str) -> sqlx::Result<T> {
+pub(super) fn word<T: serde::de::DeserializeOwned>(row: &Row, column: &str) -> sqlx::Result<T> {
     let text: &str = row.try_get(column)?;
     parse(column, text, serde_json::from_value(serde_json::Value::from(text)).ok())
 }
@@ -97,14 +97,14 @@ pub(crate) fn to_word<T: serde::Serialize>(value: T) -> String {
 }
 
 /// A value that is written as JSON.
-pub(super) fn json<T: serde::de::DeserializeOwned>(row: &SqliteRow, column: &str) -> sqlx::Result<T> {
+pub(super) fn json<T: serde::de::DeserializeOwned>(row: &Row, column: &str) -> sqlx::Result<T> {
     let text: &str = row.try_get(column)?;
     parse(column, text, serde_json::from_str(text).ok())
 }
 
 /// A value that is written as JSON and may be null.
 pub(super) fn optional_json<T: serde::de::DeserializeOwned>(
-    row: &SqliteRow,
+    row: &Row,
     column: &str,
 ) -> sqlx::Result<Option<T>> {
     let text: Option<&str> = row.try_get(column)?;

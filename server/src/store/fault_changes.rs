@@ -2,11 +2,11 @@
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use sqlx::sqlite::SqliteRow;
-use sqlx::{FromRow, Row, SqliteExecutor};
+use sqlx::{FromRow, Row as _};
 use time::OffsetDateTime;
 use uuid::Uuid;
 
+use super::dialect::{Executor, Row};
 use super::{StoreError, columns};
 use crate::utc;
 
@@ -60,8 +60,8 @@ pub enum What {
     Place,
 }
 
-impl FromRow<'_, SqliteRow> for FaultChange {
-    fn from_row(row: &SqliteRow) -> sqlx::Result<Self> {
+impl FromRow<'_, Row> for FaultChange {
+    fn from_row(row: &Row) -> sqlx::Result<Self> {
         Ok(FaultChange {
             fault_id: columns::id(row, "fault_id")?,
             changed_at: columns::instant(row, "changed_at")?,
@@ -75,10 +75,10 @@ impl FromRow<'_, SqliteRow> for FaultChange {
 }
 
 /// Adds one.
-pub async fn insert(db: impl SqliteExecutor<'_>, change: &FaultChange) -> Result<(), StoreError> {
+pub async fn insert(db: impl Executor<'_>, change: &FaultChange) -> Result<(), StoreError> {
     sqlx::query(
         "insert into fault_changes (fault_id, changed_at, changed_by, what, before, after, comment)
-         values (?1, ?2, ?3, ?4, ?5, ?6, ?7)",
+         values ($1, $2, $3, $4, $5, $6, $7)",
     )
     .bind(change.fault_id.to_string())
     .bind(utc::to_us(change.changed_at))
@@ -93,8 +93,8 @@ pub async fn insert(db: impl SqliteExecutor<'_>, change: &FaultChange) -> Result
 }
 
 /// Those of a fault, oldest first.
-pub async fn of_fault(db: impl SqliteExecutor<'_>, fault_id: Uuid) -> Result<Vec<FaultChange>, StoreError> {
-    let query = sqlx::query_as("select * from fault_changes where fault_id = ?1 order by id")
+pub async fn of_fault(db: impl Executor<'_>, fault_id: Uuid) -> Result<Vec<FaultChange>, StoreError> {
+    let query = sqlx::query_as("select * from fault_changes where fault_id = $1 order by id")
         .bind(fault_id.to_string());
     Ok(query.fetch_all(db).await?)
 }

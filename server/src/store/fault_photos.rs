@@ -2,11 +2,11 @@
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use sqlx::sqlite::SqliteRow;
-use sqlx::{FromRow, Row, SqliteExecutor};
+use sqlx::{FromRow, Row as _};
 use time::OffsetDateTime;
 use uuid::Uuid;
 
+use super::dialect::{Executor, Row};
 use super::{StoreError, columns};
 use crate::utc;
 
@@ -35,8 +35,8 @@ pub struct Photo {
     pub created_by: Option<String>,
 }
 
-impl FromRow<'_, SqliteRow> for Photo {
-    fn from_row(row: &SqliteRow) -> sqlx::Result<Self> {
+impl FromRow<'_, Row> for Photo {
+    fn from_row(row: &Row) -> sqlx::Result<Self> {
         Ok(Photo {
             id: columns::id(row, "id")?,
             fault_id: columns::id(row, "fault_id")?,
@@ -50,10 +50,10 @@ impl FromRow<'_, SqliteRow> for Photo {
 }
 
 /// Adds one.
-pub async fn insert(db: impl SqliteExecutor<'_>, photo: &Photo, body: &[u8]) -> Result<(), StoreError> {
+pub async fn insert(db: impl Executor<'_>, photo: &Photo, body: &[u8]) -> Result<(), StoreError> {
     sqlx::query(
         "insert into fault_photos (id, fault_id, content_type, size_bytes, sha256, created_at, created_by, body)
-         values (?1, ?2, ?3, ?4, ?5, ?6, ?7, ?8)",
+         values ($1, $2, $3, $4, $5, $6, $7, $8)",
     )
     .bind(photo.id.to_string())
     .bind(photo.fault_id.to_string())
@@ -69,10 +69,10 @@ pub async fn insert(db: impl SqliteExecutor<'_>, photo: &Photo, body: &[u8]) -> 
 }
 
 /// Those of a fault, oldest first.
-pub async fn of_fault(db: impl SqliteExecutor<'_>, fault_id: Uuid) -> Result<Vec<Photo>, StoreError> {
+pub async fn of_fault(db: impl Executor<'_>, fault_id: Uuid) -> Result<Vec<Photo>, StoreError> {
     let query = sqlx::query_as(
         "select id, fault_id, content_type, size_bytes, sha256, created_at, created_by
-         from fault_photos where fault_id = ?1 order by created_at, id",
+         from fault_photos where fault_id = $1 order by created_at, id",
     )
     .bind(fault_id.to_string());
     Ok(query.fetch_all(db).await?)
@@ -80,19 +80,19 @@ pub async fn of_fault(db: impl SqliteExecutor<'_>, fault_id: Uuid) -> Result<Vec
 
 /// Content type and bytes of one.
 pub async fn body(
-    db: impl SqliteExecutor<'_>,
+    db: impl Executor<'_>,
     fault_id: Uuid,
     id: Uuid,
 ) -> Result<Option<(String, Vec<u8>)>, StoreError> {
-    let query = sqlx::query_as("select content_type, body from fault_photos where fault_id = ?1 and id = ?2")
+    let query = sqlx::query_as("select content_type, body from fault_photos where fault_id = $1 and id = $2")
         .bind(fault_id.to_string())
         .bind(id.to_string());
     Ok(query.fetch_optional(db).await?)
 }
 
 /// Removes one; `false` when there is none such.
-pub async fn delete(db: impl SqliteExecutor<'_>, fault_id: Uuid, id: Uuid) -> Result<bool, StoreError> {
-    let query = sqlx::query("delete from fault_photos where fault_id = ?1 and id = ?2")
+pub async fn delete(db: impl Executor<'_>, fault_id: Uuid, id: Uuid) -> Result<bool, StoreError> {
+    let query = sqlx::query("delete from fault_photos where fault_id = $1 and id = $2")
         .bind(fault_id.to_string())
         .bind(id.to_string());
     Ok(query.execute(db).await?.rows_affected() > 0)

@@ -2,11 +2,11 @@
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use sqlx::sqlite::SqliteRow;
-use sqlx::{AssertSqlSafe, FromRow, Row, SqliteExecutor};
+use sqlx::{AssertSqlSafe, FromRow, Row as _};
 use time::OffsetDateTime;
 use uuid::Uuid;
 
+use super::dialect::{Executor, Row};
 use super::{StoreError, columns};
 use crate::utc;
 
@@ -125,8 +125,8 @@ impl FaultState {
     }
 }
 
-impl FromRow<'_, SqliteRow> for Fault {
-    fn from_row(row: &SqliteRow) -> sqlx::Result<Self> {
+impl FromRow<'_, Row> for Fault {
+    fn from_row(row: &Row) -> sqlx::Result<Self> {
         let candidates: &str = row.try_get("candidates")?;
         Ok(Fault {
             id: columns::id(row, "id")?,
@@ -160,27 +160,27 @@ const WITH_PHOTOS: &str =
     "select f.*, (select count(*) from fault_photos p where p.fault_id = f.id) as photos from faults f";
 
 /// Those in this state (`None`: all), newest first.
-pub async fn list(db: impl SqliteExecutor<'_>, state: Option<FaultState>) -> Result<Vec<Fault>, StoreError> {
+pub async fn list(db: impl Executor<'_>, state: Option<FaultState>) -> Result<Vec<Fault>, StoreError> {
     let sql =
-        format!("{WITH_PHOTOS} where (?1 is null or f.state = ?1) order by f.reported_at desc, f.id desc");
+        format!("{WITH_PHOTOS} where ($1 is null or f.state = $1) order by f.reported_at desc, f.id desc");
     let query = sqlx::query_as(AssertSqlSafe(sql)).bind(state.map(columns::to_word));
     Ok(query.fetch_all(db).await?)
 }
 
 /// The one with this id.
-pub async fn get(db: impl SqliteExecutor<'_>, id: Uuid) -> Result<Option<Fault>, StoreError> {
-    let sql = format!("{WITH_PHOTOS} where f.id = ?1");
+pub async fn get(db: impl Executor<'_>, id: Uuid) -> Result<Option<Fault>, StoreError> {
+    let sql = format!("{WITH_PHOTOS} where f.id = $1");
     Ok(sqlx::query_as(AssertSqlSafe(sql)).bind(id.to_string()).fetch_optional(db).await?)
 }
 
 /// Those of a walk, in the order in which they were seen.
-pub async fn of_session(db: impl SqliteExecutor<'_>, session_id: Uuid) -> Result<Vec<Fault>, StoreError> {
-    let sql = format!("{WITH_PHOTOS} where f.session_id = ?1 order by f.reported_at, f.id");
+pub async fn of_session(db: impl Executor<'_>, session_id: Uuid) -> Result<Vec<Fault>, StoreError> {
+    let sql = format!("{WITH_PHOTOS} where f.session_id = $1 order by f.reported_at, f.id");
     Ok(sqlx::query_as(AssertSqlSafe(sql)).bind(session_id.to_string()).fetch_all(db).await?)
 }
 
 /// Adds one.
-pub async fn insert(db: impl SqliteExecutor<'_>, fault: &Fault) -> Result<(), StoreError> {
+pub async fn insert(db: impl Executor<'_>, fault: &Fault) -> Result<(), StoreError> {
     let candidates = candidates_of(fault)?;
     let [e_m, n_m, u_m] = each(fault.position_m);
     let [sigma_e_m, sigma_n_m, sigma_u_m] = each(fault.sigma_m);
@@ -189,8 +189,8 @@ pub async fn insert(db: impl SqliteExecutor<'_>, fault: &Fault) -> Result<(), St
             id, inspector_id, session_id, reported_at, t_ns, kind, severity, text, marker,
             e_m, n_m, u_m, sigma_e_m, sigma_n_m, sigma_u_m, covariance_en_m2,
             candidates, state, closed_at, created_at, assignee_id, version, updated_at
-         ) values (?1, ?2, ?3, ?4, ?5, ?6, ?7, ?8, ?9, ?10, ?11, ?12, ?13, ?14, ?15, ?16, ?17, ?18, ?19, ?20,
-            ?21, ?22, ?23)",
+         ) values ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10, $11, $12, $13, $14, $15, $16, $17, $18, $19, $20,
+            $21, $22, $23)",
     )
     .bind(fault.id.to_string())
     .bind(fault.inspector_id.to_string())
@@ -221,18 +221,18 @@ pub async fn insert(db: impl SqliteExecutor<'_>, fault: &Fault) -> Result<(), St
 }
 
 /// Those that stand, newest first.
-pub async fn standing(db: impl SqliteExecutor<'_>) -> Result<Vec<Fault>, StoreError> {
+pub async fn standing(db: impl Executor<'_>) -> Result<Vec<Fault>, StoreError> {
     let sql = format!("{WITH_PHOTOS} where f.state <> 'verified' order by f.reported_at desc, f.id desc");
     Ok(sqlx::query_as(AssertSqlSafe(sql)).fetch_all(db).await?)
 }
 
 /// Notes what people may change of one: its state, who sees to it, severity, kind, text and marker. Its place stays.
-pub async fn update(db: impl SqliteExecutor<'_>, fault: &Fault) -> Result<(), StoreError> {
+pub async fn update(db: impl Executor<'_>, fault: &Fault) -> Result<(), StoreError> {
     sqlx::query(
         "update faults set
-            state = ?2, assignee_id = ?3, severity = ?4, kind = ?5, text = ?6, marker = ?7,
-            version = ?8, closed_at = ?9, updated_at = ?10
-         where id = ?1",
+            state = $2, assignee_id = $3, severity = $4, kind = $5, text = $6, marker = $7,
+            version = $8, closed_at = $9, updated_at = $10
+         where id = $1",
     )
     .bind(fault.id.to_string())
     .bind(columns::to_word(fault.state))
@@ -251,11 +251,11 @@ pub async fn update(db: impl SqliteExecutor<'_>, fault: &Fault) -> Result<(), St
 
 /// The walk of these was another inspector's.
 pub async fn change_inspector(
-    db: impl SqliteExecutor<'_>,
+    db: impl Executor<'_>,
     session_id: Uuid,
     inspector_id: Uuid,
 ) -> Result<(), StoreError> {
-    sqlx::query("update faults set inspector_id = ?2, version = version + 1 where session_id = ?1")
+    sqlx::query("update faults set inspector_id = $2, version = version + 1 where session_id = $1")
         .bind(session_id.to_string())
         .bind(inspector_id.to_string())
         .execute(db)
@@ -264,14 +264,14 @@ pub async fn change_inspector(
 }
 
 /// Notes where one was seen and which actuators it may be about.
-pub async fn set_place(db: impl SqliteExecutor<'_>, fault: &Fault) -> Result<(), StoreError> {
+pub async fn set_place(db: impl Executor<'_>, fault: &Fault) -> Result<(), StoreError> {
     let [e_m, n_m, u_m] = each(fault.position_m);
     let [sigma_e_m, sigma_n_m, sigma_u_m] = each(fault.sigma_m);
     sqlx::query(
         "update faults set
-            e_m = ?2, n_m = ?3, u_m = ?4, sigma_e_m = ?5, sigma_n_m = ?6, sigma_u_m = ?7,
-            covariance_en_m2 = ?8, candidates = ?9, version = ?10, updated_at = ?11, t_ns = ?12
-         where id = ?1",
+            e_m = $2, n_m = $3, u_m = $4, sigma_e_m = $5, sigma_n_m = $6, sigma_u_m = $7,
+            covariance_en_m2 = $8, candidates = $9, version = $10, updated_at = $11, t_ns = $12
+         where id = $1",
     )
     .bind(fault.id.to_string())
     .bind(e_m)

@@ -2,11 +2,11 @@
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use sqlx::sqlite::SqliteRow;
-use sqlx::{FromRow, Row, SqliteExecutor};
+use sqlx::{FromRow, Row as _};
 use time::OffsetDateTime;
 use uuid::Uuid;
 
+use super::dialect::{Executor, Row};
 use super::{StoreError, columns};
 use crate::utc;
 
@@ -24,8 +24,8 @@ pub struct Inspector {
     pub created_at: OffsetDateTime,
 }
 
-impl FromRow<'_, SqliteRow> for Inspector {
-    fn from_row(row: &SqliteRow) -> sqlx::Result<Self> {
+impl FromRow<'_, Row> for Inspector {
+    fn from_row(row: &Row) -> sqlx::Result<Self> {
         Ok(Inspector {
             id: columns::id(row, "id")?,
             name: row.try_get("name")?,
@@ -35,24 +35,24 @@ impl FromRow<'_, SqliteRow> for Inspector {
 }
 
 /// All, by name.
-pub async fn list(db: impl SqliteExecutor<'_>) -> Result<Vec<Inspector>, StoreError> {
+pub async fn list(db: impl Executor<'_>) -> Result<Vec<Inspector>, StoreError> {
     Ok(sqlx::query_as("select * from carriers order by name").fetch_all(db).await?)
 }
 
 /// The one with this id.
-pub async fn get(db: impl SqliteExecutor<'_>, id: Uuid) -> Result<Option<Inspector>, StoreError> {
-    let query = sqlx::query_as("select * from carriers where id = ?1").bind(id.to_string());
+pub async fn get(db: impl Executor<'_>, id: Uuid) -> Result<Option<Inspector>, StoreError> {
+    let query = sqlx::query_as("select * from carriers where id = $1").bind(id.to_string());
     Ok(query.fetch_optional(db).await?)
 }
 
 /// The one with this name.
-pub async fn by_name(db: impl SqliteExecutor<'_>, name: &str) -> Result<Option<Inspector>, StoreError> {
-    Ok(sqlx::query_as("select * from carriers where name = ?1").bind(name).fetch_optional(db).await?)
+pub async fn by_name(db: impl Executor<'_>, name: &str) -> Result<Option<Inspector>, StoreError> {
+    Ok(sqlx::query_as("select * from carriers where name = $1").bind(name).fetch_optional(db).await?)
 }
 
 /// Adds one.
-pub async fn insert(db: impl SqliteExecutor<'_>, inspector: &Inspector) -> Result<(), StoreError> {
-    sqlx::query("insert into carriers (id, name, created_at) values (?1, ?2, ?3)")
+pub async fn insert(db: impl Executor<'_>, inspector: &Inspector) -> Result<(), StoreError> {
+    sqlx::query("insert into carriers (id, name, created_at) values ($1, $2, $3)")
         .bind(inspector.id.to_string())
         .bind(&inspector.name)
         .bind(utc::to_us(inspector.created_at))
@@ -62,14 +62,14 @@ pub async fn insert(db: impl SqliteExecutor<'_>, inspector: &Inspector) -> Resul
 }
 
 /// Gives one another name; `false` when there is none with this id.
-pub async fn rename(db: impl SqliteExecutor<'_>, id: Uuid, name: &str) -> Result<bool, StoreError> {
-    let query = sqlx::query("update carriers set name = ?2 where id = ?1").bind(id.to_string()).bind(name);
+pub async fn rename(db: impl Executor<'_>, id: Uuid, name: &str) -> Result<bool, StoreError> {
+    let query = sqlx::query("update carriers set name = $2 where id = $1").bind(id.to_string()).bind(name);
     Ok(query.execute(db).await?.rows_affected() > 0)
 }
 
 /// Removes one who never walked; `false` when there is none with this id. Fails on one with sessions
 /// or faults: those say who it was.
-pub async fn delete(db: impl SqliteExecutor<'_>, id: Uuid) -> Result<bool, StoreError> {
-    let query = sqlx::query("delete from carriers where id = ?1").bind(id.to_string());
+pub async fn delete(db: impl Executor<'_>, id: Uuid) -> Result<bool, StoreError> {
+    let query = sqlx::query("delete from carriers where id = $1").bind(id.to_string());
     Ok(query.execute(db).await?.rows_affected() > 0)
 }

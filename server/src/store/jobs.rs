@@ -2,11 +2,11 @@
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use sqlx::sqlite::SqliteRow;
-use sqlx::{FromRow, Row, SqliteExecutor};
+use sqlx::{FromRow, Row as _};
 use time::OffsetDateTime;
 use uuid::Uuid;
 
+use super::dialect::{Executor, Row};
 use super::{StoreError, columns};
 use crate::utc;
 
@@ -83,8 +83,8 @@ impl Job {
     }
 }
 
-impl FromRow<'_, SqliteRow> for Job {
-    fn from_row(row: &SqliteRow) -> sqlx::Result<Self> {
+impl FromRow<'_, Row> for Job {
+    fn from_row(row: &Row) -> sqlx::Result<Self> {
         Ok(Job {
             id: columns::id(row, "id")?,
             session_id: columns::id(row, "session_id")?,
@@ -102,14 +102,14 @@ impl FromRow<'_, SqliteRow> for Job {
 }
 
 /// The newest ones, at most this many, newest first.
-pub async fn list(db: impl SqliteExecutor<'_>, at_most: u32) -> Result<Vec<Job>, StoreError> {
-    let query = sqlx::query_as("select * from jobs order by created_at desc, id desc limit ?1").bind(at_most);
+pub async fn list(db: impl Executor<'_>, at_most: u32) -> Result<Vec<Job>, StoreError> {
+    let query = sqlx::query_as("select * from jobs order by created_at desc, id desc limit $1").bind(at_most);
     Ok(query.fetch_all(db).await?)
 }
 
 /// Those that have not ended, in the order in which they are done: tracks that people wait for before lab runs, then
 /// the oldest first. What a started server goes on with.
-pub async fn unfinished(db: impl SqliteExecutor<'_>) -> Result<Vec<Job>, StoreError> {
+pub async fn unfinished(db: impl Executor<'_>) -> Result<Vec<Job>, StoreError> {
     let query = sqlx::query_as(
         "select * from jobs where state in ('queued', 'running') order by lab_run_id is not null, created_at, id",
     );
@@ -117,17 +117,17 @@ pub async fn unfinished(db: impl SqliteExecutor<'_>) -> Result<Vec<Job>, StoreEr
 }
 
 /// The one with this id.
-pub async fn get(db: impl SqliteExecutor<'_>, id: Uuid) -> Result<Option<Job>, StoreError> {
-    Ok(sqlx::query_as("select * from jobs where id = ?1").bind(id.to_string()).fetch_optional(db).await?)
+pub async fn get(db: impl Executor<'_>, id: Uuid) -> Result<Option<Job>, StoreError> {
+    Ok(sqlx::query_as("select * from jobs where id = $1").bind(id.to_string()).fetch_optional(db).await?)
 }
 
 /// The one that computes this session's own track and has not ended.
 pub async fn unfinished_of_session(
-    db: impl SqliteExecutor<'_>,
+    db: impl Executor<'_>,
     session_id: Uuid,
 ) -> Result<Option<Job>, StoreError> {
     let query = sqlx::query_as(
-        "select * from jobs where session_id = ?1 and lab_run_id is null and state in ('queued', 'running')
+        "select * from jobs where session_id = $1 and lab_run_id is null and state in ('queued', 'running')
          order by created_at desc limit 1",
     )
     .bind(session_id.to_string());
@@ -135,31 +135,31 @@ pub async fn unfinished_of_session(
 }
 
 /// Adds one.
-pub async fn insert(db: impl SqliteExecutor<'_>, job: &Job) -> Result<(), StoreError> {
+pub async fn insert(db: impl Executor<'_>, job: &Job) -> Result<(), StoreError> {
     write(
         db,
         job,
         "insert into jobs (id, session_id, state, stage, progress, error, created_at, started_at, finished_at, lab_run_id,
             tries)
-         values (?1, ?2, ?3, ?4, ?5, ?6, ?7, ?8, ?9, ?10, ?11)",
+         values ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10, $11)",
     )
     .await
     .map(|_| ())
 }
 
 /// Writes one as it now stands; `false` where it has ended already, as one that was given up has.
-pub async fn update(db: impl SqliteExecutor<'_>, job: &Job) -> Result<bool, StoreError> {
+pub async fn update(db: impl Executor<'_>, job: &Job) -> Result<bool, StoreError> {
     write(
         db,
         job,
-        "update jobs set state = ?3, stage = ?4, progress = ?5, error = ?6, started_at = ?8, finished_at = ?9, tries = ?11
-         where id = ?1 and session_id = ?2 and created_at = ?7 and lab_run_id is ?10
+        "update jobs set state = $3, stage = $4, progress = $5, error = $6, started_at = $8, finished_at = $9, tries = $11
+         where id = $1 and session_id = $2 and created_at = $7 and lab_run_id is $10
             and state in ('queued', 'running')",
     )
     .await
 }
 
-async fn write(db: impl SqliteExecutor<'_>, job: &Job, sql: &'static str) -> Result<bool, StoreError> {
+async fn write(db: impl Executor<'_>, job: &Job, sql: &'static str) -> Result<bool, StoreError> {
     let query = sqlx::query(sql)
         .bind(job.id.to_string())
         .bind(job.session_id.to_string())

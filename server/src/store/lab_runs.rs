@@ -7,11 +7,11 @@ use lodestep_engine::session::Solution;
 use lodestep_engine::systems::catalogue;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use sqlx::sqlite::SqliteRow;
-use sqlx::{FromRow, Row, SqliteExecutor};
+use sqlx::{FromRow, Row as _};
 use time::OffsetDateTime;
 use uuid::Uuid;
 
+use super::dialect::{Executor, Row};
 use super::jobs::JobState;
 use super::site_parameters::SetVersion;
 use super::{StoreError, columns};
@@ -165,8 +165,8 @@ pub enum Source {
     Stream,
 }
 
-impl FromRow<'_, SqliteRow> for LabRun {
-    fn from_row(row: &SqliteRow) -> sqlx::Result<Self> {
+impl FromRow<'_, Row> for LabRun {
+    fn from_row(row: &Row) -> sqlx::Result<Self> {
         Ok(LabRun {
             id: columns::id(row, "id")?,
             session_id: columns::id(row, "session_id")?,
@@ -192,7 +192,7 @@ impl FromRow<'_, SqliteRow> for LabRun {
 
 /// Those of these sessions, or of all where none is named; the oldest first, at most so many of the newest.
 pub async fn list(
-    db: impl SqliteExecutor<'_>,
+    db: impl Executor<'_>,
     session_ids: &[Uuid],
     at_most: u32,
 ) -> Result<Vec<LabRun>, StoreError> {
@@ -202,8 +202,8 @@ pub async fn list(
             select r.*, j.id as job_id, j.state, j.error
             from lab_runs r join jobs j on j.lab_run_id = r.id
             join sessions s on s.id = r.session_id and s.removed_at is null
-            where ?1 = '[]' or r.session_id in (select value from json_each(?1))
-            order by r.created_at desc, r.id desc limit ?2)
+            where $1 = '[]' or r.session_id in (select value from json_each($1))
+            order by r.created_at desc, r.id desc limit $2)
          order by created_at, id",
     )
     .bind(columns::to_json(&wanted)?)
@@ -212,20 +212,20 @@ pub async fn list(
 }
 
 /// The one with this id.
-pub async fn get(db: impl SqliteExecutor<'_>, id: Uuid) -> Result<Option<LabRun>, StoreError> {
+pub async fn get(db: impl Executor<'_>, id: Uuid) -> Result<Option<LabRun>, StoreError> {
     let query = sqlx::query_as(
         "select r.*, j.id as job_id, j.state, j.error
-         from lab_runs r join jobs j on j.lab_run_id = r.id where r.id = ?1",
+         from lab_runs r join jobs j on j.lab_run_id = r.id where r.id = $1",
     )
     .bind(id.to_string());
     Ok(query.fetch_optional(db).await?)
 }
 
 /// Adds one; its job is added beside it.
-pub async fn insert(db: impl SqliteExecutor<'_>, run: &LabRun) -> Result<(), StoreError> {
+pub async fn insert(db: impl Executor<'_>, run: &LabRun) -> Result<(), StoreError> {
     sqlx::query(
         "insert into lab_runs (id, session_id, name, parameter_set_id, parameters, aids, solution, created_at, created_by)
-         values (?1, ?2, ?3, ?4, ?5, ?6, ?7, ?8, ?9)",
+         values ($1, $2, $3, $4, $5, $6, $7, $8, $9)",
     )
     .bind(run.id.to_string())
     .bind(run.session_id.to_string())
@@ -243,12 +243,12 @@ pub async fn insert(db: impl SqliteExecutor<'_>, run: &LabRun) -> Result<(), Sto
 
 /// Notes what one came to.
 pub async fn set_result(
-    db: impl SqliteExecutor<'_>,
+    db: impl Executor<'_>,
     id: Uuid,
     figures: &Figures,
     provenance: &Provenance,
 ) -> Result<(), StoreError> {
-    sqlx::query("update lab_runs set figures = ?2, provenance = ?3 where id = ?1")
+    sqlx::query("update lab_runs set figures = $2, provenance = $3 where id = $1")
         .bind(id.to_string())
         .bind(columns::to_json(figures)?)
         .bind(columns::to_json(provenance)?)
@@ -258,7 +258,7 @@ pub async fn set_result(
 }
 
 /// Removes one with its job and its track.
-pub async fn delete(db: impl SqliteExecutor<'_>, id: Uuid) -> Result<(), StoreError> {
-    sqlx::query("delete from lab_runs where id = ?1").bind(id.to_string()).execute(db).await?;
+pub async fn delete(db: impl Executor<'_>, id: Uuid) -> Result<(), StoreError> {
+    sqlx::query("delete from lab_runs where id = $1").bind(id.to_string()).execute(db).await?;
     Ok(())
 }

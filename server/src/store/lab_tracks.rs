@@ -1,11 +1,11 @@
 //! The points of lab runs, packed: they are read whole and never searched.
 
 use lodestep_engine::event::{Part, Tilt, TrackPoint};
-use sqlx::sqlite::SqliteRow;
-use sqlx::{Row, SqliteExecutor};
+use sqlx::Row as _;
 use uuid::Uuid;
 
 use super::checksum::Checksum;
+use super::dialect::{Executor, Row};
 use super::{StoreError, columns};
 
 /// Of zstd.
@@ -100,9 +100,9 @@ fn point_of(t_ns: i64, values: [f64; VALUES]) -> TrackPoint {
 }
 
 /// Puts a run's points in the place of the former ones.
-pub async fn set(db: impl SqliteExecutor<'_>, run_id: Uuid, packed: &Packed) -> Result<(), StoreError> {
+pub async fn set(db: impl Executor<'_>, run_id: Uuid, packed: &Packed) -> Result<(), StoreError> {
     sqlx::query(
-        "insert into lab_tracks (run_id, points, encoding, body, checksum) values (?1, ?2, ?3, ?4, ?5)
+        "insert into lab_tracks (run_id, points, encoding, body, checksum) values ($1, $2, $3, $4, $5)
          on conflict (run_id) do update set points = excluded.points, encoding = excluded.encoding, body = excluded.body,
             checksum = excluded.checksum",
     )
@@ -121,15 +121,15 @@ fn checksum(run_id: &str, points: i64, encoding: i64, body: &[u8]) -> Checksum {
 }
 
 /// Whether a row is as it was written.
-pub(super) fn check(row: &SqliteRow) -> Result<(), StoreError> {
+pub(super) fn check(row: &Row) -> Result<(), StoreError> {
     let run_id: &str = row.try_get("run_id")?;
     checksum(run_id, row.try_get("points")?, row.try_get("encoding")?, row.try_get("body")?)
         .agrees(row, || format!("track of lab run {run_id}"))
 }
 
 /// A run's points by time; none of a run that has not been computed.
-pub async fn get(db: impl SqliteExecutor<'_>, run_id: Uuid) -> Result<Vec<TrackPoint>, StoreError> {
-    let query = sqlx::query("select * from lab_tracks where run_id = ?1").bind(run_id.to_string());
+pub async fn get(db: impl Executor<'_>, run_id: Uuid) -> Result<Vec<TrackPoint>, StoreError> {
+    let query = sqlx::query("select * from lab_tracks where run_id = $1").bind(run_id.to_string());
     let Some(row) = query.fetch_optional(db).await? else { return Ok(Vec::new()) };
     check(&row)?;
     let damaged = |why: String| StoreError::Damaged { what: format!("track of lab run {run_id}"), why };

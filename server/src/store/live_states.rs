@@ -3,10 +3,10 @@
 use std::collections::BTreeMap;
 
 use lodestep_engine::stream::StreamId;
-use sqlx::sqlite::SqliteRow;
-use sqlx::{FromRow, Row, SqliteConnection, SqliteExecutor};
+use sqlx::{FromRow, Row as _};
 use uuid::Uuid;
 
+use super::dialect::{Connection, Executor, Row};
 use super::{StoreError, columns};
 
 /// The state of a walk, and what it has taken.
@@ -24,8 +24,8 @@ pub struct LiveState {
     pub body: Vec<u8>,
 }
 
-impl FromRow<'_, SqliteRow> for LiveState {
-    fn from_row(row: &SqliteRow) -> sqlx::Result<Self> {
+impl FromRow<'_, Row> for LiveState {
+    fn from_row(row: &Row) -> sqlx::Result<Self> {
         Ok(LiveState {
             t_ns: row.try_get("t_ns")?,
             fits: row.try_get("fits")?,
@@ -38,13 +38,13 @@ impl FromRow<'_, SqliteRow> for LiveState {
 
 /// Saves a state in place of the one of the same moment, and forgets those from more than `kept_ns` before it.
 pub(super) async fn save(
-    db: &mut SqliteConnection,
+    db: &mut Connection,
     session_id: Uuid,
     state: &LiveState,
     kept_ns: i64,
 ) -> Result<(), StoreError> {
     // What a visit went back to before is not to be taken up again, whichever moment it has.
-    sqlx::query("delete from live_states where session_id = ?1 and (t_ns < ?2 or t_ns >= ?3)")
+    sqlx::query("delete from live_states where session_id = $1 and (t_ns < $2 or t_ns >= $3)")
         .bind(session_id.to_string())
         .bind(state.t_ns - kept_ns)
         .bind(state.t_ns)
@@ -52,7 +52,7 @@ pub(super) async fn save(
         .await?;
     let query = sqlx::query(
         "insert into live_states (session_id, t_ns, fits, samples, next_sequences, body)
-         values (?1, ?2, ?3, ?4, ?5, ?6)",
+         values ($1, $2, $3, $4, $5, $6)",
     );
     query
         .bind(session_id.to_string())
@@ -68,22 +68,22 @@ pub(super) async fn save(
 
 /// The states of a walk that fit, from more than `before_ns` before the newest of them, newest first.
 pub async fn from_before_the_newest(
-    db: impl SqliteExecutor<'_>,
+    db: impl Executor<'_>,
     session_id: Uuid,
     fits: &str,
     before_ns: i64,
 ) -> Result<Vec<LiveState>, StoreError> {
     let query = sqlx::query_as(
-        "select * from live_states where session_id = ?1 and fits = ?2 and t_ns < (
-            select max(t_ns) from live_states where session_id = ?1 and fits = ?2) - ?3
+        "select * from live_states where session_id = $1 and fits = $2 and t_ns < (
+            select max(t_ns) from live_states where session_id = $1 and fits = $2) - $3
          order by t_ns desc",
     );
     Ok(query.bind(session_id.to_string()).bind(fits).bind(before_ns).fetch_all(db).await?)
 }
 
 /// Forgets the states of a walk: it is over, or was worked out again.
-pub async fn clear(db: impl SqliteExecutor<'_>, session_id: Uuid) -> Result<(), StoreError> {
-    sqlx::query("delete from live_states where session_id = ?1")
+pub async fn clear(db: impl Executor<'_>, session_id: Uuid) -> Result<(), StoreError> {
+    sqlx::query("delete from live_states where session_id = $1")
         .bind(session_id.to_string())
         .execute(db)
         .await?;

@@ -5,11 +5,11 @@ use lodestep_engine::parse::log_format::LogFormat;
 use lodestep_engine::stream::StreamId;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use sqlx::sqlite::SqliteRow;
-use sqlx::{FromRow, Row, SqliteExecutor};
+use sqlx::{FromRow, Row as _};
 use time::OffsetDateTime;
 use uuid::Uuid;
 
+use super::dialect::{Executor, Row};
 use super::{StoreError, columns};
 use crate::stream_field::StreamField;
 use crate::utc;
@@ -90,8 +90,8 @@ pub enum Codec {
     Zstd,
 }
 
-impl FromRow<'_, SqliteRow> for Log {
-    fn from_row(row: &SqliteRow) -> sqlx::Result<Self> {
+impl FromRow<'_, Row> for Log {
+    fn from_row(row: &Row) -> sqlx::Result<Self> {
         let codec: Option<&str> = row.try_get("codec")?;
         let format: Option<&str> = row.try_get("format")?;
         Ok(Log {
@@ -117,37 +117,34 @@ impl FromRow<'_, SqliteRow> for Log {
 }
 
 /// Those of a session, oldest first.
-pub async fn of_session(db: impl SqliteExecutor<'_>, session_id: Uuid) -> Result<Vec<Log>, StoreError> {
-    let query = sqlx::query_as("select * from logs where session_id = ?1 order by created_at, id")
+pub async fn of_session(db: impl Executor<'_>, session_id: Uuid) -> Result<Vec<Log>, StoreError> {
+    let query = sqlx::query_as("select * from logs where session_id = $1 order by created_at, id")
         .bind(session_id.to_string());
     Ok(query.fetch_all(db).await?)
 }
 
 /// How many are on their way of all walks of the inspector whose session this is.
-pub async fn receiving_of_same_inspector(
-    db: impl SqliteExecutor<'_>,
-    session_id: Uuid,
-) -> Result<u64, StoreError> {
+pub async fn receiving_of_same_inspector(db: impl Executor<'_>, session_id: Uuid) -> Result<u64, StoreError> {
     let query = sqlx::query(
         "select count(*) as logs from logs join sessions on sessions.id = logs.session_id
          where logs.state = 'receiving'
-         and sessions.carrier_id = (select carrier_id from sessions where id = ?1)",
+         and sessions.carrier_id = (select carrier_id from sessions where id = $1)",
     )
     .bind(session_id.to_string());
     Ok(columns::count(&query.fetch_one(db).await?, "logs")?)
 }
 
 /// Those in this state, of all sessions, oldest first.
-pub async fn in_state(db: impl SqliteExecutor<'_>, state: LogState) -> Result<Vec<Log>, StoreError> {
-    let query = sqlx::query_as("select * from logs where state = ?1 order by created_at, id")
+pub async fn in_state(db: impl Executor<'_>, state: LogState) -> Result<Vec<Log>, StoreError> {
+    let query = sqlx::query_as("select * from logs where state = $1 order by created_at, id")
         .bind(columns::to_word(state));
     Ok(query.fetch_all(db).await?)
 }
 
 /// The one with this id, of a session that nobody has removed.
-pub async fn get(db: impl SqliteExecutor<'_>, id: Uuid) -> Result<Option<Log>, StoreError> {
+pub async fn get(db: impl Executor<'_>, id: Uuid) -> Result<Option<Log>, StoreError> {
     let query = sqlx::query_as(
-        "select * from logs where id = ?1
+        "select * from logs where id = $1
          and exists (select 1 from sessions where sessions.id = logs.session_id and removed_at is null)",
     )
     .bind(id.to_string());
@@ -156,13 +153,13 @@ pub async fn get(db: impl SqliteExecutor<'_>, id: Uuid) -> Result<Option<Log>, S
 
 /// The accepted log of this session and stream with these bytes.
 pub async fn accepted_with(
-    db: impl SqliteExecutor<'_>,
+    db: impl Executor<'_>,
     session_id: Uuid,
     stream: StreamId,
     sha256: &str,
 ) -> Result<Option<Log>, StoreError> {
     let query = sqlx::query_as(
-        "select * from logs where session_id = ?1 and stream = ?2 and sha256 = ?3 and state = 'accepted'",
+        "select * from logs where session_id = $1 and stream = $2 and sha256 = $3 and state = 'accepted'",
     )
     .bind(session_id.to_string())
     .bind(stream.name().to_owned())
@@ -171,9 +168,9 @@ pub async fn accepted_with(
 }
 
 /// The accepted logs with these bytes, of all walks that nobody has removed, oldest first.
-pub async fn with_bytes(db: impl SqliteExecutor<'_>, sha256: &str) -> Result<Vec<Log>, StoreError> {
+pub async fn with_bytes(db: impl Executor<'_>, sha256: &str) -> Result<Vec<Log>, StoreError> {
     let query = sqlx::query_as(
-        "select * from logs where sha256 = ?1 and state = 'accepted'
+        "select * from logs where sha256 = $1 and state = 'accepted'
          and exists (select 1 from sessions where sessions.id = logs.session_id and removed_at is null)
          order by created_at, id",
     )
@@ -183,12 +180,12 @@ pub async fn with_bytes(db: impl SqliteExecutor<'_>, sha256: &str) -> Result<Vec
 
 /// The log that stands for this stream: the one accepted last.
 pub async fn latest_accepted(
-    db: impl SqliteExecutor<'_>,
+    db: impl Executor<'_>,
     session_id: Uuid,
     stream: StreamId,
 ) -> Result<Option<Log>, StoreError> {
     let query = sqlx::query_as(
-        "select * from logs where session_id = ?1 and stream = ?2 and state = 'accepted'
+        "select * from logs where session_id = $1 and stream = $2 and state = 'accepted'
          order by finished_at desc, id desc limit 1",
     )
     .bind(session_id.to_string())
@@ -197,33 +194,33 @@ pub async fn latest_accepted(
 }
 
 /// Adds one.
-pub async fn insert(db: impl SqliteExecutor<'_>, log: &Log) -> Result<(), StoreError> {
+pub async fn insert(db: impl Executor<'_>, log: &Log) -> Result<(), StoreError> {
     write(
         db,
         log,
         "insert into logs (
             id, session_id, stream, state, file_name, offset_bytes, size_bytes, sha256, codec, samples,
             t_first_ns, t_last_ns, error, created_at, finished_at, format, reading
-         ) values (?1, ?2, ?3, ?4, ?5, ?6, ?7, ?8, ?9, ?10, ?11, ?12, ?13, ?14, ?15, ?16, ?17)",
+         ) values ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10, $11, $12, $13, $14, $15, $16, $17)",
     )
     .await
 }
 
 /// Writes one as it now stands; whose it is, which stream and when it began stay.
-pub async fn update(db: impl SqliteExecutor<'_>, log: &Log) -> Result<(), StoreError> {
+pub async fn update(db: impl Executor<'_>, log: &Log) -> Result<(), StoreError> {
     write(
         db,
         log,
         "update logs set
-            state = ?4, file_name = ?5, offset_bytes = ?6, size_bytes = ?7, sha256 = ?8, codec = ?9,
-            samples = ?10, t_first_ns = ?11, t_last_ns = ?12, error = ?13, finished_at = ?15,
-            format = ?16, reading = ?17
-         where id = ?1 and session_id = ?2 and stream = ?3 and created_at = ?14",
+            state = $4, file_name = $5, offset_bytes = $6, size_bytes = $7, sha256 = $8, codec = $9,
+            samples = $10, t_first_ns = $11, t_last_ns = $12, error = $13, finished_at = $15,
+            format = $16, reading = $17
+         where id = $1 and session_id = $2 and stream = $3 and created_at = $14",
     )
     .await
 }
 
-async fn write(db: impl SqliteExecutor<'_>, log: &Log, sql: &'static str) -> Result<(), StoreError> {
+async fn write(db: impl Executor<'_>, log: &Log, sql: &'static str) -> Result<(), StoreError> {
     let reading = if log.reading.is_empty() { None } else { Some(columns::to_json(&log.reading)?) };
     sqlx::query(sql)
         .bind(log.id.to_string())
@@ -249,8 +246,8 @@ async fn write(db: impl SqliteExecutor<'_>, log: &Log, sql: &'static str) -> Res
 }
 
 /// Notes how many bytes have reached the disk.
-pub async fn set_offset(db: impl SqliteExecutor<'_>, id: Uuid, offset_bytes: u64) -> Result<(), StoreError> {
-    sqlx::query("update logs set offset_bytes = ?2 where id = ?1")
+pub async fn set_offset(db: impl Executor<'_>, id: Uuid, offset_bytes: u64) -> Result<(), StoreError> {
+    sqlx::query("update logs set offset_bytes = $2 where id = $1")
         .bind(id.to_string())
         .bind(columns::to_column(offset_bytes))
         .execute(db)
@@ -259,7 +256,7 @@ pub async fn set_offset(db: impl SqliteExecutor<'_>, id: Uuid, offset_bytes: u64
 }
 
 /// Removes one; `false` when there is none with this id.
-pub async fn delete(db: impl SqliteExecutor<'_>, id: Uuid) -> Result<bool, StoreError> {
-    let query = sqlx::query("delete from logs where id = ?1").bind(id.to_string());
+pub async fn delete(db: impl Executor<'_>, id: Uuid) -> Result<bool, StoreError> {
+    let query = sqlx::query("delete from logs where id = $1").bind(id.to_string());
     Ok(query.execute(db).await?.rows_affected() > 0)
 }

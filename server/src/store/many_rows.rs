@@ -1,11 +1,12 @@
 //! Statements that write many rows at once, in few shapes, so that each shape is prepared once.
 
+use sqlx::AssertSqlSafe;
 use sqlx::query::Query;
-use sqlx::sqlite::SqliteArguments;
-use sqlx::{AssertSqlSafe, Sqlite};
+
+use super::dialect::{Arguments, Database};
 
 /// A statement on its way to be bound.
-pub(super) type Statement = Query<'static, Sqlite, SqliteArguments>;
+pub(super) type Statement = Query<'static, Database, Arguments>;
 
 /// Cuts rows into pieces of `most`, then of a quarter of it, and so on to one: few sizes, whatever the number.
 pub(super) fn shapes<T>(rows: &[T], most: usize) -> impl Iterator<Item = &[T]> {

@@ -3,11 +3,11 @@
 use lodestep_engine::parse::mapping::Mapping;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use sqlx::sqlite::SqliteRow;
-use sqlx::{FromRow, Row, SqliteExecutor};
+use sqlx::{FromRow, Row as _};
 use time::OffsetDateTime;
 use uuid::Uuid;
 
+use super::dialect::{Executor, Row};
 use super::{StoreError, columns};
 use crate::utc;
 
@@ -34,8 +34,8 @@ pub struct NamedMapping {
     pub updated_at: OffsetDateTime,
 }
 
-impl FromRow<'_, SqliteRow> for NamedMapping {
-    fn from_row(row: &SqliteRow) -> sqlx::Result<Self> {
+impl FromRow<'_, Row> for NamedMapping {
+    fn from_row(row: &Row) -> sqlx::Result<Self> {
         Ok(NamedMapping {
             id: columns::id(row, "id")?,
             name: row.try_get("name")?,
@@ -48,20 +48,20 @@ impl FromRow<'_, SqliteRow> for NamedMapping {
 }
 
 /// All of them, by name.
-pub async fn list(db: impl SqliteExecutor<'_>) -> Result<Vec<NamedMapping>, StoreError> {
+pub async fn list(db: impl Executor<'_>) -> Result<Vec<NamedMapping>, StoreError> {
     Ok(sqlx::query_as("select * from mappings order by name").fetch_all(db).await?)
 }
 
 /// The one with this id.
-pub async fn get(db: impl SqliteExecutor<'_>, id: Uuid) -> Result<Option<NamedMapping>, StoreError> {
-    let query = sqlx::query_as("select * from mappings where id = ?1").bind(id.to_string());
+pub async fn get(db: impl Executor<'_>, id: Uuid) -> Result<Option<NamedMapping>, StoreError> {
+    let query = sqlx::query_as("select * from mappings where id = $1").bind(id.to_string());
     Ok(query.fetch_optional(db).await?)
 }
 
 /// Adds one.
-pub async fn insert(db: impl SqliteExecutor<'_>, named: &NamedMapping) -> Result<(), StoreError> {
+pub async fn insert(db: impl Executor<'_>, named: &NamedMapping) -> Result<(), StoreError> {
     sqlx::query(
-        "insert into mappings (id, name, mapping, created_at, updated_at, created_by) values (?1, ?2, ?3, ?4, ?5, ?6)",
+        "insert into mappings (id, name, mapping, created_at, updated_at, created_by) values ($1, $2, $3, $4, $5, $6)",
     )
     .bind(named.id.to_string())
     .bind(&named.name)
@@ -75,8 +75,8 @@ pub async fn insert(db: impl SqliteExecutor<'_>, named: &NamedMapping) -> Result
 }
 
 /// Changes the name and the mapping of one; `false` when there is none with this id.
-pub async fn update(db: impl SqliteExecutor<'_>, named: &NamedMapping) -> Result<bool, StoreError> {
-    let query = sqlx::query("update mappings set name = ?2, mapping = ?3, updated_at = ?4 where id = ?1")
+pub async fn update(db: impl Executor<'_>, named: &NamedMapping) -> Result<bool, StoreError> {
+    let query = sqlx::query("update mappings set name = $2, mapping = $3, updated_at = $4 where id = $1")
         .bind(named.id.to_string())
         .bind(&named.name)
         .bind(columns::to_json(&named.mapping)?)
@@ -85,7 +85,7 @@ pub async fn update(db: impl SqliteExecutor<'_>, named: &NamedMapping) -> Result
 }
 
 /// Removes one; `false` when there is none with this id.
-pub async fn delete(db: impl SqliteExecutor<'_>, id: Uuid) -> Result<bool, StoreError> {
-    let query = sqlx::query("delete from mappings where id = ?1").bind(id.to_string());
+pub async fn delete(db: impl Executor<'_>, id: Uuid) -> Result<bool, StoreError> {
+    let query = sqlx::query("delete from mappings where id = $1").bind(id.to_string());
     Ok(query.execute(db).await?.rows_affected() > 0)
 }

@@ -2,11 +2,11 @@
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use sqlx::sqlite::SqliteRow;
-use sqlx::{FromRow, Row, SqliteConnection, SqliteExecutor};
+use sqlx::{FromRow, Row as _};
 use time::OffsetDateTime;
 use uuid::Uuid;
 
+use super::dialect::{Connection, Executor, Row};
 use super::many_rows::{placeholders, shaped, shapes};
 use super::markers::Place;
 use super::{StoreError, columns};
@@ -40,8 +40,8 @@ pub struct MarkerChange {
     pub after: Option<Place>,
 }
 
-impl FromRow<'_, SqliteRow> for MarkerChange {
-    fn from_row(row: &SqliteRow) -> sqlx::Result<Self> {
+impl FromRow<'_, Row> for MarkerChange {
+    fn from_row(row: &Row) -> sqlx::Result<Self> {
         Ok(MarkerChange {
             marker: row.try_get("marker")?,
             revision: row.try_get("revision")?,
@@ -56,19 +56,19 @@ impl FromRow<'_, SqliteRow> for MarkerChange {
     }
 }
 
-fn place(row: &SqliteRow, [e, n, u]: [&str; 3]) -> sqlx::Result<Option<Place>> {
+fn place(row: &Row, [e, n, u]: [&str; 3]) -> sqlx::Result<Option<Place>> {
     let e_m: Option<f64> = row.try_get(e)?;
     let Some(e_m) = e_m else { return Ok(None) };
     Ok(Some(Place { e_m, n_m: row.try_get(n)?, u_m: row.try_get(u)? }))
 }
 
 /// Adds one.
-pub async fn insert(db: &mut SqliteConnection, change: &MarkerChange) -> Result<(), StoreError> {
+pub async fn insert(db: &mut Connection, change: &MarkerChange) -> Result<(), StoreError> {
     insert_all(db, std::slice::from_ref(change)).await
 }
 
 /// Adds some. Those of a file are seen when the file's state says that they were made.
-pub async fn insert_all(db: &mut SqliteConnection, changes: &[MarkerChange]) -> Result<(), StoreError> {
+pub async fn insert_all(db: &mut Connection, changes: &[MarkerChange]) -> Result<(), StoreError> {
     for rows in shapes(changes, 256) {
         let sql = format!(
             "insert into marker_changes (
@@ -100,14 +100,14 @@ pub async fn insert_all(db: &mut SqliteConnection, changes: &[MarkerChange]) -> 
 
 /// Removes so many of a file that were written and not made; whether there were any.
 pub async fn clear_some(
-    db: impl SqliteExecutor<'_>,
+    db: impl Executor<'_>,
     import_id: Uuid,
     is_revert: bool,
     at_most: u32,
 ) -> Result<bool, StoreError> {
     let query = sqlx::query(
         "delete from marker_changes where id in (
-            select id from marker_changes where import_id = ?1 and is_revert = ?2 limit ?3)",
+            select id from marker_changes where import_id = $1 and is_revert = $2 limit $3)",
     )
     .bind(import_id.to_string())
     .bind(is_revert)
@@ -116,9 +116,9 @@ pub async fn clear_some(
 }
 
 /// Those of a marker, newest first.
-pub async fn of_marker(db: impl SqliteExecutor<'_>, name: &str) -> Result<Vec<MarkerChange>, StoreError> {
+pub async fn of_marker(db: impl Executor<'_>, name: &str) -> Result<Vec<MarkerChange>, StoreError> {
     let query = sqlx::query_as(
-        "select * from marker_changes where marker = ?1 and (import_id is null or exists (
+        "select * from marker_changes where marker = $1 and (import_id is null or exists (
             select 1 from marker_imports made where made.id = import_id
             and (made.state = 'reverted' or made.state = 'applied' and not is_revert)))
          order by id desc",
@@ -128,12 +128,9 @@ pub async fn of_marker(db: impl SqliteExecutor<'_>, name: &str) -> Result<Vec<Ma
 }
 
 /// What a file changed, in that order; not what its revert did.
-pub async fn of_import(
-    db: impl SqliteExecutor<'_>,
-    import_id: Uuid,
-) -> Result<Vec<MarkerChange>, StoreError> {
+pub async fn of_import(db: impl Executor<'_>, import_id: Uuid) -> Result<Vec<MarkerChange>, StoreError> {
     let query =
-        sqlx::query_as("select * from marker_changes where import_id = ?1 and is_revert = 0 order by id")
+        sqlx::query_as("select * from marker_changes where import_id = $1 and is_revert = 0 order by id")
             .bind(import_id.to_string());
     Ok(query.fetch_all(db).await?)
 }

@@ -2,11 +2,11 @@
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use sqlx::sqlite::SqliteRow;
-use sqlx::{AssertSqlSafe, FromRow, Row, SqliteConnection, SqliteExecutor};
+use sqlx::{AssertSqlSafe, FromRow, Row as _};
 use time::OffsetDateTime;
 use uuid::Uuid;
 
+use super::dialect::{Connection, Executor, Row};
 use super::{StoreError, columns};
 use crate::utc;
 
@@ -84,8 +84,8 @@ pub enum ImportState {
     Reverted,
 }
 
-impl FromRow<'_, SqliteRow> for MarkerImport {
-    fn from_row(row: &SqliteRow) -> sqlx::Result<Self> {
+impl FromRow<'_, Row> for MarkerImport {
+    fn from_row(row: &Row) -> sqlx::Result<Self> {
         Ok(MarkerImport {
             id: columns::id(row, "id")?,
             state: columns::word(row, "state")?,
@@ -113,7 +113,7 @@ impl FromRow<'_, SqliteRow> for MarkerImport {
 
 /// Adds one, with its bytes and its plan as JSON.
 pub async fn insert(
-    db: impl SqliteExecutor<'_>,
+    db: impl Executor<'_>,
     import: &MarkerImport,
     file: &[u8],
     plan: &str,
@@ -122,7 +122,7 @@ pub async fn insert(
         "insert into marker_imports (
             id, state, file_name, file, plan, whole_table, added, changed, removed, unchanged,
             compared_revision, applied_revision, reason, created_at, created_by, applied_at, applied_by
-         ) values (?1, ?2, ?3, ?4, ?5, ?6, ?7, ?8, ?9, ?10, ?11, ?12, ?13, ?14, ?15, ?16, ?17)",
+         ) values ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10, $11, $12, $13, $14, $15, $16, $17)",
     )
     .bind(import.id.to_string())
     .bind(columns::to_word(import.state))
@@ -147,16 +147,12 @@ pub async fn insert(
 }
 
 /// Notes what comparing it once more has found.
-pub async fn set_plan(
-    db: impl SqliteExecutor<'_>,
-    import: &MarkerImport,
-    plan: &str,
-) -> Result<(), StoreError> {
+pub async fn set_plan(db: impl Executor<'_>, import: &MarkerImport, plan: &str) -> Result<(), StoreError> {
     sqlx::query(
         "update marker_imports set
-            plan = ?2, whole_table = ?3, added = ?4, changed = ?5, removed = ?6, unchanged = ?7,
-            compared_revision = ?8
-         where id = ?1",
+            plan = $2, whole_table = $3, added = $4, changed = $5, removed = $6, unchanged = $7,
+            compared_revision = $8
+         where id = $1",
     )
     .bind(import.id.to_string())
     .bind(plan)
@@ -172,12 +168,12 @@ pub async fn set_plan(
 }
 
 /// Notes that it was applied or reverted: its state, revisions, times, persons and reason.
-pub async fn set_state(db: impl SqliteExecutor<'_>, import: &MarkerImport) -> Result<(), StoreError> {
+pub async fn set_state(db: impl Executor<'_>, import: &MarkerImport) -> Result<(), StoreError> {
     sqlx::query(
         "update marker_imports set
-            state = ?2, applied_revision = ?3, reverted_revision = ?4, reason = ?5,
-            applied_at = ?6, applied_by = ?7, reverted_at = ?8, reverted_by = ?9
-         where id = ?1",
+            state = $2, applied_revision = $3, reverted_revision = $4, reason = $5,
+            applied_at = $6, applied_by = $7, reverted_at = $8, reverted_by = $9
+         where id = $1",
     )
     .bind(import.id.to_string())
     .bind(columns::to_word(import.state))
@@ -198,54 +194,54 @@ const WITHOUT_FILE: &str = "select id, state, file_name, whole_table, added, cha
     applied_at, applied_by, reverted_at, reverted_by from marker_imports";
 
 /// The newest, newest first.
-pub async fn list(db: impl SqliteExecutor<'_>, most: u32) -> Result<Vec<MarkerImport>, StoreError> {
-    let sql = format!("{WITHOUT_FILE} order by created_at desc, id desc limit ?1");
+pub async fn list(db: impl Executor<'_>, most: u32) -> Result<Vec<MarkerImport>, StoreError> {
+    let sql = format!("{WITHOUT_FILE} order by created_at desc, id desc limit $1");
     Ok(sqlx::query_as(AssertSqlSafe(sql)).bind(most).fetch_all(db).await?)
 }
 
 /// The one with this id.
-pub async fn get(db: impl SqliteExecutor<'_>, id: Uuid) -> Result<Option<MarkerImport>, StoreError> {
-    let sql = format!("{WITHOUT_FILE} where id = ?1");
+pub async fn get(db: impl Executor<'_>, id: Uuid) -> Result<Option<MarkerImport>, StoreError> {
+    let sql = format!("{WITHOUT_FILE} where id = $1");
     Ok(sqlx::query_as(AssertSqlSafe(sql)).bind(id.to_string()).fetch_optional(db).await?)
 }
 
 /// Its plan, as JSON.
-pub async fn plan(db: impl SqliteExecutor<'_>, id: Uuid) -> Result<String, StoreError> {
-    let row = sqlx::query("select plan from marker_imports where id = ?1").bind(id.to_string());
+pub async fn plan(db: impl Executor<'_>, id: Uuid) -> Result<String, StoreError> {
+    let row = sqlx::query("select plan from marker_imports where id = $1").bind(id.to_string());
     Ok(row.fetch_one(db).await?.try_get("plan")?)
 }
 
 /// Its bytes.
-pub async fn file(db: impl SqliteExecutor<'_>, id: Uuid) -> Result<Vec<u8>, StoreError> {
-    let row = sqlx::query("select file from marker_imports where id = ?1").bind(id.to_string());
+pub async fn file(db: impl Executor<'_>, id: Uuid) -> Result<Vec<u8>, StoreError> {
+    let row = sqlx::query("select file from marker_imports where id = $1").bind(id.to_string());
     Ok(row.fetch_one(db).await?.try_get("file")?)
 }
 
 /// Gives one up that was not applied; `false` when there is none such.
-pub async fn delete_compared(db: &mut SqliteConnection, id: Uuid) -> Result<bool, StoreError> {
+pub async fn delete_compared(db: &mut Connection, id: Uuid) -> Result<bool, StoreError> {
     // What was written for it and not made.
     sqlx::query(
         "delete from marker_changes where import_id in (
-            select id from marker_imports where id = ?1 and state = 'compared')",
+            select id from marker_imports where id = $1 and state = 'compared')",
     )
     .bind(id.to_string())
     .execute(&mut *db)
     .await?;
     let query =
-        sqlx::query("delete from marker_imports where id = ?1 and state = 'compared'").bind(id.to_string());
+        sqlx::query("delete from marker_imports where id = $1 and state = 'compared'").bind(id.to_string());
     Ok(query.execute(db).await?.rows_affected() > 0)
 }
 
 /// Gives up those that were compared before then and never applied.
-pub async fn delete_forgotten(db: &mut SqliteConnection, before: OffsetDateTime) -> Result<(), StoreError> {
+pub async fn delete_forgotten(db: &mut Connection, before: OffsetDateTime) -> Result<(), StoreError> {
     sqlx::query(
         "delete from marker_changes where import_id in (
-            select id from marker_imports where state = 'compared' and created_at < ?1)",
+            select id from marker_imports where state = 'compared' and created_at < $1)",
     )
     .bind(utc::to_us(before))
     .execute(&mut *db)
     .await?;
-    sqlx::query("delete from marker_imports where state = 'compared' and created_at < ?1")
+    sqlx::query("delete from marker_imports where state = 'compared' and created_at < $1")
         .bind(utc::to_us(before))
         .execute(db)
         .await?;

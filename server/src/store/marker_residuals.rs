@@ -2,11 +2,11 @@
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use sqlx::sqlite::SqliteRow;
-use sqlx::{AssertSqlSafe, FromRow, Row, SqliteExecutor};
+use sqlx::{AssertSqlSafe, FromRow, Row as _};
 use time::OffsetDateTime;
 use uuid::Uuid;
 
+use super::dialect::{Executor, Row};
 use super::{StoreError, columns};
 use crate::utc;
 
@@ -32,8 +32,8 @@ pub struct VisitResidual {
     pub residual_m: [f64; 2],
 }
 
-impl FromRow<'_, SqliteRow> for VisitResidual {
-    fn from_row(row: &SqliteRow) -> sqlx::Result<Self> {
+impl FromRow<'_, Row> for VisitResidual {
+    fn from_row(row: &Row) -> sqlx::Result<Self> {
         let started_at = columns::instant(row, "started_at")?;
         let t_applied_ns = row.try_get("t_applied_ns")?;
         Ok(VisitResidual {
@@ -69,8 +69,8 @@ pub struct HeldAgainst {
     pub stands_u_m: Option<f64>,
 }
 
-impl FromRow<'_, SqliteRow> for HeldAgainst {
-    fn from_row(row: &SqliteRow) -> sqlx::Result<Self> {
+impl FromRow<'_, Row> for HeldAgainst {
+    fn from_row(row: &Row) -> sqlx::Result<Self> {
         Ok(HeldAgainst {
             marker: row.try_get("marker")?,
             t_start_ns: row.try_get("t_start_ns")?,
@@ -85,10 +85,7 @@ impl FromRow<'_, SqliteRow> for HeldAgainst {
 }
 
 /// The visits of a session that were held against a marker, by time.
-pub async fn held_against(
-    db: impl SqliteExecutor<'_>,
-    session_id: Uuid,
-) -> Result<Vec<HeldAgainst>, StoreError> {
+pub async fn held_against(db: impl Executor<'_>, session_id: Uuid) -> Result<Vec<HeldAgainst>, StoreError> {
     let query = sqlx::query_as(
         "select v.marker, v.t_start_ns, v.t_end_ns, v.marker_u_m, m.e_m, m.n_m, m.u_m,
             v.before_e_m + v.marker_e_m as alone_e_m, v.before_n_m + v.marker_n_m as alone_n_m,
@@ -97,7 +94,7 @@ pub async fn held_against(
             v.after_u_m + coalesce(v.marker_u_m, 0) as together_u_m
          from visits v
          join markers m on m.name = v.marker
-         where v.session_id = ?1 and v.degrees_of_freedom > 0 and v.marker_e_m is not null
+         where v.session_id = $1 and v.degrees_of_freedom > 0 and v.marker_e_m is not null
          order by v.t_start_ns",
     );
     Ok(query.bind(session_id.to_string()).fetch_all(db).await?)
@@ -114,13 +111,13 @@ const WEIGHED: &str = "select v.marker, v.session_id, v.t_applied_ns, v.accepted
      where v.accepted is not null and v.origin <> 'automatic' and s.excluded = 0";
 
 /// All visits of markers that exist which were weighed and whose marker a person named, by time.
-pub async fn all(db: impl SqliteExecutor<'_>) -> Result<Vec<VisitResidual>, StoreError> {
+pub async fn all(db: impl Executor<'_>) -> Result<Vec<VisitResidual>, StoreError> {
     let sql = format!("{WEIGHED} order by s.started_at, v.t_applied_ns");
     Ok(sqlx::query_as(AssertSqlSafe(sql)).fetch_all(db).await?)
 }
 
 /// Those of one marker, by time.
-pub async fn of_marker(db: impl SqliteExecutor<'_>, name: &str) -> Result<Vec<VisitResidual>, StoreError> {
-    let sql = format!("{WEIGHED} and v.marker = ?1 order by s.started_at, v.t_applied_ns");
+pub async fn of_marker(db: impl Executor<'_>, name: &str) -> Result<Vec<VisitResidual>, StoreError> {
+    let sql = format!("{WEIGHED} and v.marker = $1 order by s.started_at, v.t_applied_ns");
     Ok(sqlx::query_as(AssertSqlSafe(sql)).bind(name).fetch_all(db).await?)
 }

@@ -2,11 +2,11 @@
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use sqlx::sqlite::SqliteRow;
-use sqlx::{FromRow, Row, SqliteConnection, SqliteExecutor};
+use sqlx::{FromRow, Row as _};
 use time::OffsetDateTime;
 use uuid::Uuid;
 
+use super::dialect::{Connection, Executor, Row};
 use super::{StoreError, columns};
 use crate::utc;
 
@@ -60,8 +60,8 @@ impl Marker {
     }
 }
 
-impl FromRow<'_, SqliteRow> for Marker {
-    fn from_row(row: &SqliteRow) -> sqlx::Result<Self> {
+impl FromRow<'_, Row> for Marker {
+    fn from_row(row: &Row) -> sqlx::Result<Self> {
         Ok(Marker {
             name: row.try_get("name")?,
             e_m: row.try_get("e_m")?,
@@ -75,20 +75,20 @@ impl FromRow<'_, SqliteRow> for Marker {
 }
 
 /// All, by name.
-pub async fn list(db: impl SqliteExecutor<'_>) -> Result<Vec<Marker>, StoreError> {
+pub async fn list(db: impl Executor<'_>) -> Result<Vec<Marker>, StoreError> {
     Ok(sqlx::query_as("select * from markers order by name").fetch_all(db).await?)
 }
 
 /// The one with this name.
-pub async fn get(db: impl SqliteExecutor<'_>, name: &str) -> Result<Option<Marker>, StoreError> {
-    Ok(sqlx::query_as("select * from markers where name = ?1").bind(name).fetch_optional(db).await?)
+pub async fn get(db: impl Executor<'_>, name: &str) -> Result<Option<Marker>, StoreError> {
+    Ok(sqlx::query_as("select * from markers where name = $1").bind(name).fetch_optional(db).await?)
 }
 
 /// Adds one.
-pub async fn insert(db: impl SqliteExecutor<'_>, marker: &Marker) -> Result<(), StoreError> {
+pub async fn insert(db: impl Executor<'_>, marker: &Marker) -> Result<(), StoreError> {
     sqlx::query(
         "insert into markers (name, e_m, n_m, u_m, version, created_at, updated_at)
-         values (?1, ?2, ?3, ?4, ?5, ?6, ?7)",
+         values ($1, $2, $3, $4, $5, $6, $7)",
     )
     .bind(&marker.name)
     .bind(marker.e_m)
@@ -104,14 +104,14 @@ pub async fn insert(db: impl SqliteExecutor<'_>, marker: &Marker) -> Result<(), 
 
 /// Moves one; its name and when it was added stay. `false` when there is none with this name.
 pub async fn update(
-    db: impl SqliteExecutor<'_>,
+    db: impl Executor<'_>,
     name: &str,
     place: &Place,
     version: i64,
     at: OffsetDateTime,
 ) -> Result<bool, StoreError> {
     let query = sqlx::query(
-        "update markers set e_m = ?2, n_m = ?3, u_m = ?4, version = ?5, updated_at = ?6 where name = ?1",
+        "update markers set e_m = $2, n_m = $3, u_m = $4, version = $5, updated_at = $6 where name = $1",
     )
     .bind(name)
     .bind(place.e_m)
@@ -123,13 +123,13 @@ pub async fn update(
 }
 
 /// Removes one; `false` when there is none with this name.
-pub async fn delete(db: impl SqliteExecutor<'_>, name: &str) -> Result<bool, StoreError> {
-    Ok(sqlx::query("delete from markers where name = ?1").bind(name).execute(db).await?.rows_affected() > 0)
+pub async fn delete(db: impl Executor<'_>, name: &str) -> Result<bool, StoreError> {
+    Ok(sqlx::query("delete from markers where name = $1").bind(name).execute(db).await?.rows_affected() > 0)
 }
 
 /// Makes the changes that were written for a file, in two statements.
 pub async fn make_staged(
-    db: &mut SqliteConnection,
+    db: &mut Connection,
     import_id: Uuid,
     is_revert: bool,
     revision: i64,
@@ -137,7 +137,7 @@ pub async fn make_staged(
     let id = import_id.to_string();
     sqlx::query(
         "delete from markers where name in (
-            select marker from marker_changes where import_id = ?1 and is_revert = ?2 and after_e_m is null)",
+            select marker from marker_changes where import_id = $1 and is_revert = $2 and after_e_m is null)",
     )
     .bind(&id)
     .bind(is_revert)
@@ -145,8 +145,8 @@ pub async fn make_staged(
     .await?;
     sqlx::query(
         "insert into markers (name, e_m, n_m, u_m, version, created_at, updated_at)
-         select marker, after_e_m, after_n_m, after_u_m, ?3, changed_at, changed_at from marker_changes
-         where import_id = ?1 and is_revert = ?2 and after_e_m is not null order by marker
+         select marker, after_e_m, after_n_m, after_u_m, $3, changed_at, changed_at from marker_changes
+         where import_id = $1 and is_revert = $2 and after_e_m is not null order by marker
          on conflict (name) do update set e_m = excluded.e_m, n_m = excluded.n_m, u_m = excluded.u_m,
             version = excluded.version, updated_at = excluded.updated_at",
     )
@@ -159,13 +159,13 @@ pub async fn make_staged(
 }
 
 /// How often the table has changed.
-pub async fn revision(db: impl SqliteExecutor<'_>) -> Result<i64, StoreError> {
+pub async fn revision(db: impl Executor<'_>) -> Result<i64, StoreError> {
     let row = sqlx::query("select revision from marker_revision where only = 1").fetch_one(db).await?;
     Ok(row.try_get("revision")?)
 }
 
 /// Counts one more change of the table; belongs in the transaction of that change.
-pub async fn bump_revision(db: impl SqliteExecutor<'_>) -> Result<i64, StoreError> {
+pub async fn bump_revision(db: impl Executor<'_>) -> Result<i64, StoreError> {
     let row =
         sqlx::query("update marker_revision set revision = revision + 1 where only = 1 returning revision")
             .fetch_one(db)

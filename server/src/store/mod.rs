@@ -10,6 +10,7 @@ pub mod audit;
 pub mod backup;
 pub mod charts;
 pub mod clock_ties;
+pub mod dialect;
 pub mod fault_changes;
 pub mod fault_photos;
 pub mod faults;
@@ -69,10 +70,10 @@ mod upgrade_tests;
 
 use std::path::Path;
 
-use sqlx::SqlitePool;
 use sqlx::sqlite::{SqliteConnectOptions, SqliteJournalMode, SqlitePoolOptions, SqliteSynchronous};
 
 pub(crate) use self::columns::to_word as columns_word;
+use self::dialect::Pool;
 use self::health::{Disk, Health};
 pub use self::migrations::{VERSION, version};
 pub use self::record::Record;
@@ -170,7 +171,7 @@ const EMPTY: &str = "expected a database, found an empty file: bring the last ba
 /// The open store.
 #[derive(Clone, Debug)]
 pub struct Store {
-    readers: SqlitePool,
+    readers: Pool,
     writer: Writer,
 }
 
@@ -208,7 +209,7 @@ impl Store {
     }
 
     /// Where to read.
-    pub fn read(&self) -> &SqlitePool {
+    pub fn read(&self) -> &Pool {
         &self.readers
     }
 

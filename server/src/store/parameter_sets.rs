@@ -4,11 +4,11 @@ use std::collections::BTreeMap;
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use sqlx::sqlite::SqliteRow;
-use sqlx::{FromRow, Row, SqliteExecutor};
+use sqlx::{FromRow, Row as _};
 use time::OffsetDateTime;
 use uuid::Uuid;
 
+use super::dialect::{Executor, Row};
 use super::{StoreError, columns};
 use crate::utc;
 
@@ -40,8 +40,8 @@ pub struct ParameterSet {
     pub updated_at: OffsetDateTime,
 }
 
-impl FromRow<'_, SqliteRow> for ParameterSet {
-    fn from_row(row: &SqliteRow) -> sqlx::Result<Self> {
+impl FromRow<'_, Row> for ParameterSet {
+    fn from_row(row: &Row) -> sqlx::Result<Self> {
         Ok(ParameterSet {
             id: columns::id(row, "id")?,
             name: row.try_get("name")?,
@@ -56,21 +56,21 @@ impl FromRow<'_, SqliteRow> for ParameterSet {
 }
 
 /// All of them, by name.
-pub async fn list(db: impl SqliteExecutor<'_>) -> Result<Vec<ParameterSet>, StoreError> {
+pub async fn list(db: impl Executor<'_>) -> Result<Vec<ParameterSet>, StoreError> {
     Ok(sqlx::query_as("select * from parameter_sets order by name").fetch_all(db).await?)
 }
 
 /// The one with this id.
-pub async fn get(db: impl SqliteExecutor<'_>, id: Uuid) -> Result<Option<ParameterSet>, StoreError> {
-    let query = sqlx::query_as("select * from parameter_sets where id = ?1").bind(id.to_string());
+pub async fn get(db: impl Executor<'_>, id: Uuid) -> Result<Option<ParameterSet>, StoreError> {
+    let query = sqlx::query_as("select * from parameter_sets where id = $1").bind(id.to_string());
     Ok(query.fetch_optional(db).await?)
 }
 
 /// Adds one.
-pub async fn insert(db: impl SqliteExecutor<'_>, set: &ParameterSet) -> Result<(), StoreError> {
+pub async fn insert(db: impl Executor<'_>, set: &ParameterSet) -> Result<(), StoreError> {
     sqlx::query(
         "insert into parameter_sets (id, name, about, parameters, version, created_at, created_by, updated_at)
-         values (?1, ?2, ?3, ?4, ?5, ?6, ?7, ?8)",
+         values ($1, $2, $3, $4, $5, $6, $7, $8)",
     )
     .bind(set.id.to_string())
     .bind(&set.name)
@@ -86,10 +86,10 @@ pub async fn insert(db: impl SqliteExecutor<'_>, set: &ParameterSet) -> Result<(
 }
 
 /// Writes one as it now stands.
-pub async fn update(db: impl SqliteExecutor<'_>, set: &ParameterSet) -> Result<(), StoreError> {
+pub async fn update(db: impl Executor<'_>, set: &ParameterSet) -> Result<(), StoreError> {
     sqlx::query(
-        "update parameter_sets set name = ?2, about = ?3, parameters = ?4, version = ?5, updated_at = ?6
-         where id = ?1",
+        "update parameter_sets set name = $2, about = $3, parameters = $4, version = $5, updated_at = $6
+         where id = $1",
     )
     .bind(set.id.to_string())
     .bind(&set.name)
@@ -103,7 +103,7 @@ pub async fn update(db: impl SqliteExecutor<'_>, set: &ParameterSet) -> Result<(
 }
 
 /// Removes one; runs that were made with it keep its values.
-pub async fn delete(db: impl SqliteExecutor<'_>, id: Uuid) -> Result<(), StoreError> {
-    sqlx::query("delete from parameter_sets where id = ?1").bind(id.to_string()).execute(db).await?;
+pub async fn delete(db: impl Executor<'_>, id: Uuid) -> Result<(), StoreError> {
+    sqlx::query("delete from parameter_sets where id = $1").bind(id.to_string()).execute(db).await?;
     Ok(())
 }

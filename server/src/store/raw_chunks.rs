@@ -4,11 +4,11 @@
 use futures_util::{Stream, TryStreamExt};
 use lodestep_engine::sample::ImuSample;
 use lodestep_engine::stream::{Reading, Readings, StreamId};
-use sqlx::sqlite::SqliteRow;
-use sqlx::{Row, SqliteExecutor};
+use sqlx::Row as _;
 use uuid::Uuid;
 
 use super::checksum::Checksum;
+use super::dialect::{Executor, Row};
 use super::{StoreError, columns, sample_columns, stream_chunks};
 
 /// 88 bytes a sample, as the first migration tells it, as one zstd frame: how samples were packed until step 14.
@@ -123,7 +123,7 @@ impl Packed {
 
 /// Adds a chunk of a log.
 pub async fn insert(
-    db: impl SqliteExecutor<'_>,
+    db: impl Executor<'_>,
     session_id: Uuid,
     log_id: Uuid,
     chunk: Packed,
@@ -132,7 +132,7 @@ pub async fn insert(
     sqlx::query(
         "insert into raw_chunks (
             session_id, stream, log_id, first_sequence, sequences, t_first_ns, samples, encoding, body, checksum
-         ) values (?1, ?2, ?3, ?4, ?5, ?6, ?7, ?8, ?9, ?10)",
+         ) values ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10)",
     )
     .bind(session_id.to_string())
     .bind(chunk.stream.name().to_owned())
@@ -150,9 +150,9 @@ pub async fn insert(
 }
 
 /// Removes so many chunks of a log; whether there were any.
-pub async fn clear_some(db: impl SqliteExecutor<'_>, log_id: Uuid, at_most: u32) -> Result<bool, StoreError> {
+pub async fn clear_some(db: impl Executor<'_>, log_id: Uuid, at_most: u32) -> Result<bool, StoreError> {
     let query = sqlx::query(
-        "delete from raw_chunks where id in (select id from raw_chunks where log_id = ?1 limit ?2)",
+        "delete from raw_chunks where id in (select id from raw_chunks where log_id = $1 limit $2)",
     )
     .bind(log_id.to_string())
     .bind(at_most);
@@ -161,10 +161,10 @@ pub async fn clear_some(db: impl SqliteExecutor<'_>, log_id: Uuid, at_most: u32)
 
 /// The samples of a log in order, chunk by chunk.
 pub fn of_log<'a>(
-    db: impl SqliteExecutor<'a> + 'a,
+    db: impl Executor<'a> + 'a,
     log_id: Uuid,
 ) -> impl Stream<Item = Result<Samples, StoreError>> + 'a {
-    sqlx::query("select * from raw_chunks where log_id = ?1 order by first_sequence")
+    sqlx::query("select * from raw_chunks where log_id = $1 order by first_sequence")
         .bind(log_id.to_string())
         .fetch(db)
         .map_err(StoreError::from)
@@ -186,10 +186,10 @@ pub enum Origin {
 }
 
 /// How many samples there are of this origin.
-pub async fn samples(db: impl SqliteExecutor<'_>, origin: Origin) -> Result<u64, StoreError> {
+pub async fn samples(db: impl Executor<'_>, origin: Origin) -> Result<u64, StoreError> {
     let query = match origin {
         Origin::Log(log_id) => {
-            sqlx::query("select coalesce(sum(samples), 0) as samples from raw_chunks where log_id = ?1")
+            sqlx::query("select coalesce(sum(samples), 0) as samples from raw_chunks where log_id = $1")
                 .bind(log_id.to_string())
         }
         Origin::Stream { session_id, stream } => stream_chunks::samples(session_id, stream),
@@ -201,7 +201,7 @@ pub async fn samples(db: impl SqliteExecutor<'_>, origin: Origin) -> Result<u64,
 /// not many more than hold `samples`. Unlike the streams above it leaves the connection free
 /// between two calls.
 pub async fn next(
-    db: impl SqliteExecutor<'_>,
+    db: impl Executor<'_>,
     origin: Origin,
     from_sequence: u64,
     samples: u64,
@@ -209,7 +209,7 @@ pub async fn next(
     // The driver reads ahead of what it is asked for, so the limit is the statement's.
     let query = match origin {
         Origin::Log(log_id) => sqlx::query(
-            "select * from raw_chunks where log_id = ?2 and first_sequence >= ?1
+            "select * from raw_chunks where log_id = $2 and first_sequence >= $1
              order by first_sequence limit 1",
         )
         .bind(columns::to_column(from_sequence))
@@ -231,7 +231,7 @@ pub async fn next(
 /// Which chunks, by their sequence numbers, hold what was measured between two times, ns: those that begin
 /// there, and the one before. `None` where there are none.
 pub async fn sequences_between(
-    db: impl SqliteExecutor<'_>,
+    db: impl Executor<'_>,
     origin: Origin,
     from_ns: i64,
     to_ns: i64,
@@ -239,8 +239,8 @@ pub async fn sequences_between(
     let query = match origin {
         Origin::Log(log_id) => sqlx::query(
             "select min(first_sequence) as first, max(first_sequence) as last from raw_chunks
-             where log_id = ?1 and t_first_ns < ?3 and first_sequence >= coalesce(
-                (select max(first_sequence) from raw_chunks where log_id = ?1 and t_first_ns <= ?2), 0)",
+             where log_id = $1 and t_first_ns < $3 and first_sequence >= coalesce(
+                (select max(first_sequence) from raw_chunks where log_id = $1 and t_first_ns <= $2), 0)",
         )
         .bind(log_id.to_string())
         .bind(from_ns)
@@ -261,7 +261,7 @@ fn checksum(session_id: &str, stream: &str, counts: [i64; 5], body: &[u8]) -> Ch
 }
 
 /// Whether a row of either table is as it was written.
-pub(super) fn check(row: &SqliteRow) -> Result<(), StoreError> {
+pub(super) fn check(row: &Row) -> Result<(), StoreError> {
     let (session_id, stream): (&str, &str) = (row.try_get("session_id")?, row.try_get("stream")?);
     let mut counts = [0; 5];
     let names = ["first_sequence", "sequences", "t_first_ns", "samples", "encoding"];
@@ -274,7 +274,7 @@ pub(super) fn check(row: &SqliteRow) -> Result<(), StoreError> {
 }
 
 /// A row's samples, of either table.
-pub(super) fn unpack(row: &SqliteRow) -> Result<Samples, StoreError> {
+pub(super) fn unpack(row: &Row) -> Result<Samples, StoreError> {
     check(row)?;
     let id: i64 = row.try_get("id")?;
     let damaged = |why: String| StoreError::Damaged { what: format!("raw chunk {id}"), why };

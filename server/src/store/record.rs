@@ -2,10 +2,10 @@
 
 use lodestep_engine::event::{TrackPoint, VisitOutcome};
 use lodestep_engine::session::Summary;
-use sqlx::SqliteConnection;
 use uuid::Uuid;
 
 use super::anomalies::Gathered;
+use super::dialect::Connection;
 use super::live_states::{self, LiveState};
 use super::raw_chunks::{Packed, Samples};
 use super::stands::{self, Stand};
@@ -69,7 +69,7 @@ impl PackedRecord {
 }
 
 /// Writes records, in their order. An error leaves it open which part of them was written: the caller takes all back.
-pub(super) async fn write(db: &mut SqliteConnection, records: &[&PackedRecord]) -> Result<(), StoreError> {
+pub(super) async fn write(db: &mut Connection, records: &[&PackedRecord]) -> Result<(), StoreError> {
     let ids: Vec<String> = records.iter().map(|packed| packed.record.session_id.to_string()).collect();
     let with_ids = || records.iter().zip(ids.iter().map(String::as_str));
     let raw = with_ids().flat_map(|(packed, id)| packed.raw.iter().map(move |chunk| (id, chunk))).collect();

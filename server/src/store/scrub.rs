@@ -2,9 +2,9 @@
 //! that has a checksum, piece by piece. What is damaged is named; nothing is changed.
 
 use sha2::{Digest, Sha256};
-use sqlx::sqlite::SqliteRow;
-use sqlx::{Row, SqliteConnection};
+use sqlx::Row as _;
 
+use super::dialect::{Connection, Row};
 use super::{StoreError, charts, lab_tracks, raw_chunks, track};
 
 /// Rows in a piece, of tables with large rows and with small ones.
@@ -41,57 +41,57 @@ pub struct Looked {
     pub next: Option<Place>,
 }
 
-/// A table: its statement (key after `?1` to `?4`, at most `?5` rows), its rows' key, and whether a row is as it was written.
+/// A table: its statement (key after `$1` to `$4`, at most `$5` rows), its rows' key, and whether a row is as it was written.
 struct Table {
     name: &'static str,
     rows: i64,
     select: &'static str,
-    key: fn(&SqliteRow) -> sqlx::Result<Key>,
-    check: fn(&SqliteRow) -> Result<(), StoreError>,
+    key: fn(&Row) -> sqlx::Result<Key>,
+    check: fn(&Row) -> Result<(), StoreError>,
 }
 
 static TABLES: [Table; 6] = [
     Table {
         name: "raw_chunks",
         rows: LARGE,
-        select: "select * from raw_chunks where id > ?4 order by id limit ?5",
+        select: "select * from raw_chunks where id > $4 order by id limit $5",
         key: by_id,
         check: raw_chunks::check,
     },
     Table {
         name: "stream_chunks",
         rows: SMALL,
-        select: "select * from stream_chunks where id > ?4 order by id limit ?5",
+        select: "select * from stream_chunks where id > $4 order by id limit $5",
         key: by_id,
         check: raw_chunks::check,
     },
     Table {
         name: "lab_tracks",
         rows: LARGE,
-        select: "select * from lab_tracks where run_id > ?1 order by run_id limit ?5",
+        select: "select * from lab_tracks where run_id > $1 order by run_id limit $5",
         key: |row| Ok(Key([row.try_get("run_id")?, String::new(), String::new()], 0)),
         check: lab_tracks::check,
     },
     Table {
         name: "fault_photos",
         rows: LARGE,
-        select: "select * from fault_photos where id > ?1 order by id limit ?5",
+        select: "select * from fault_photos where id > $1 order by id limit $5",
         key: |row| Ok(Key([row.try_get("id")?, String::new(), String::new()], 0)),
         check: check_photo,
     },
     Table {
         name: "session_charts",
         rows: LARGE,
-        select: "select * from session_charts where (session_id, chart, series) > (?1, ?2, ?3)
-                 order by session_id, chart, series limit ?5",
+        select: "select * from session_charts where (session_id, chart, series) > ($1, $2, $3)
+                 order by session_id, chart, series limit $5",
         key: |row| Ok(Key([row.try_get("session_id")?, row.try_get("chart")?, row.try_get("series")?], 0)),
         check: charts::check,
     },
     Table {
         name: "track_points",
         rows: SMALL,
-        select: "select * from track_points where (session_id, run, t_ns) > (?1, ?2, ?4)
-                 order by session_id, run, t_ns limit ?5",
+        select: "select * from track_points where (session_id, run, t_ns) > ($1, $2, $4)
+                 order by session_id, run, t_ns limit $5",
         key: |row| {
             Ok(Key([row.try_get("session_id")?, row.try_get("run")?, String::new()], row.try_get("t_ns")?))
         },
@@ -99,11 +99,11 @@ static TABLES: [Table; 6] = [
     },
 ];
 
-fn by_id(row: &SqliteRow) -> sqlx::Result<Key> {
+fn by_id(row: &Row) -> sqlx::Result<Key> {
     Ok(Key(Default::default(), row.try_get("id")?))
 }
 
-fn check_photo(row: &SqliteRow) -> Result<(), StoreError> {
+fn check_photo(row: &Row) -> Result<(), StoreError> {
     let (id, expected): (&str, &str) = (row.try_get("id")?, row.try_get("sha256")?);
     let body: &[u8] = row.try_get("body")?;
     let found: String = Sha256::digest(body).iter().map(|byte| format!("{byte:02x}")).collect();
@@ -116,7 +116,7 @@ fn check_photo(row: &SqliteRow) -> Result<(), StoreError> {
 }
 
 /// Looks at the next piece.
-pub async fn look(db: &mut SqliteConnection, place: Place) -> Result<Looked, StoreError> {
+pub async fn look(db: &mut Connection, place: Place) -> Result<Looked, StoreError> {
     let Some(table) = TABLES.get(place.table) else { return Ok(Looked::default()) };
     let next_table = Some(Place { table: place.table + 1, after: Key::default() });
     let Place { after: Key([first, second, third], number), .. } = place;
@@ -148,7 +148,7 @@ pub async fn look(db: &mut SqliteConnection, place: Place) -> Result<Looked, Sto
 }
 
 /// Looks at all of it, at once; what is damaged, as far as it is named.
-pub async fn look_at_all(db: &mut SqliteConnection) -> Result<Vec<String>, StoreError> {
+pub async fn look_at_all(db: &mut Connection) -> Result<Vec<String>, StoreError> {
     let (mut place, mut damaged, mut more) = (Some(Place::default()), Vec::new(), 0);
     while let Some(at) = place {
         let looked = look(db, at).await?;

@@ -2,11 +2,11 @@
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use sqlx::sqlite::SqliteRow;
-use sqlx::{AssertSqlSafe, FromRow, Row, SqliteConnection, SqlitePool};
+use sqlx::{AssertSqlSafe, FromRow, Row as _};
 use time::OffsetDateTime;
 use uuid::Uuid;
 
+use super::dialect::{Connection, Executor, Pool, Row};
 use super::sessions::{Session, SessionState};
 use super::{StoreError, columns, stream_chunks};
 use crate::utc;
@@ -158,8 +158,8 @@ pub struct Found {
     pub noted_at: Option<OffsetDateTime>,
 }
 
-impl FromRow<'_, SqliteRow> for Found {
-    fn from_row(row: &SqliteRow) -> sqlx::Result<Self> {
+impl FromRow<'_, Row> for Found {
+    fn from_row(row: &Row) -> sqlx::Result<Self> {
         Ok(Found {
             session: Session::from_row(row)?,
             inspector: row.try_get("inspector")?,
@@ -206,17 +206,17 @@ const ALL: &str = "
             left join session_reports r on r.session_id = s.id
         where s.removed_at is null
     ), found as (
-        select *, coalesce(closure_m > ?6 and closure_percent < ?7, 0) as closure_is_large from weighed
+        select *, coalesce(closure_m > $6 and closure_percent < $7, 0) as closure_is_large from weighed
     )";
 
 /// Those that are wanted.
-pub async fn page(db: &SqlitePool, wanted: &Wanted) -> Result<Page, StoreError> {
+pub async fn page(db: &Pool, wanted: &Wanted) -> Result<Page, StoreError> {
     let mut conditions = vec![
-        "(?1 is null or carrier_id = ?1)",
-        "(?2 is null or state = ?2)",
-        "(?3 is null or started_at >= ?3)",
-        "(?4 is null or started_at < ?4)",
-        "(?5 is null or title like ?5 escape '\\' or note like ?5 escape '\\' or inspector like ?5 escape '\\' or id like substr(?5, 2) escape '\\')",
+        "($1 is null or carrier_id = $1)",
+        "($2 is null or state = $2)",
+        "($3 is null or started_at >= $3)",
+        "($4 is null or started_at < $4)",
+        "($5 is null or title like $5 escape '\\' or note like $5 escape '\\' or inspector like $5 escape '\\' or id like substr($5, 2) escape '\\')",
     ];
     conditions.extend(wanted.mode.map(|mode| match mode {
         Mode::Log => "from_log = 1",
@@ -233,7 +233,7 @@ pub async fn page(db: &SqlitePool, wanted: &Wanted) -> Result<Page, StoreError> 
     ));
     let rows = AssertSqlSafe(format!(
         "{ALL} select * from found where {conditions}
-         order by {column} is null, {column} {direction}, started_at desc, id desc limit ?8 offset ?9"
+         order by {column} is null, {column} {direction}, started_at desc, id desc limit $8 offset $9"
     ));
     let text = wanted
         .text
@@ -281,21 +281,21 @@ pub struct Note {
 }
 
 /// What was said of this one; `None` when there is none with this id.
-pub async fn note(db: impl sqlx::SqliteExecutor<'_>, id: Uuid) -> Result<Option<Note>, StoreError> {
-    let query = sqlx::query("select starred, note from sessions where id = ?1")
+pub async fn note(db: impl Executor<'_>, id: Uuid) -> Result<Option<Note>, StoreError> {
+    let query = sqlx::query("select starred, note from sessions where id = $1")
         .bind(id.to_string())
-        .try_map(|row: SqliteRow| Ok(Note { starred: row.try_get("starred")?, note: row.try_get("note")? }));
+        .try_map(|row: Row| Ok(Note { starred: row.try_get("starred")?, note: row.try_get("note")? }));
     Ok(query.fetch_optional(db).await?)
 }
 
 /// Notes what somebody says of one.
 pub async fn set_note(
-    db: impl sqlx::SqliteExecutor<'_>,
+    db: impl Executor<'_>,
     id: Uuid,
     note: &Note,
     (by, at): (&str, OffsetDateTime),
 ) -> Result<(), StoreError> {
-    sqlx::query("update sessions set starred = ?2, note = ?3, noted_by = ?4, noted_at = ?5 where id = ?1")
+    sqlx::query("update sessions set starred = $2, note = $3, noted_by = $4, noted_at = $5 where id = $1")
         .bind(id.to_string())
         .bind(note.starred)
         .bind(&note.note)
@@ -307,13 +307,13 @@ pub async fn set_note(
 }
 
 /// Counts anew what is stored of a walk's samples.
-pub async fn count_stored(db: &mut SqliteConnection, id: Uuid) -> Result<(), StoreError> {
+pub async fn count_stored(db: &mut Connection, id: Uuid) -> Result<(), StoreError> {
     let streamed_bytes = stream_chunks::bytes(db, id).await?;
     sqlx::query(
-        "update sessions set stored_bytes = ?2
+        "update sessions set stored_bytes = $2
             + (select coalesce(sum(length(body)), 0) from raw_chunks
-               where log_id in (select l.id from logs l where l.session_id = ?1 and l.state = 'accepted'))
-         where id = ?1",
+               where log_id in (select l.id from logs l where l.session_id = $1 and l.state = 'accepted'))
+         where id = $1",
     )
     .bind(id.to_string())
     .bind(streamed_bytes)

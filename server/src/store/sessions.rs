@@ -8,11 +8,11 @@ use lodestep_engine::system::Declaration;
 use lodestep_engine::systems::catalogue;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use sqlx::sqlite::SqliteRow;
-use sqlx::{FromRow, Row, SqliteConnection, SqliteExecutor};
+use sqlx::{FromRow, Row as _};
 use time::OffsetDateTime;
 use uuid::Uuid;
 
+use super::dialect::{Connection, Executor, Row};
 use super::many_rows::{placeholders, shaped, shapes};
 use super::{StoreError, columns};
 use crate::utc;
@@ -148,8 +148,8 @@ fn usual_system() -> String {
     catalogue::usual().name.to_owned()
 }
 
-impl FromRow<'_, SqliteRow> for Session {
-    fn from_row(row: &SqliteRow) -> sqlx::Result<Self> {
+impl FromRow<'_, Row> for Session {
+    fn from_row(row: &Row) -> sqlx::Result<Self> {
         Ok(Session {
             id: columns::id(row, "id")?,
             inspector_id: columns::id(row, "carrier_id")?,
@@ -203,10 +203,10 @@ pub struct Filter {
 }
 
 /// Those that pass the filter, newest first.
-pub async fn list(db: impl SqliteExecutor<'_>, filter: Filter) -> Result<Vec<Session>, StoreError> {
+pub async fn list(db: impl Executor<'_>, filter: Filter) -> Result<Vec<Session>, StoreError> {
     let query = sqlx::query_as(concat!(
         session!(),
-        "(?1 is null or carrier_id = ?1) and (?2 is null or state = ?2)
+        "($1 is null or carrier_id = $1) and ($2 is null or state = $2)
               order by started_at desc, id desc"
     ))
     .bind(filter.inspector_id.map(|id| id.to_string()))
@@ -215,20 +215,20 @@ pub async fn list(db: impl SqliteExecutor<'_>, filter: Filter) -> Result<Vec<Ses
 }
 
 /// The one with this id.
-pub async fn get(db: impl SqliteExecutor<'_>, id: Uuid) -> Result<Option<Session>, StoreError> {
-    let query = sqlx::query_as(concat!(session!(), "id = ?1")).bind(id.to_string());
+pub async fn get(db: impl Executor<'_>, id: Uuid) -> Result<Option<Session>, StoreError> {
+    let query = sqlx::query_as(concat!(session!(), "id = $1")).bind(id.to_string());
     Ok(query.fetch_optional(db).await?)
 }
 
 /// The inspector's session that had begun last at this instant.
 pub async fn of_inspector_at(
-    db: impl SqliteExecutor<'_>,
+    db: impl Executor<'_>,
     inspector_id: Uuid,
     at: OffsetDateTime,
 ) -> Result<Option<Session>, StoreError> {
     let query = sqlx::query_as(concat!(
         session!(),
-        "carrier_id = ?1 and started_at <= ?2 order by started_at desc, id desc limit 1"
+        "carrier_id = $1 and started_at <= $2 order by started_at desc, id desc limit 1"
     ))
     .bind(inspector_id.to_string())
     .bind(utc::to_us(at));
@@ -237,13 +237,13 @@ pub async fn of_inspector_at(
 
 /// Those that had begun at this instant, at most `longest` before it, and had not ended yet, the oldest first.
 pub async fn under_way(
-    db: impl SqliteExecutor<'_>,
+    db: impl Executor<'_>,
     at: OffsetDateTime,
     longest: time::Duration,
 ) -> Result<Vec<Session>, StoreError> {
     let query = sqlx::query_as(concat!(
         session!(),
-        "started_at between ?1 and ?2 and state <> 'created' and coalesce(ended_at, ?2) >= ?2 order by started_at, id"
+        "started_at between $1 and $2 and state <> 'created' and coalesce(ended_at, $2) >= $2 order by started_at, id"
     ))
     .bind(utc::to_us(at - longest))
     .bind(utc::to_us(at));
@@ -251,13 +251,13 @@ pub async fn under_way(
 }
 
 /// Adds one.
-pub async fn insert(db: &mut SqliteConnection, session: &Session) -> Result<(), StoreError> {
+pub async fn insert(db: &mut Connection, session: &Session) -> Result<(), StoreError> {
     sqlx::query(
         "insert into sessions (
             id, carrier_id, title, state, started_at, ended_at, system,
             start_marker, start_e_m, start_n_m, start_u_m, initial_heading_deg, created_at, automatic_visits,
             site_parameters_id, instrument, start_known
-         ) values (?1, ?2, ?3, ?4, ?5, ?6, ?7, ?8, ?9, ?10, ?11, ?12, ?13, ?14, ?15, ?16, ?17)",
+         ) values ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10, $11, $12, $13, $14, $15, $16, $17)",
     )
     .bind(session.id.to_string())
     .bind(session.inspector_id.to_string())
@@ -279,7 +279,7 @@ pub async fn insert(db: &mut SqliteConnection, session: &Session) -> Result<(), 
     .execute(&mut *db)
     .await?;
     for stream in session.declared_streams() {
-        sqlx::query("insert into streams (session_id, number, name, role, kind) values (?1, ?2, ?3, ?4, ?5)")
+        sqlx::query("insert into streams (session_id, number, name, role, kind) values ($1, $2, $3, $4, $5)")
             .bind(session.id.to_string())
             .bind(i64::from(stream.number))
             .bind(stream.id.name().to_owned())
@@ -293,11 +293,11 @@ pub async fn insert(db: &mut SqliteConnection, session: &Session) -> Result<(), 
 
 /// Switches automatic mode.
 pub async fn set_automatic_visits(
-    db: impl SqliteExecutor<'_>,
+    db: impl Executor<'_>,
     id: Uuid,
     automatic: bool,
 ) -> Result<(), StoreError> {
-    sqlx::query("update sessions set automatic_visits = ?2 where id = ?1")
+    sqlx::query("update sessions set automatic_visits = $2 where id = $1")
         .bind(id.to_string())
         .bind(automatic)
         .execute(db)
@@ -306,11 +306,11 @@ pub async fn set_automatic_visits(
 }
 
 /// Notes what people may change of one: whose it is, its title and start, and whether it counts in statistics.
-pub async fn update(db: impl SqliteExecutor<'_>, session: &Session) -> Result<(), StoreError> {
+pub async fn update(db: impl Executor<'_>, session: &Session) -> Result<(), StoreError> {
     sqlx::query(
-        "update sessions set carrier_id = ?2, title = ?3, start_marker = ?4, start_e_m = ?5, start_n_m = ?6,
-            start_u_m = ?7, excluded = ?8, start_known = ?9
-         where id = ?1",
+        "update sessions set carrier_id = $2, title = $3, start_marker = $4, start_e_m = $5, start_n_m = $6,
+            start_u_m = $7, excluded = $8, start_known = $9
+         where id = $1",
     )
     .bind(session.id.to_string())
     .bind(session.inspector_id.to_string())
@@ -328,12 +328,12 @@ pub async fn update(db: impl SqliteExecutor<'_>, session: &Session) -> Result<()
 
 /// Moves one on; `error` says why, with `Failed`, and is taken away otherwise.
 pub async fn set_state(
-    db: impl SqliteExecutor<'_>,
+    db: impl Executor<'_>,
     id: Uuid,
     state: SessionState,
     error: Option<&str>,
 ) -> Result<(), StoreError> {
-    sqlx::query("update sessions set state = ?2, error = ?3 where id = ?1")
+    sqlx::query("update sessions set state = $2, error = $3 where id = $1")
         .bind(id.to_string())
         .bind(columns::to_word(state))
         .bind(error)
@@ -343,13 +343,13 @@ pub async fn set_state(
 }
 
 /// Notes what it amounts to so far.
-pub async fn set_summary(db: &mut SqliteConnection, id: Uuid, summary: &Summary) -> Result<(), StoreError> {
+pub async fn set_summary(db: &mut Connection, id: Uuid, summary: &Summary) -> Result<(), StoreError> {
     set_summaries(db, &[(&id.to_string(), summary)]).await
 }
 
 /// The same of several, by their ids.
 pub(super) async fn set_summaries(
-    db: &mut SqliteConnection,
+    db: &mut Connection,
     summaries: &[(&str, &Summary)],
 ) -> Result<(), StoreError> {
     for rows in shapes(summaries, 64) {
@@ -378,13 +378,13 @@ pub(super) async fn set_summaries(
 
 /// Closes one whose track stands: state `finished`, its end and the hash of its track.
 pub async fn finish(
-    db: impl SqliteExecutor<'_>,
+    db: impl Executor<'_>,
     id: Uuid,
     ended_at: OffsetDateTime,
     track_sha256: &str,
 ) -> Result<(), StoreError> {
     sqlx::query(
-        "update sessions set state = 'finished', error = null, ended_at = ?2, track_sha256 = ?3 where id = ?1",
+        "update sessions set state = 'finished', error = null, ended_at = $2, track_sha256 = $3 where id = $1",
     )
     .bind(id.to_string())
     .bind(utc::to_us(ended_at))
@@ -395,7 +395,7 @@ pub async fn finish(
 }
 
 /// Removes one with everything that hangs on it; `false` when there is none with this id.
-pub async fn delete(db: impl SqliteExecutor<'_>, id: Uuid) -> Result<bool, StoreError> {
-    let query = sqlx::query("delete from sessions where id = ?1").bind(id.to_string());
+pub async fn delete(db: impl Executor<'_>, id: Uuid) -> Result<bool, StoreError> {
+    let query = sqlx::query("delete from sessions where id = $1").bind(id.to_string());
     Ok(query.execute(db).await?.rows_affected() > 0)
 }

@@ -4,11 +4,11 @@ use std::collections::BTreeMap;
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use sqlx::sqlite::SqliteRow;
-use sqlx::{FromRow, Row, SqliteExecutor};
+use sqlx::{FromRow, Row as _};
 use time::OffsetDateTime;
 use uuid::Uuid;
 
+use super::dialect::{Executor, Row};
 use super::{StoreError, columns};
 use crate::utc;
 
@@ -50,8 +50,8 @@ impl SiteParameters {
     }
 }
 
-impl FromRow<'_, SqliteRow> for SiteParameters {
-    fn from_row(row: &SqliteRow) -> sqlx::Result<Self> {
+impl FromRow<'_, Row> for SiteParameters {
+    fn from_row(row: &Row) -> sqlx::Result<Self> {
         let set = match columns::optional_id(row, "set_id")? {
             None => None,
             Some(id) => {
@@ -69,15 +69,15 @@ impl FromRow<'_, SqliteRow> for SiteParameters {
 }
 
 /// Those that hold.
-pub async fn newest(db: impl SqliteExecutor<'_>) -> Result<SiteParameters, StoreError> {
+pub async fn newest(db: impl Executor<'_>) -> Result<SiteParameters, StoreError> {
     let query = sqlx::query_as("select * from site_parameters order by id desc limit 1");
     Ok(query.fetch_optional(db).await?.unwrap_or_else(SiteParameters::defaults))
 }
 
 /// Those of a choice; the defaults for `None`.
-pub async fn chosen(db: impl SqliteExecutor<'_>, id: Option<i64>) -> Result<SiteParameters, StoreError> {
+pub async fn chosen(db: impl Executor<'_>, id: Option<i64>) -> Result<SiteParameters, StoreError> {
     let Some(id) = id else { return Ok(SiteParameters::defaults()) };
-    let query = sqlx::query_as("select * from site_parameters where id = ?1").bind(id);
+    let query = sqlx::query_as("select * from site_parameters where id = $1").bind(id);
     query.fetch_optional(db).await?.ok_or_else(|| StoreError::Damaged {
         what: format!("the site's parameters {id}"),
         why: "expected a row, found none".to_owned(),
@@ -85,14 +85,11 @@ pub async fn chosen(db: impl SqliteExecutor<'_>, id: Option<i64>) -> Result<Site
 }
 
 /// Adds a choice; its `id` is given by the table.
-pub async fn insert(
-    db: impl SqliteExecutor<'_>,
-    chosen: SiteParameters,
-) -> Result<SiteParameters, StoreError> {
+pub async fn insert(db: impl Executor<'_>, chosen: SiteParameters) -> Result<SiteParameters, StoreError> {
     let set = chosen.set.as_ref();
     let query = sqlx::query_as(
         "insert into site_parameters (set_id, set_name, set_version, parameters, chosen_at, chosen_by)
-         values (?1, ?2, ?3, ?4, ?5, ?6) returning *",
+         values ($1, $2, $3, $4, $5, $6) returning *",
     )
     .bind(set.map(|set| set.id.to_string()))
     .bind(set.map(|set| set.name.clone()))

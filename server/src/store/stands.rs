@@ -3,10 +3,10 @@
 use lodestep_engine::event;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use sqlx::sqlite::SqliteRow;
-use sqlx::{FromRow, Row, SqliteConnection, SqliteExecutor};
+use sqlx::{FromRow, Row as _};
 use uuid::Uuid;
 
+use super::dialect::{Connection, Executor, Row};
 use super::faults::Candidate;
 use super::{StoreError, columns};
 
@@ -52,8 +52,8 @@ impl From<&event::Stand> for Stand {
     }
 }
 
-impl FromRow<'_, SqliteRow> for Stand {
-    fn from_row(row: &SqliteRow) -> sqlx::Result<Self> {
+impl FromRow<'_, Row> for Stand {
+    fn from_row(row: &Row) -> sqlx::Result<Self> {
         let candidates: &str = row.try_get("candidates")?;
         Ok(Stand {
             number: row.try_get("number")?,
@@ -70,26 +70,22 @@ impl FromRow<'_, SqliteRow> for Stand {
 }
 
 /// Those of a session, by time.
-pub async fn of_session(db: impl SqliteExecutor<'_>, session_id: Uuid) -> Result<Vec<Stand>, StoreError> {
-    let query = sqlx::query_as("select * from stands where session_id = ?1 order by number")
+pub async fn of_session(db: impl Executor<'_>, session_id: Uuid) -> Result<Vec<Stand>, StoreError> {
+    let query = sqlx::query_as("select * from stands where session_id = $1 order by number")
         .bind(session_id.to_string());
     Ok(query.fetch_all(db).await?)
 }
 
 /// The one of this number.
-pub async fn get(
-    db: impl SqliteExecutor<'_>,
-    session_id: Uuid,
-    number: u32,
-) -> Result<Option<Stand>, StoreError> {
-    let query = sqlx::query_as("select * from stands where session_id = ?1 and number = ?2")
+pub async fn get(db: impl Executor<'_>, session_id: Uuid, number: u32) -> Result<Option<Stand>, StoreError> {
+    let query = sqlx::query_as("select * from stands where session_id = $1 and number = $2")
         .bind(session_id.to_string())
         .bind(number);
     Ok(query.fetch_optional(db).await?)
 }
 
 /// Puts stands in the place of those of the same numbers.
-pub async fn upsert(db: &mut SqliteConnection, session_id: Uuid, stands: &[Stand]) -> Result<(), StoreError> {
+pub async fn upsert(db: &mut Connection, session_id: Uuid, stands: &[Stand]) -> Result<(), StoreError> {
     for stand in stands {
         let candidates = serde_json::to_string(&stand.candidates).map_err(|error| StoreError::Damaged {
             what: format!("candidates of stand {} of session {session_id}", stand.number),
@@ -98,7 +94,7 @@ pub async fn upsert(db: &mut SqliteConnection, session_id: Uuid, stands: &[Stand
         let [e_m, n_m, u_m] = stand.position_m;
         sqlx::query(
             "insert into stands (session_id, number, t_start_ns, t_end_ns, lasts, e_m, n_m, u_m, candidates)
-             values (?1, ?2, ?3, ?4, ?5, ?6, ?7, ?8, ?9)
+             values ($1, $2, $3, $4, $5, $6, $7, $8, $9)
              on conflict (session_id, number) do update set
                 t_start_ns = excluded.t_start_ns, t_end_ns = excluded.t_end_ns, lasts = excluded.lasts,
                 e_m = excluded.e_m, n_m = excluded.n_m, u_m = excluded.u_m, candidates = excluded.candidates",
@@ -119,22 +115,22 @@ pub async fn upsert(db: &mut SqliteConnection, session_id: Uuid, stands: &[Stand
 }
 
 /// Removes those of a session: a new run finds its own.
-pub async fn clear(db: impl SqliteExecutor<'_>, session_id: Uuid) -> Result<(), StoreError> {
-    sqlx::query("delete from stands where session_id = ?1").bind(session_id.to_string()).execute(db).await?;
+pub async fn clear(db: impl Executor<'_>, session_id: Uuid) -> Result<(), StoreError> {
+    sqlx::query("delete from stands where session_id = $1").bind(session_id.to_string()).execute(db).await?;
     Ok(())
 }
 
 /// Where a session's automatic visits were undone, by the stand's start, ns.
-pub async fn undone(db: impl SqliteExecutor<'_>, session_id: Uuid) -> Result<Vec<i64>, StoreError> {
+pub async fn undone(db: impl Executor<'_>, session_id: Uuid) -> Result<Vec<i64>, StoreError> {
     let query =
-        sqlx::query_scalar("select t_start_ns from undone_stands where session_id = ?1 order by t_start_ns")
+        sqlx::query_scalar("select t_start_ns from undone_stands where session_id = $1 order by t_start_ns")
             .bind(session_id.to_string());
     Ok(query.fetch_all(db).await?)
 }
 
 /// Notes that the automatic visit of the stand that began then was undone.
-pub async fn undo(db: impl SqliteExecutor<'_>, session_id: Uuid, t_start_ns: i64) -> Result<(), StoreError> {
-    sqlx::query("insert into undone_stands (session_id, t_start_ns) values (?1, ?2) on conflict do nothing")
+pub async fn undo(db: impl Executor<'_>, session_id: Uuid, t_start_ns: i64) -> Result<(), StoreError> {
+    sqlx::query("insert into undone_stands (session_id, t_start_ns) values ($1, $2) on conflict do nothing")
         .bind(session_id.to_string())
         .bind(t_start_ns)
         .execute(db)

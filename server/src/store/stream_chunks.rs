@@ -8,10 +8,10 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use futures_util::{Stream, TryStreamExt};
 use lodestep_engine::stream::StreamId;
-use sqlx::sqlite::SqliteRow;
-use sqlx::{Row, SqliteConnection, SqliteExecutor};
+use sqlx::Row as _;
 use uuid::Uuid;
 
+use super::dialect::{Connection, Executor, Row};
 use super::many_rows::{Statement, placeholders, shaped, shapes};
 use super::raw_chunks::{Packed, Samples, unpack};
 use super::{StoreError, columns};
@@ -22,14 +22,14 @@ const CHUNKS_PER_STATEMENT: usize = 256;
 /// An id less its last so many bits is the part of the table that a chunk lies in.
 const PART_BITS: u32 = 20;
 
-/// The ids of the chunks of session `?1` that fulfil a condition, out of the index alone: a look into each stretch of the parts
+/// The ids of the chunks of session `$1` that fulfil a condition, out of the index alone: a look into each stretch of the parts
 /// in which the session has any.
 macro_rules! ids {
     ($condition:literal) => {
         concat!(
             "(with recursive stretch (n) as (select 0 union all select n + 1 from stretch where n < 255)
               select chunk.id from stream_parts parts cross join stretch cross join stream_chunks chunk
-              where parts.session_id = ?1 and chunk.id >> 12 = (parts.part << 8) + stretch.n
+              where parts.session_id = $1 and chunk.id >> 12 = (parts.part << 8) + stretch.n
               and chunk.session_id = parts.session_id ",
             $condition,
             ")"
@@ -38,10 +38,7 @@ macro_rules! ids {
 }
 
 /// Adds chunks, each with its session's id, in this order.
-pub(super) async fn insert(
-    db: &mut SqliteConnection,
-    chunks: Vec<(&str, &Packed)>,
-) -> Result<(), StoreError> {
+pub(super) async fn insert(db: &mut Connection, chunks: Vec<(&str, &Packed)>) -> Result<(), StoreError> {
     if chunks.is_empty() {
         return Ok(());
     }
@@ -88,13 +85,13 @@ pub(super) async fn insert(
 
 /// The stream's next batch of this stream that is not on disk yet.
 pub async fn next_sequence(
-    db: impl SqliteExecutor<'_>,
+    db: impl Executor<'_>,
     session_id: Uuid,
     stream: StreamId,
 ) -> Result<u64, StoreError> {
     let query = sqlx::query(concat!(
         "select first_sequence + sequences as next from stream_chunks where id = (select max(id) from ",
-        ids!("and chunk.stream = ?2"),
+        ids!("and chunk.stream = $2"),
         ")"
     ));
     let last = query.bind(session_id.to_string()).bind(stream.name().to_owned()).fetch_optional(db).await?;
@@ -103,13 +100,13 @@ pub async fn next_sequence(
 
 /// The samples of one stream in order, chunk by chunk.
 pub fn of_stream<'a>(
-    db: impl SqliteExecutor<'a> + 'a,
+    db: impl Executor<'a> + 'a,
     session_id: Uuid,
     stream: StreamId,
 ) -> impl Stream<Item = Result<Samples, StoreError>> + 'a {
     let query = sqlx::query(concat!(
         "select * from stream_chunks where id in ",
-        ids!("and chunk.stream = ?2"),
+        ids!("and chunk.stream = $2"),
         " order by id"
     ));
     unpacked(query.bind(session_id.to_string()).bind(stream.name().to_owned()).fetch(db))
@@ -117,7 +114,7 @@ pub fn of_stream<'a>(
 
 /// The samples of all streams in the order in which they came, chunk by chunk.
 pub fn as_received<'a>(
-    db: impl SqliteExecutor<'a> + 'a,
+    db: impl Executor<'a> + 'a,
     session_id: Uuid,
 ) -> impl Stream<Item = Result<Samples, StoreError>> + 'a {
     let query = sqlx::query(concat!("select * from stream_chunks where id in ", ids!(""), " order by id"));
@@ -126,14 +123,14 @@ pub fn as_received<'a>(
 
 /// The same from these batches on; of a stream that is not among them from the first on.
 pub fn as_received_from<'a>(
-    db: impl SqliteExecutor<'a> + 'a,
+    db: impl Executor<'a> + 'a,
     session_id: Uuid,
     from: &BTreeMap<StreamId, u64>,
 ) -> impl Stream<Item = Result<Samples, StoreError>> + 'a {
     let query = sqlx::query(concat!(
         "select * from stream_chunks where id in ",
         ids!(
-            "and chunk.first_sequence >= coalesce((select value from json_each(?2) where key = chunk.stream), 0)"
+            "and chunk.first_sequence >= coalesce((select value from json_each($2) where key = chunk.stream), 0)"
         ),
         " order by id"
     ));
@@ -142,13 +139,13 @@ pub fn as_received_from<'a>(
 }
 
 fn unpacked<'a>(
-    rows: impl Stream<Item = sqlx::Result<SqliteRow>> + 'a,
+    rows: impl Stream<Item = sqlx::Result<Row>> + 'a,
 ) -> impl Stream<Item = Result<Samples, StoreError>> + 'a {
     rows.map_err(StoreError::from).and_then(|row| std::future::ready(unpack(&row)))
 }
 
 /// How many bytes the samples of a session take.
-pub(super) async fn bytes(db: &mut SqliteConnection, session_id: Uuid) -> Result<i64, StoreError> {
+pub(super) async fn bytes(db: &mut Connection, session_id: Uuid) -> Result<i64, StoreError> {
     let query = sqlx::query(concat!(
         "select coalesce(sum(length(body)), 0) from stream_chunks where id in ",
         ids!("")
@@ -158,14 +155,14 @@ pub(super) async fn bytes(db: &mut SqliteConnection, session_id: Uuid) -> Result
 
 /// Removes so many chunks of a session; whether there were any.
 pub(super) async fn remove_some(
-    db: &mut SqliteConnection,
+    db: &mut Connection,
     session_id: Uuid,
     at_most: u32,
 ) -> Result<bool, StoreError> {
     let query = sqlx::query(concat!(
         "delete from stream_chunks where id in (select id from ",
         ids!(""),
-        " limit ?2)"
+        " limit $2)"
     ));
     Ok(query.bind(session_id.to_string()).bind(at_most).execute(db).await?.rows_affected() > 0)
 }
@@ -174,7 +171,7 @@ pub(super) async fn remove_some(
 pub(super) fn samples(session_id: Uuid, stream: StreamId) -> Statement {
     let query = sqlx::query(concat!(
         "select coalesce(sum(samples), 0) as samples from stream_chunks where id in ",
-        ids!("and chunk.stream = ?2")
+        ids!("and chunk.stream = $2")
     ));
     query.bind(session_id.to_string()).bind(stream.name().to_owned())
 }
@@ -183,7 +180,7 @@ pub(super) fn samples(session_id: Uuid, stream: StreamId) -> Statement {
 pub(super) fn next(session_id: Uuid, stream: StreamId, from_sequence: u64) -> Statement {
     let query = sqlx::query(concat!(
         "select * from stream_chunks where id in ",
-        ids!("and chunk.stream = ?2 and chunk.first_sequence >= ?3"),
+        ids!("and chunk.stream = $2 and chunk.first_sequence >= $3"),
         " order by id limit 500"
     ));
     query.bind(session_id.to_string()).bind(stream.name().to_owned()).bind(columns::to_column(from_sequence))
@@ -193,11 +190,11 @@ pub(super) fn next(session_id: Uuid, stream: StreamId, from_sequence: u64) -> St
 pub(super) fn sequences_between(session_id: Uuid, stream: StreamId, from_ns: i64, to_ns: i64) -> Statement {
     let query = sqlx::query(concat!(
         "with chunks as (select first_sequence, t_first_ns from stream_chunks where id in ",
-        ids!("and chunk.stream = ?2"),
+        ids!("and chunk.stream = $2"),
         ")
          select min(first_sequence) as first, max(first_sequence) as last from chunks
-         where t_first_ns < ?4 and first_sequence >= coalesce(
-            (select max(first_sequence) from chunks where t_first_ns <= ?3), 0)"
+         where t_first_ns < $4 and first_sequence >= coalesce(
+            (select max(first_sequence) from chunks where t_first_ns <= $3), 0)"
     ));
     query.bind(session_id.to_string()).bind(stream.name().to_owned()).bind(from_ns).bind(to_ns)
 }

@@ -1,10 +1,10 @@
 //! Visits told while a device streams, with their place in the stream.
 
 use lodestep_engine::session;
-use sqlx::sqlite::SqliteRow;
-use sqlx::{FromRow, Row, SqliteExecutor};
+use sqlx::{FromRow, Row as _};
 use uuid::Uuid;
 
+use super::dialect::{Executor, Row};
 use super::visits::Visit;
 use super::{StoreError, columns};
 
@@ -31,8 +31,8 @@ impl StreamVisit {
     }
 }
 
-impl FromRow<'_, SqliteRow> for StreamVisit {
-    fn from_row(row: &SqliteRow) -> sqlx::Result<Self> {
+impl FromRow<'_, Row> for StreamVisit {
+    fn from_row(row: &Row) -> sqlx::Result<Self> {
         Ok(StreamVisit {
             visit: Visit::from_row(row)?,
             after_samples: columns::count(row, "after_samples")?,
@@ -42,14 +42,11 @@ impl FromRow<'_, SqliteRow> for StreamVisit {
 }
 
 /// Those of a session in the order in which they were told.
-pub async fn of_session(
-    db: impl SqliteExecutor<'_>,
-    session_id: Uuid,
-) -> Result<Vec<StreamVisit>, StoreError> {
+pub async fn of_session(db: impl Executor<'_>, session_id: Uuid) -> Result<Vec<StreamVisit>, StoreError> {
     let query = sqlx::query_as(
         "select visits.*, after_samples, e_m, n_m, u_m
          from stream_visits join visits on visits.id = stream_visits.visit_id
-         where stream_visits.session_id = ?1
+         where stream_visits.session_id = $1
          order by after_samples, visits.id",
     )
     .bind(session_id.to_string());
@@ -57,11 +54,11 @@ pub async fn of_session(
 }
 
 /// Notes where in the stream a visit was told; the visit itself has been added before.
-pub async fn insert(db: impl SqliteExecutor<'_>, told: &StreamVisit) -> Result<(), StoreError> {
+pub async fn insert(db: impl Executor<'_>, told: &StreamVisit) -> Result<(), StoreError> {
     let (e_m, n_m, u_m) = told.marker_position_m;
     sqlx::query(
         "insert into stream_visits (visit_id, session_id, after_samples, e_m, n_m, u_m)
-         values (?1, ?2, ?3, ?4, ?5, ?6)",
+         values ($1, $2, $3, $4, $5, $6)",
     )
     .bind(told.visit.id.to_string())
     .bind(told.visit.session_id.to_string())

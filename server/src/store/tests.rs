@@ -214,7 +214,7 @@ async fn a_stream_is_found_over_stretches_and_parts_and_goes_with_its_session() 
             let moved = store.writer().run(move |db| {
                 Box::pin(async move {
                     let of_nobody =
-                        "insert into stream_chunks values (?1, 'nobody', 'left', 0, 1, 0, 0, 2, x'', null)";
+                        "insert into stream_chunks values ($1, 'nobody', 'left', 0, 1, 0, 0, 2, x'', null)";
                     sqlx::query("delete from stream_chunks where session_id = 'nobody'")
                         .execute(&mut *db)
                         .await?;
@@ -252,7 +252,7 @@ async fn a_stream_is_found_over_stretches_and_parts_and_goes_with_its_session() 
     assert!(removed.await.unwrap());
     let left: Vec<Samples> = stream_chunks::as_received(db, other).try_collect().await.unwrap();
     assert_eq!(left.len(), 32);
-    let of_one = sqlx::query_scalar("select count(*) from stream_chunks where session_id = ?1");
+    let of_one = sqlx::query_scalar("select count(*) from stream_chunks where session_id = $1");
     let of_one: i64 = of_one.bind(one.to_string()).fetch_one(db).await.unwrap();
     assert_eq!(of_one, 0);
 }

@@ -4,11 +4,11 @@ use futures_util::{Stream, TryStreamExt};
 use lodestep_engine::event::{Part, Tilt, TrackPoint};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use sqlx::sqlite::SqliteRow;
-use sqlx::{FromRow, Row, SqliteConnection, SqliteExecutor};
+use sqlx::{FromRow, Row as _};
 use uuid::Uuid;
 
 use super::checksum::Checksum;
+use super::dialect::{Connection, Executor, Row};
 use super::many_rows::{Statement, placeholders, shaped, shapes};
 use super::{StoreError, columns};
 
@@ -70,16 +70,16 @@ impl Place {
 }
 
 /// Which place of a session's is shown; the first of one that is not there.
-pub async fn shown(db: impl SqliteExecutor<'_>, session_id: Uuid) -> Result<Place, StoreError> {
+pub async fn shown(db: impl Executor<'_>, session_id: Uuid) -> Result<Place, StoreError> {
     let query =
-        sqlx::query_scalar("select shown_result from sessions where id = ?1").bind(session_id.to_string());
+        sqlx::query_scalar("select shown_result from sessions where id = $1").bind(session_id.to_string());
     let ending: Option<String> = query.fetch_optional(db).await?;
     Ok(if ending.as_deref() == Some(Place::Second.ending()) { Place::Second } else { Place::First })
 }
 
 /// Shows what lies in this place from now on.
-pub async fn show(db: impl SqliteExecutor<'_>, session_id: Uuid, place: Place) -> Result<(), StoreError> {
-    sqlx::query("update sessions set shown_result = ?2 where id = ?1")
+pub async fn show(db: impl Executor<'_>, session_id: Uuid, place: Place) -> Result<(), StoreError> {
+    sqlx::query("update sessions set shown_result = $2 where id = $1")
         .bind(session_id.to_string())
         .bind(place.ending())
         .execute(db)
@@ -87,10 +87,10 @@ pub async fn show(db: impl SqliteExecutor<'_>, session_id: Uuid, place: Place) -
     Ok(())
 }
 
-/// The shown points of session `?1` and run `?2`, as a condition.
+/// The shown points of session `$1` and run `$2`, as a condition.
 macro_rules! shown_run {
     () => {
-        "session_id = ?1 and run = ?2 || coalesce((select shown_result from sessions where id = ?1), '')"
+        "session_id = $1 and run = $2 || coalesce((select shown_result from sessions where id = $1), '')"
     };
 }
 
@@ -150,18 +150,18 @@ fn checksum(session_id: &str, run: &str, point: &TrackPoint) -> Checksum {
         .real(tilt(|tilt| f64::from(tilt.sigma_pitch_rad)))
 }
 
-impl FromRow<'_, SqliteRow> for Stored {
-    fn from_row(row: &SqliteRow) -> sqlx::Result<Self> {
+impl FromRow<'_, Row> for Stored {
+    fn from_row(row: &Row) -> sqlx::Result<Self> {
         checked(row).map(Stored).map_err(|damaged| sqlx::Error::Decode(Box::new(damaged)))
     }
 }
 
 /// Whether a row is as it was written.
-pub(super) fn check(row: &SqliteRow) -> Result<(), StoreError> {
+pub(super) fn check(row: &Row) -> Result<(), StoreError> {
     checked(row).map(|_| ())
 }
 
-fn checked(row: &SqliteRow) -> Result<TrackPoint, StoreError> {
+fn checked(row: &Row) -> Result<TrackPoint, StoreError> {
     let point = point_of(row)?;
     let (session_id, run): (&str, &str) = (row.try_get("session_id")?, row.try_get("run")?);
     let what =
@@ -176,7 +176,7 @@ fn checked(row: &SqliteRow) -> Result<TrackPoint, StoreError> {
     Ok(point)
 }
 
-fn point_of(row: &SqliteRow) -> sqlx::Result<TrackPoint> {
+fn point_of(row: &Row) -> sqlx::Result<TrackPoint> {
     let part = |position: [&str; 3], stance: &str| -> sqlx::Result<Option<Part>> {
         let Some(position_n_m) = columns::optional_enu(row, position)? else { return Ok(None) };
         Ok(Some(Part { position_n_m, stance: row.try_get(stance)? }))
@@ -197,7 +197,7 @@ fn point_of(row: &SqliteRow) -> sqlx::Result<TrackPoint> {
 }
 
 /// Roll and pitch, where the system knows them.
-fn tilt(row: &SqliteRow) -> sqlx::Result<Option<Tilt>> {
+fn tilt(row: &Row) -> sqlx::Result<Option<Tilt>> {
     let roll_rad: Option<f64> = row.try_get("roll_rad")?;
     let Some(roll_rad) = roll_rad else { return Ok(None) };
     let sigma = |column| -> sqlx::Result<f32> { Ok(row.try_get::<f64, _>(column)? as f32) };
@@ -211,7 +211,7 @@ fn tilt(row: &SqliteRow) -> sqlx::Result<Option<Tilt>> {
 
 /// A run's points by time, as they come from the disk: a long walk is never held whole.
 pub fn points<'a>(
-    db: impl SqliteExecutor<'a> + 'a,
+    db: impl Executor<'a> + 'a,
     session_id: Uuid,
     run: Run,
 ) -> impl Stream<Item = Result<TrackPoint, StoreError>> + 'a {
@@ -227,7 +227,7 @@ pub fn points<'a>(
 /// as reading a point costs more than passing over it. A time belongs to the cell that it reaches with `slack_ns`
 /// more.
 pub async fn thinned(
-    db: impl SqliteExecutor<'_>,
+    db: impl Executor<'_>,
     session_id: Uuid,
     run: Run,
     (from_ns, to_ns): (i64, i64),
@@ -238,7 +238,7 @@ pub async fn thinned(
         shown_run!(),
         " and t_ns in (select min(t_ns) from track_points where ",
         shown_run!(),
-        " and t_ns >= ?3 and t_ns <= ?4 group by (t_ns + ?6) / ?5) order by t_ns"
+        " and t_ns >= $3 and t_ns <= $4 group by (t_ns + $6) / $5) order by t_ns"
     ))
     .bind(session_id.to_string())
     .bind(run.name())
@@ -252,7 +252,7 @@ pub async fn thinned(
 
 /// A run's newest points from `since_ns` on, by time.
 pub async fn since(
-    db: impl SqliteExecutor<'_>,
+    db: impl Executor<'_>,
     session_id: Uuid,
     run: Run,
     since_ns: i64,
@@ -260,7 +260,7 @@ pub async fn since(
     let query = sqlx::query_as(concat!(
         "select * from track_points where ",
         shown_run!(),
-        " and t_ns >= ?3 order by t_ns"
+        " and t_ns >= $3 order by t_ns"
     ))
     .bind(session_id.to_string())
     .bind(run.name())
@@ -271,7 +271,7 @@ pub async fn since(
 
 /// A run's trail for the map: `(t_ns, e_m, n_m)` of the first point of each second, by time.
 pub async fn trail(
-    db: impl SqliteExecutor<'_>,
+    db: impl Executor<'_>,
     session_id: Uuid,
     run: Run,
 ) -> Result<Vec<(i64, f64, f64)>, StoreError> {
@@ -291,14 +291,14 @@ pub async fn trail(
 
 /// The main run's last point at or before `t_ns`.
 pub async fn last_at(
-    db: impl SqliteExecutor<'_>,
+    db: impl Executor<'_>,
     session_id: Uuid,
     t_ns: i64,
 ) -> Result<Option<TrackPoint>, StoreError> {
     let query = sqlx::query_as(concat!(
         "select * from track_points where ",
         shown_run!(),
-        " and t_ns <= ?3 order by t_ns desc limit 1"
+        " and t_ns <= $3 order by t_ns desc limit 1"
     ))
     .bind(session_id.to_string())
     .bind(Run::Main.name())
@@ -308,7 +308,7 @@ pub async fn last_at(
 }
 
 /// When the main run begins and ends, ns.
-pub async fn span(db: impl SqliteExecutor<'_>, session_id: Uuid) -> Result<Option<(i64, i64)>, StoreError> {
+pub async fn span(db: impl Executor<'_>, session_id: Uuid) -> Result<Option<(i64, i64)>, StoreError> {
     let query = sqlx::query_as(concat!("select min(t_ns), max(t_ns) from track_points where ", shown_run!()))
         .bind(session_id.to_string())
         .bind(Run::Main.name());
@@ -317,7 +317,7 @@ pub async fn span(db: impl SqliteExecutor<'_>, session_id: Uuid) -> Result<Optio
 }
 
 /// The main run's first point.
-pub async fn first(db: impl SqliteExecutor<'_>, session_id: Uuid) -> Result<Option<TrackPoint>, StoreError> {
+pub async fn first(db: impl Executor<'_>, session_id: Uuid) -> Result<Option<TrackPoint>, StoreError> {
     let query =
         sqlx::query_as(concat!("select * from track_points where ", shown_run!(), " order by t_ns limit 1"))
             .bind(session_id.to_string())
@@ -328,7 +328,7 @@ pub async fn first(db: impl SqliteExecutor<'_>, session_id: Uuid) -> Result<Opti
 
 /// Adds points to a place, or puts them in the place of those of the same times.
 pub async fn upsert(
-    db: &mut SqliteConnection,
+    db: &mut Connection,
     session_id: Uuid,
     (run, place): (Run, Place),
     points: &[TrackPoint],
@@ -340,7 +340,7 @@ pub async fn upsert(
 
 /// The same of several sessions, each point with its session's id and place.
 pub(super) async fn upsert_of(
-    db: &mut SqliteConnection,
+    db: &mut Connection,
     run: Run,
     points: &[(&str, Place, &TrackPoint)],
 ) -> Result<(), StoreError> {
@@ -365,7 +365,7 @@ pub(super) async fn upsert_of(
 
 /// Corrects those of these points that are stored (a track keeps fewer points than there are epochs).
 pub async fn revise(
-    db: &mut SqliteConnection,
+    db: &mut Connection,
     session_id: Uuid,
     (run, place): (Run, Place),
     points: &[TrackPoint],
@@ -391,7 +391,7 @@ pub async fn revise(
 
 /// Removes so many points of a place, of whatever run; whether there were any.
 pub async fn clear_some(
-    db: impl SqliteExecutor<'_>,
+    db: impl Executor<'_>,
     session_id: Uuid,
     place: Place,
     at_most: u32,
@@ -399,8 +399,8 @@ pub async fn clear_some(
     let [main, filtered, without_markers] =
         [Run::Main, Run::Filtered, Run::WithoutMarkers].map(|run| place.run(run));
     let query = sqlx::query(
-        "delete from track_points where session_id = ?1 and (run, t_ns) in (
-            select run, t_ns from track_points where session_id = ?1 and run in (?2, ?3, ?4) limit ?5)",
+        "delete from track_points where session_id = $1 and (run, t_ns) in (
+            select run, t_ns from track_points where session_id = $1 and run in ($2, $3, $4) limit $5)",
     )
     .bind(session_id.to_string())
     .bind(main)

@@ -3,11 +3,11 @@
 use lodestep_engine::event::VisitOutcome;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use sqlx::sqlite::SqliteRow;
-use sqlx::{FromRow, Row, SqliteConnection, SqliteExecutor};
+use sqlx::{FromRow, Row as _};
 use time::OffsetDateTime;
 use uuid::Uuid;
 
+use super::dialect::{Connection, Executor, Row};
 use super::{StoreError, columns};
 use crate::utc;
 
@@ -89,8 +89,8 @@ impl From<&VisitOutcome> for Outcome {
     }
 }
 
-impl FromRow<'_, SqliteRow> for Visit {
-    fn from_row(row: &SqliteRow) -> sqlx::Result<Self> {
+impl FromRow<'_, Row> for Visit {
+    fn from_row(row: &Row) -> sqlx::Result<Self> {
         let accepted: Option<bool> = row.try_get("accepted")?;
         let outcome = match accepted {
             None => None,
@@ -119,26 +119,26 @@ impl FromRow<'_, SqliteRow> for Visit {
 }
 
 /// Those of a session, by time.
-pub async fn of_session(db: impl SqliteExecutor<'_>, session_id: Uuid) -> Result<Vec<Visit>, StoreError> {
-    let query = sqlx::query_as("select * from visits where session_id = ?1 order by t_start_ns, id")
+pub async fn of_session(db: impl Executor<'_>, session_id: Uuid) -> Result<Vec<Visit>, StoreError> {
+    let query = sqlx::query_as("select * from visits where session_id = $1 order by t_start_ns, id")
         .bind(session_id.to_string());
     Ok(query.fetch_all(db).await?)
 }
 
 /// How many a session has.
-pub async fn count(db: impl SqliteExecutor<'_>, session_id: Uuid) -> Result<u64, StoreError> {
-    let query = sqlx::query("select count(*) as visits from visits where session_id = ?1")
+pub async fn count(db: impl Executor<'_>, session_id: Uuid) -> Result<u64, StoreError> {
+    let query = sqlx::query("select count(*) as visits from visits where session_id = $1")
         .bind(session_id.to_string());
     Ok(columns::count(&query.fetch_one(db).await?, "visits")?)
 }
 
 /// Adds one; `false` when this session already has it (same marker, same arrival as it was keyed in): the same list
 /// may be handed in twice.
-pub async fn insert(db: impl SqliteExecutor<'_>, visit: &Visit) -> Result<bool, StoreError> {
+pub async fn insert(db: impl Executor<'_>, visit: &Visit) -> Result<bool, StoreError> {
     let query = sqlx::query(
         "insert into visits (id, session_id, marker, t_start_ns, t_end_ns, created_at, origin)
-         select ?1, ?2, ?3, ?4, ?5, ?6, ?7 where not exists (
-            select 1 from visits where session_id = ?2 and marker = ?3 and t_start_ns - keyed_shift_ns = ?4)
+         select $1, $2, $3, $4, $5, $6, $7 where not exists (
+            select 1 from visits where session_id = $2 and marker = $3 and t_start_ns - keyed_shift_ns = $4)
          on conflict (session_id, marker, t_start_ns) do nothing",
     )
     .bind(visit.id.to_string())
@@ -152,8 +152,8 @@ pub async fn insert(db: impl SqliteExecutor<'_>, visit: &Visit) -> Result<bool, 
 }
 
 /// Removes one, and with it its place in the stream.
-pub async fn delete(db: impl SqliteExecutor<'_>, id: Uuid) -> Result<(), StoreError> {
-    sqlx::query("delete from visits where id = ?1").bind(id.to_string()).execute(db).await?;
+pub async fn delete(db: impl Executor<'_>, id: Uuid) -> Result<(), StoreError> {
+    sqlx::query("delete from visits where id = $1").bind(id.to_string()).execute(db).await?;
     Ok(())
 }
 
@@ -161,13 +161,13 @@ pub async fn delete(db: impl SqliteExecutor<'_>, id: Uuid) -> Result<(), StoreEr
 const ASIDE_NS: i64 = 1 << 60;
 
 /// Moves visits by so much from the times as they were keyed in, ns.
-pub async fn shift(db: &mut SqliteConnection, moved: &[(Uuid, i64)]) -> Result<(), StoreError> {
+pub async fn shift(db: &mut Connection, moved: &[(Uuid, i64)]) -> Result<(), StoreError> {
     // Aside first: on its way one may have the time of another that is still to be moved.
     for (id, shift_ns) in moved {
         sqlx::query(
-            "update visits set t_start_ns = t_start_ns - keyed_shift_ns + ?2 + ?3,
-                t_end_ns = t_end_ns - keyed_shift_ns + ?2 + ?3, keyed_shift_ns = ?2
-             where id = ?1 and keyed_shift_ns <> ?2",
+            "update visits set t_start_ns = t_start_ns - keyed_shift_ns + $2 + $3,
+                t_end_ns = t_end_ns - keyed_shift_ns + $2 + $3, keyed_shift_ns = $2
+             where id = $1 and keyed_shift_ns <> $2",
         )
         .bind(id.to_string())
         .bind(shift_ns)
@@ -177,8 +177,8 @@ pub async fn shift(db: &mut SqliteConnection, moved: &[(Uuid, i64)]) -> Result<(
     }
     for (id, _) in moved {
         sqlx::query(
-            "update visits set t_start_ns = t_start_ns - ?2, t_end_ns = t_end_ns - ?2
-             where id = ?1 and t_start_ns >= ?3",
+            "update visits set t_start_ns = t_start_ns - $2, t_end_ns = t_end_ns - $2
+             where id = $1 and t_start_ns >= $3",
         )
         .bind(id.to_string())
         .bind(ASIDE_NS)
@@ -192,7 +192,7 @@ pub async fn shift(db: &mut SqliteConnection, moved: &[(Uuid, i64)]) -> Result<(
 /// Notes what the filter made of the visit to this marker that was applied at `t_ns`: the one whose
 /// stay holds that moment, or else the nearest.
 pub async fn set_outcome(
-    db: impl SqliteExecutor<'_>,
+    db: impl Executor<'_>,
     session_id: Uuid,
     told: &VisitOutcome,
 ) -> Result<(), StoreError> {
@@ -200,16 +200,16 @@ pub async fn set_outcome(
     let [after_e, after_n, after_u] = told.after_minus_marker_n_m;
     sqlx::query(
         "update visits set
-            t_applied_ns = ?3, accepted = ?4, nis = ?5, degrees_of_freedom = ?6,
-            before_e_m = ?7, before_n_m = ?8, before_u_m = ?9,
-            after_e_m = ?10, after_n_m = ?11, after_u_m = ?12, reason = ?13,
-            marker_e_m = (select e_m from markers where name = ?2),
-            marker_n_m = (select n_m from markers where name = ?2),
-            marker_u_m = (select u_m from markers where name = ?2)
+            t_applied_ns = $3, accepted = $4, nis = $5, degrees_of_freedom = $6,
+            before_e_m = $7, before_n_m = $8, before_u_m = $9,
+            after_e_m = $10, after_n_m = $11, after_u_m = $12, reason = $13,
+            marker_e_m = (select e_m from markers where name = $2),
+            marker_n_m = (select n_m from markers where name = $2),
+            marker_u_m = (select u_m from markers where name = $2)
          where id = (
-            select id from visits where session_id = ?1 and marker = ?2
-            order by case when ?3 < t_start_ns then t_start_ns - ?3
-                          when ?3 > t_end_ns then ?3 - t_end_ns
+            select id from visits where session_id = $1 and marker = $2
+            order by case when $3 < t_start_ns then t_start_ns - $3
+                          when $3 > t_end_ns then $3 - t_end_ns
                           else 0 end, t_start_ns
             limit 1)",
     )
@@ -232,14 +232,14 @@ pub async fn set_outcome(
 }
 
 /// Forgets the outcomes of a session: a new run weighs its visits again.
-pub async fn clear_outcomes(db: impl SqliteExecutor<'_>, session_id: Uuid) -> Result<(), StoreError> {
+pub async fn clear_outcomes(db: impl Executor<'_>, session_id: Uuid) -> Result<(), StoreError> {
     sqlx::query(
         "update visits set
             t_applied_ns = null, accepted = null, nis = null, degrees_of_freedom = null,
             before_e_m = null, before_n_m = null, before_u_m = null,
             after_e_m = null, after_n_m = null, after_u_m = null, reason = null,
             marker_e_m = null, marker_n_m = null, marker_u_m = null
-         where session_id = ?1",
+         where session_id = $1",
     )
     .bind(session_id.to_string())
     .execute(db)

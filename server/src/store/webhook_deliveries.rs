@@ -3,13 +3,13 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
-use sqlx::sqlite::SqliteRow;
-use sqlx::{FromRow, Row, SqliteConnection, SqliteExecutor};
+use sqlx::{FromRow, Row as _};
 use time::OffsetDateTime;
 use time::format_description::well_known::Rfc3339;
 use uuid::Uuid;
 
 use super::anomalies::Gathered;
+use super::dialect::{Connection, Executor, Row};
 use super::webhooks::{self, EventKind};
 use super::{StoreError, columns, sessions};
 use crate::utc;
@@ -70,8 +70,8 @@ pub enum DeliveryState {
     Failed,
 }
 
-impl FromRow<'_, SqliteRow> for Delivery {
-    fn from_row(row: &SqliteRow) -> sqlx::Result<Self> {
+impl FromRow<'_, Row> for Delivery {
+    fn from_row(row: &Row) -> sqlx::Result<Self> {
         let status: Option<i64> = row.try_get("status")?;
         Ok(Delivery {
             id: row.try_get("id")?,
@@ -93,7 +93,7 @@ impl FromRow<'_, SqliteRow> for Delivery {
 
 /// Puts an event into the outbox of whoever wants it: in the transaction in which it happens.
 pub async fn announce(
-    db: &mut SqliteConnection,
+    db: &mut Connection,
     event: EventKind,
     data: &impl Serialize,
 ) -> Result<(), StoreError> {
@@ -104,8 +104,8 @@ pub async fn announce(
     let body = body(event, event_id, now, data)?;
     sqlx::query(
         "insert into webhook_deliveries (webhook_id, event_id, event, body, state, next_at, created_at)
-         select id, ?1, ?2, ?3, 'waiting', ?4, ?4 from webhooks
-         where enabled and exists (select 1 from json_each(events) where value = ?2) order by id",
+         select id, $1, $2, $3, 'waiting', $4, $4 from webhooks
+         where enabled and exists (select 1 from json_each(events) where value = $2) order by id",
     )
     .bind(event_id.to_string())
     .bind(event.word())
@@ -131,7 +131,7 @@ fn body(
 
 /// Puts anomalies of a walk into the outbox.
 pub async fn announce_anomalies(
-    db: &mut SqliteConnection,
+    db: &mut Connection,
     session_id: Uuid,
     found: &[Gathered],
 ) -> Result<(), StoreError> {
@@ -152,7 +152,7 @@ pub async fn announce_anomalies(
 
 /// Puts one event for one webhook into the outbox, whatever that wants.
 pub async fn announce_to(
-    db: &mut SqliteConnection,
+    db: &mut Connection,
     webhook_id: Uuid,
     event: EventKind,
     data: &impl Serialize,
@@ -160,7 +160,7 @@ pub async fn announce_to(
     let (event_id, now) = (Uuid::now_v7(), utc::now());
     let query = sqlx::query_as(
         "insert into webhook_deliveries (webhook_id, event_id, event, body, state, next_at, created_at)
-         values (?1, ?2, ?3, ?4, 'waiting', ?5, ?5) returning *",
+         values ($1, $2, $3, $4, 'waiting', $5, $5) returning *",
     )
     .bind(webhook_id.to_string())
     .bind(event_id.to_string())
@@ -172,52 +172,49 @@ pub async fn announce_to(
 
 /// Those of a webhook, the newest first, at most so many.
 pub async fn of_webhook(
-    db: impl SqliteExecutor<'_>,
+    db: impl Executor<'_>,
     webhook_id: Uuid,
     at_most: u32,
 ) -> Result<Vec<Delivery>, StoreError> {
     let query =
-        sqlx::query_as("select * from webhook_deliveries where webhook_id = ?1 order by id desc limit ?2")
+        sqlx::query_as("select * from webhook_deliveries where webhook_id = $1 order by id desc limit $2")
             .bind(webhook_id.to_string())
             .bind(at_most);
     Ok(query.fetch_all(db).await?)
 }
 
 /// The one with this number.
-pub async fn get(db: impl SqliteExecutor<'_>, id: i64) -> Result<Option<Delivery>, StoreError> {
-    Ok(sqlx::query_as("select * from webhook_deliveries where id = ?1").bind(id).fetch_optional(db).await?)
+pub async fn get(db: impl Executor<'_>, id: i64) -> Result<Option<Delivery>, StoreError> {
+    Ok(sqlx::query_as("select * from webhook_deliveries where id = $1").bind(id).fetch_optional(db).await?)
 }
 
 /// Lets nothing wait until later than this: the clock may have been ahead when it was told to wait.
-pub async fn wait_until_at_most(
-    db: impl SqliteExecutor<'_>,
-    latest: OffsetDateTime,
-) -> Result<u64, StoreError> {
+pub async fn wait_until_at_most(db: impl Executor<'_>, latest: OffsetDateTime) -> Result<u64, StoreError> {
     let query =
-        sqlx::query("update webhook_deliveries set next_at = ?1 where state = 'waiting' and next_at > ?1");
+        sqlx::query("update webhook_deliveries set next_at = $1 where state = 'waiting' and next_at > $1");
     Ok(query.bind(utc::to_us(latest)).execute(db).await?.rows_affected())
 }
 
 /// The webhooks that something is to be sent to now.
-pub async fn due(db: impl SqliteExecutor<'_>, now: OffsetDateTime) -> Result<Vec<Uuid>, StoreError> {
+pub async fn due(db: impl Executor<'_>, now: OffsetDateTime) -> Result<Vec<Uuid>, StoreError> {
     let query = sqlx::query(
         "select distinct d.webhook_id from webhook_deliveries d join webhooks w on w.id = d.webhook_id
-         where d.state = 'waiting' and d.next_at <= ?1 and w.enabled",
+         where d.state = 'waiting' and d.next_at <= $1 and w.enabled",
     )
     .bind(utc::to_us(now))
-    .try_map(|row: SqliteRow| columns::id(&row, "webhook_id"));
+    .try_map(|row: Row| columns::id(&row, "webhook_id"));
     Ok(query.fetch_all(db).await?)
 }
 
 /// What is to be sent to this one first.
 pub async fn next_of(
-    db: impl SqliteExecutor<'_>,
+    db: impl Executor<'_>,
     webhook_id: Uuid,
     now: OffsetDateTime,
 ) -> Result<Option<Delivery>, StoreError> {
     let query = sqlx::query_as(
         "select d.* from webhook_deliveries d join webhooks w on w.id = d.webhook_id
-         where d.webhook_id = ?1 and d.state = 'waiting' and d.next_at <= ?2 and w.enabled
+         where d.webhook_id = $1 and d.state = 'waiting' and d.next_at <= $2 and w.enabled
          order by d.id limit 1",
     )
     .bind(webhook_id.to_string())
@@ -226,11 +223,11 @@ pub async fn next_of(
 }
 
 /// Writes one as it now stands.
-pub async fn update(db: impl SqliteExecutor<'_>, delivery: &Delivery) -> Result<(), StoreError> {
+pub async fn update(db: impl Executor<'_>, delivery: &Delivery) -> Result<(), StoreError> {
     sqlx::query(
-        "update webhook_deliveries set state = ?2, tries = ?3, next_at = ?4, tried_at = ?5, took_ms = ?6,
-            status = ?7, answer = ?8
-         where id = ?1",
+        "update webhook_deliveries set state = $2, tries = $3, next_at = $4, tried_at = $5, took_ms = $6,
+            status = $7, answer = $8
+         where id = $1",
     )
     .bind(delivery.id)
     .bind(columns::to_word(delivery.state))
@@ -247,13 +244,13 @@ pub async fn update(db: impl SqliteExecutor<'_>, delivery: &Delivery) -> Result<
 
 /// Whether anything has arrived at a webhook after this instant.
 pub async fn any_arrived_since(
-    db: impl SqliteExecutor<'_>,
+    db: impl Executor<'_>,
     webhook_id: Uuid,
     instant: OffsetDateTime,
 ) -> Result<bool, StoreError> {
     let query = sqlx::query_scalar(
         "select exists (select 1 from webhook_deliveries
-            where webhook_id = ?1 and state = 'delivered' and tried_at > ?2)",
+            where webhook_id = $1 and state = 'delivered' and tried_at > $2)",
     )
     .bind(webhook_id.to_string())
     .bind(utc::to_us(instant));
@@ -261,8 +258,8 @@ pub async fn any_arrived_since(
 }
 
 /// Forgets those that have ended before this instant.
-pub async fn forget_before(db: impl SqliteExecutor<'_>, instant: OffsetDateTime) -> Result<(), StoreError> {
-    sqlx::query("delete from webhook_deliveries where state <> 'waiting' and tried_at < ?1")
+pub async fn forget_before(db: impl Executor<'_>, instant: OffsetDateTime) -> Result<(), StoreError> {
+    sqlx::query("delete from webhook_deliveries where state <> 'waiting' and tried_at < $1")
         .bind(utc::to_us(instant))
         .execute(db)
         .await?;

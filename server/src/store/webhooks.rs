@@ -2,11 +2,11 @@
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use sqlx::sqlite::SqliteRow;
-use sqlx::{FromRow, Row, SqliteExecutor};
+use sqlx::{FromRow, Row as _};
 use time::OffsetDateTime;
 use uuid::Uuid;
 
+use super::dialect::{Executor, Row};
 use super::{StoreError, columns};
 use crate::utc;
 
@@ -85,8 +85,8 @@ impl EventKind {
     }
 }
 
-impl FromRow<'_, SqliteRow> for Webhook {
-    fn from_row(row: &SqliteRow) -> sqlx::Result<Self> {
+impl FromRow<'_, Row> for Webhook {
+    fn from_row(row: &Row) -> sqlx::Result<Self> {
         Ok(Webhook {
             id: columns::id(row, "id")?,
             name: row.try_get("name")?,
@@ -104,36 +104,36 @@ impl FromRow<'_, SqliteRow> for Webhook {
 }
 
 /// All of them, by name.
-pub async fn list(db: impl SqliteExecutor<'_>) -> Result<Vec<Webhook>, StoreError> {
+pub async fn list(db: impl Executor<'_>) -> Result<Vec<Webhook>, StoreError> {
     Ok(sqlx::query_as("select * from webhooks order by name, id").fetch_all(db).await?)
 }
 
 /// The one with this id.
-pub async fn get(db: impl SqliteExecutor<'_>, id: Uuid) -> Result<Option<Webhook>, StoreError> {
-    let query = sqlx::query_as("select * from webhooks where id = ?1").bind(id.to_string());
+pub async fn get(db: impl Executor<'_>, id: Uuid) -> Result<Option<Webhook>, StoreError> {
+    let query = sqlx::query_as("select * from webhooks where id = $1").bind(id.to_string());
     Ok(query.fetch_optional(db).await?)
 }
 
 /// What the bodies of one are signed with.
-pub async fn secret(db: impl SqliteExecutor<'_>, id: Uuid) -> Result<Option<String>, StoreError> {
-    let query = sqlx::query_scalar("select secret from webhooks where id = ?1").bind(id.to_string());
+pub async fn secret(db: impl Executor<'_>, id: Uuid) -> Result<Option<String>, StoreError> {
+    let query = sqlx::query_scalar("select secret from webhooks where id = $1").bind(id.to_string());
     Ok(query.fetch_optional(db).await?)
 }
 
 /// Whether anybody wants to hear of this.
-pub async fn anybody_wants(db: impl SqliteExecutor<'_>, event: EventKind) -> Result<bool, StoreError> {
+pub async fn anybody_wants(db: impl Executor<'_>, event: EventKind) -> Result<bool, StoreError> {
     let query = sqlx::query_scalar(
-        "select exists (select 1 from webhooks, json_each(webhooks.events) where enabled and value = ?1)",
+        "select exists (select 1 from webhooks, json_each(webhooks.events) where enabled and value = $1)",
     )
     .bind(event.word());
     Ok(query.fetch_one(db).await?)
 }
 
 /// Adds one.
-pub async fn insert(db: impl SqliteExecutor<'_>, hook: &Webhook, secret: &str) -> Result<(), StoreError> {
+pub async fn insert(db: impl Executor<'_>, hook: &Webhook, secret: &str) -> Result<(), StoreError> {
     sqlx::query(
         "insert into webhooks (id, name, url, secret, events, enabled, version, created_at, created_by, updated_at)
-         values (?1, ?2, ?3, ?4, ?5, ?6, ?7, ?8, ?9, ?10)",
+         values ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10)",
     )
     .bind(hook.id.to_string())
     .bind(&hook.name)
@@ -151,11 +151,11 @@ pub async fn insert(db: impl SqliteExecutor<'_>, hook: &Webhook, secret: &str) -
 }
 
 /// Writes one as it now stands.
-pub async fn update(db: impl SqliteExecutor<'_>, hook: &Webhook) -> Result<(), StoreError> {
+pub async fn update(db: impl Executor<'_>, hook: &Webhook) -> Result<(), StoreError> {
     sqlx::query(
-        "update webhooks set name = ?2, url = ?3, events = ?4, enabled = ?5, disabled_why = ?6, failing_since = ?7,
-            version = ?8, updated_at = ?9
-         where id = ?1",
+        "update webhooks set name = $2, url = $3, events = $4, enabled = $5, disabled_why = $6, failing_since = $7,
+            version = $8, updated_at = $9
+         where id = $1",
     )
     .bind(hook.id.to_string())
     .bind(&hook.name)
@@ -172,8 +172,8 @@ pub async fn update(db: impl SqliteExecutor<'_>, hook: &Webhook) -> Result<(), S
 }
 
 /// Gives one another secret.
-pub async fn set_secret(db: impl SqliteExecutor<'_>, id: Uuid, secret: &str) -> Result<(), StoreError> {
-    sqlx::query("update webhooks set secret = ?2 where id = ?1")
+pub async fn set_secret(db: impl Executor<'_>, id: Uuid, secret: &str) -> Result<(), StoreError> {
+    sqlx::query("update webhooks set secret = $2 where id = $1")
         .bind(id.to_string())
         .bind(secret)
         .execute(db)
@@ -183,11 +183,11 @@ pub async fn set_secret(db: impl SqliteExecutor<'_>, id: Uuid, secret: &str) -> 
 
 /// Notes since when every try has failed; `None`: the last one did not.
 pub async fn set_failing_since(
-    db: impl SqliteExecutor<'_>,
+    db: impl Executor<'_>,
     id: Uuid,
     since: Option<OffsetDateTime>,
 ) -> Result<(), StoreError> {
-    sqlx::query("update webhooks set failing_since = ?2 where id = ?1")
+    sqlx::query("update webhooks set failing_since = $2 where id = $1")
         .bind(id.to_string())
         .bind(since.map(utc::to_us))
         .execute(db)
@@ -196,7 +196,7 @@ pub async fn set_failing_since(
 }
 
 /// Removes one with all that was on its way to it.
-pub async fn delete(db: impl SqliteExecutor<'_>, id: Uuid) -> Result<(), StoreError> {
-    sqlx::query("delete from webhooks where id = ?1").bind(id.to_string()).execute(db).await?;
+pub async fn delete(db: impl Executor<'_>, id: Uuid) -> Result<(), StoreError> {
+    sqlx::query("delete from webhooks where id = $1").bind(id.to_string()).execute(db).await?;
     Ok(())
 }

@@ -4,10 +4,10 @@ use std::panic::AssertUnwindSafe;
 
 use futures_util::FutureExt;
 use futures_util::future::BoxFuture;
-use sqlx::SqliteConnection;
 use tokio::sync::oneshot;
 
 use super::StoreError;
+use super::dialect::Connection;
 use super::health::Disk;
 use super::record::{self, PackedRecord};
 
@@ -64,7 +64,7 @@ pub(super) enum Ran {
 /// A write that waits for its turn.
 pub(super) trait Work: Send {
     /// Does it inside the group's transaction.
-    fn run<'c>(&'c mut self, connection: &'c mut SqliteConnection) -> BoxFuture<'c, Ran>;
+    fn run<'c>(&'c mut self, connection: &'c mut Connection) -> BoxFuture<'c, Ran>;
     /// What it is called in the log: where it is asked for.
     fn name(&self) -> &'static str;
     /// The record that it is, when it is one: those are written together.
@@ -92,7 +92,7 @@ impl Recording {
 }
 
 impl Work for Recording {
-    fn run<'c>(&'c mut self, connection: &'c mut SqliteConnection) -> BoxFuture<'c, Ran> {
+    fn run<'c>(&'c mut self, connection: &'c mut Connection) -> BoxFuture<'c, Ran> {
         Box::pin(async move { ran(self.answer.insert(record::write(connection, &[&self.record]).await)) })
     }
 
@@ -129,11 +129,11 @@ impl<F, T, E> Task<F, T, E> {
 
 impl<F, T, E> Work for Task<F, T, E>
 where
-    F: for<'c> FnOnce(&'c mut SqliteConnection) -> BoxFuture<'c, Result<T, E>> + Send,
+    F: for<'c> FnOnce(&'c mut Connection) -> BoxFuture<'c, Result<T, E>> + Send,
     T: Send,
     E: WriteError,
 {
-    fn run<'c>(&'c mut self, connection: &'c mut SqliteConnection) -> BoxFuture<'c, Ran> {
+    fn run<'c>(&'c mut self, connection: &'c mut Connection) -> BoxFuture<'c, Ran> {
         Box::pin(async move {
             let Some(work) = self.work.take() else { return Ran::TakeBack };
             let answer = AssertUnwindSafe(async { work(connection).await }).catch_unwind().await;

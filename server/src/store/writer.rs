@@ -7,10 +7,11 @@ use std::time::{Duration, Instant};
 
 use futures_util::future::BoxFuture;
 use sqlx::sqlite::SqliteConnectOptions;
-use sqlx::{ConnectOptions, Connection, SqliteConnection};
+use sqlx::{ConnectOptions, Connection as _};
 use tokio::sync::{mpsc, oneshot, watch};
 use tokio::task::{JoinError, JoinHandle};
 
+use super::dialect::Connection;
 use super::health::{Disk, Health};
 use super::record::{self, PackedRecord, Record};
 use super::waiting::Waiting;
@@ -63,7 +64,7 @@ impl Write {
     /// Work of so many bytes, and where its answer goes.
     pub(super) fn new<T, E, F>(bytes: usize, work: F, caller: oneshot::Sender<Result<T, E>>) -> Write
     where
-        F: for<'c> FnOnce(&'c mut SqliteConnection) -> BoxFuture<'c, Result<T, E>> + Send + 'static,
+        F: for<'c> FnOnce(&'c mut Connection) -> BoxFuture<'c, Result<T, E>> + Send + 'static,
         T: Send + 'static,
         E: WriteError,
     {
@@ -126,7 +127,7 @@ impl Writer {
     /// it is on disk.
     pub async fn run<T, E, F>(&self, work: F) -> Result<T, E>
     where
-        F: for<'c> FnOnce(&'c mut SqliteConnection) -> BoxFuture<'c, Result<T, E>> + Send + 'static,
+        F: for<'c> FnOnce(&'c mut Connection) -> BoxFuture<'c, Result<T, E>> + Send + 'static,
         T: Send + 'static,
         E: WriteError,
     {
@@ -173,7 +174,7 @@ impl Writer {
 
     async fn submit<T, E, F>(&self, bytes: usize, work: F) -> Result<T, E>
     where
-        F: for<'c> FnOnce(&'c mut SqliteConnection) -> BoxFuture<'c, Result<T, E>> + Send + 'static,
+        F: for<'c> FnOnce(&'c mut Connection) -> BoxFuture<'c, Result<T, E>> + Send + 'static,
         T: Send + 'static,
         E: WriteError,
     {
@@ -196,7 +197,7 @@ impl Writer {
 /// The task: takes what waits, commits it together, answers, and so on until it is stopped.
 struct Groups {
     options: SqliteConnectOptions,
-    connection: Option<SqliteConnection>,
+    connection: Option<Connection>,
     told: watch::Sender<Health>,
     crowded: Arc<AtomicBool>,
     /// The log on its way into the database file, beside the commits.
@@ -429,7 +430,7 @@ fn look_at(name: &'static str, taken: Duration) {
 }
 
 /// Writes records in statements that they share, and none of them when one is turned down: then `false`.
-async fn write_together(transaction: &mut SqliteConnection, records: &mut [Write]) -> Result<bool, Refusal> {
+async fn write_together(transaction: &mut Connection, records: &mut [Write]) -> Result<bool, Refusal> {
     let mut savepoint = transaction.begin().await?;
     if write_records(&mut savepoint, records).await? {
         savepoint.commit().await?;
@@ -441,7 +442,7 @@ async fn write_together(transaction: &mut SqliteConnection, records: &mut [Write
 }
 
 /// The same, but when one is turned down the caller takes back what was written of the others.
-async fn write_records(db: &mut SqliteConnection, records: &mut [Write]) -> Result<bool, Refusal> {
+async fn write_records(db: &mut Connection, records: &mut [Write]) -> Result<bool, Refusal> {
     let packed: Vec<&PackedRecord> = records.iter().filter_map(|write| write.work.record()).collect();
     match record::write(db, &packed).await {
         Ok(()) => {
