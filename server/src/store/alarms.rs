@@ -86,7 +86,7 @@ pub async fn raise(db: &mut Connection, alarm: &Alarm, forget: OffsetDateTime) -
     let query = sqlx::query(
         "insert into alarms (key, kind, session_id, carrier_id, fault_id, since, raised_at)
          values ($1, $2, $3, $4, $5, $6, $7)
-         on conflict (key) do update set raised_at = excluded.raised_at, ended_at = null where ended_at is not null",
+         on conflict (key) do update set raised_at = excluded.raised_at, ended_at = null where alarms.ended_at is not null",
     )
     .bind(&alarm.key)
     .bind(columns::to_word(alarm.kind))

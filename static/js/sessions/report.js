@@ -26,6 +26,9 @@ export function verdict(aid) {
 
 const TONES = { honest: "good", too_sure: "bad", too_unsure: "", unknown: "" };
 
+/** A walk whose end is farther from its start, in hundredths of the path, was no loop: there is nothing to close. */
+const LOOP_PERCENT = 5;
+
 /**
  * @param {import("../systems/index.js").System} system
  * @param {Report} report
@@ -36,8 +39,12 @@ export function reportCard(system, report) {
     html`<div><b>${value}</b><small>${t(key)}</small></div>`;
   return html`<h2>${t("report.title")}</h2>
     <div class="figures" data-testid="report">
-      ${figure(closure ? `${length(closure.end_error_m)} · ${number(closure.end_error_percent, 2)} %` : "–", "report.closure")}
-      ${figure(closure ? length(closure.height_error_m) : "–", "report.closure_up")}
+      ${
+        closure &&
+        closure.end_error_percent <= LOOP_PERCENT &&
+        html`${figure(`${length(closure.end_error_m)} · ${number(closure.end_error_percent, 2)} %`, "report.closure")}
+        ${figure(length(closure.height_error_m), "report.closure_up")}`
+      }
       ${figure(length(report.sigma_plan_m?.rms_m), "report.sigma_rms")}
       ${figure(length(report.sigma_plan_m?.max_m), "report.sigma_largest")}
       ${figure(length(report.end_sigma_up_m), "report.sigma_up")}

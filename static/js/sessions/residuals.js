@@ -41,6 +41,9 @@ export function residualsOf(visits) {
   };
 }
 
+/** Of fewer visits than this 95 of 100 is no figure: it would be the largest. */
+const ENOUGH_FOR_95 = 20;
+
 /** @param {Residuals | null} found */
 export function residualCard(found) {
   if (!found)
@@ -49,9 +52,10 @@ export function residualCard(found) {
   const passed = found.largest_m < REQUIRED_M;
   return html`<h2>${t("sessions.residuals.title")}</h2>
     <div class="figures" data-testid="residuals">
+      ${figure(String(found.count), "sessions.residuals.count")}
       ${figure(length(found.mean_m), "sessions.residuals.mean")}
       ${figure(length(found.rms_m), "sessions.residuals.rms")}
-      ${figure(length(found.within_95_m), "sessions.residuals.within_95")}
+      ${found.count >= ENOUGH_FOR_95 && figure(length(found.within_95_m), "sessions.residuals.within_95")}
       ${figure(length(found.largest_m), "sessions.residuals.largest")}
       ${figure(t(passed ? "sessions.residuals.passed" : "sessions.residuals.failed"), "sessions.residuals.required", passed ? "good" : "bad")}
     </div>
