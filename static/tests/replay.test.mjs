@@ -165,7 +165,7 @@ test("a heading is drawn by the whole circle, or close to where it changes littl
     from_s: 0,
     to_s: low.length,
   });
-  assert.deepEqual(range(picture([0, 1, 2, 3, 4])), [-180, 180]);
+  assert.deepEqual(range(picture([0, 1, 2, 3, 4])), [0, 360]);
   // Two full turns and 10°, and a degree more.
   const [least, most] = range(picture([4 * Math.PI + 10 * (Math.PI / 180), 4 * Math.PI + 11 * (Math.PI / 180)]));
   assert.ok(least > 8 && least < 10 && most > 11 && most < 13, `${least} ${most}`);

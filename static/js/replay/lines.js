@@ -76,10 +76,9 @@ export function timeStep(span_s, most) {
 }
 
 /**
- * An angle brought into (−180, 180].
+ * A heading brought into [0, 360), as the read-out has it.
  * @param {number} degrees
  */
 export function wrapDegrees(degrees) {
-  const turned = ((degrees % 360) + 360) % 360;
-  return turned > 180 ? turned - 360 : turned;
+  return ((degrees % 360) + 360) % 360;
 }

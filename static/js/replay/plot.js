@@ -31,7 +31,7 @@ const JOINED_S = 0.15;
 export function range(picture) {
   const { plot, line, limits, dots, from_s, to_s } = picture;
   const turns = wholeTurns(picture);
-  if (plot.angle && turns === null) return [-180, 180];
+  if (plot.angle && turns === null) return [0, 360];
   let [least, most] = [Infinity, -Infinity];
   const take = (/** @type {number} */ a, /** @type {number} */ b) => {
     least = Math.min(least, a);
@@ -69,7 +69,7 @@ function wholeTurns({ plot, line, from_s, to_s }) {
     return (found && extremes(found, from_s, to_s)) ?? [];
   });
   const [least, most] = [Math.min(...all) * plot.factor, Math.max(...all) * plot.factor];
-  return most - least < 180 ? Math.round((least + most) / 720) : null;
+  return most - least < 180 ? Math.floor((least + most) / 720) : null;
 }
 
 /**
@@ -99,7 +99,7 @@ export function drawPlot(canvas, picture) {
   const lanes = lanesOf(picture);
   /** Where a value is in a lane, the first on top. @param {number} lane @returns {(v: number) => number} */
   const inLane = (lane) => (v) => TOP + (lane * (bottom - TOP) + y(v) - TOP) / lanes.length;
-  for (const tick of plot.angle && turns === null ? [-180, -90, 0, 90, 180] : ticks(least, most)) {
+  for (const tick of plot.angle && turns === null ? [0, 90, 180, 270, 360] : ticks(least, most)) {
     if (lanes.length > 1) break;
     g.strokeStyle = ink.plan;
     g.beginPath();
