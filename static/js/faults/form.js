@@ -99,7 +99,7 @@ export function makeFaultForm(app) {
 
   return {
     /**
-     * @param {import("../state/attention.js").Person | null} who nobody whom the page sees: whoever it is is chosen
+     * @param {import("../state/attention.js").Person | null} who null: the reporter is chosen in the form
      * @param {ReturnType<typeof import("../geometry.js").rankPlaces<{name: string, e_m: number, n_m: number}>>} candidates
      */
     show(who, candidates) {

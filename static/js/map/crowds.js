@@ -9,7 +9,7 @@ const FIRST_RING_PX = 44;
 /**
  * Groups of those who are close to the first of their group, in the order in which they come.
  * @template T
- * @param {T[]} list whoever comes first stands for those near by
+ * @param {T[]} list the first of a group stands for it
  * @param {(one: T) => [number, number]} place pixels
  * @returns {T[][]}
  */

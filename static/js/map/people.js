@@ -58,7 +58,7 @@ export class PeopleLayer {
     const shown = people.filter(
       ({ session, presence }) => session?.position && presence !== "off" && presence !== "gone",
     );
-    // Whoever is chosen stands for those near by, then those who need attention.
+    // The selected person stands for a group, then those who need attention.
     const first = shown.filter((person) => person.inspector.id === selected);
     const scale = 2 ** this.map.getZoom();
     const groups = crowds([...first, ...shown.filter((person) => person.inspector.id !== selected)], ({ session }) => {

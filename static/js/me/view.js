@@ -34,7 +34,7 @@ const TRY_EVERY_MS = 15_000;
 /** @type {import("../ui/router.js").MakeView} */
 export function meView(app, side) {
   const mine = recallMine(storage);
-  // Whoever has signed in as an inspector is that one, and only that one.
+  // An account that is signed in as an inspector is that inspector, and no other.
   const own = app.me.inspector_id;
   if (own !== null && mine.inspector_id !== own) {
     changePerson(mine, own);

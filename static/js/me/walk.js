@@ -11,7 +11,7 @@
 
 /** How long a visit can be taken back, ms. */
 export const UNDO_MS = 30_000;
-/** Whoever keys a number in has stood there for about so long, s. */
+/** An inspector who keys in a number has stood there for about this long, s. */
 const STOOD_S = 4;
 /** Entries that are kept to be shown. */
 const KEPT = 20;
@@ -44,7 +44,7 @@ export function rememberMine(storage, mine) {
 }
 
 /**
- * Somebody else steps up to the device. Whoever walks is not forgotten by that.
+ * Somebody else steps up to the device. The walk under way is kept.
  * @param {Mine} mine
  * @param {string} inspector_id
  */

@@ -1,5 +1,5 @@
 // The time that is looked at, and how it runs: real elapsed time, faster or slower, over gaps or around a
-// stretch. It knows no screen; whoever shows it calls `advance` with the seconds that have really passed.
+// stretch. It knows no screen; the screen calls `advance` with the seconds that have really passed.
 
 export const SPEEDS = [0.5, 1, 2, 4, 8, 16, 32, 64];
 
@@ -34,7 +34,7 @@ export class Clock {
   /** @param {number} t_s */
   seek(t_s) {
     this.t_s = Math.min(this.to_s, Math.max(this.from_s, t_s));
-    // Whoever looks back at a walk that goes on has left its newest moment.
+    // Looking back at a walk that goes on leaves its newest moment.
     if (this.state === "live" && this.t_s < this.to_s) this.state = "paused";
   }
 

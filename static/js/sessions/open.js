@@ -36,7 +36,7 @@ function askAbout(id) {
     words: Promise.all([api.session(id), api.visits(id), api.anomalies(id), api.stands(id)]),
     coarse: api.track(id, "main", LEAST_RATE_HZ),
   };
-  // Whoever takes them tells what is wrong with them.
+  // The one who awaits them reports what is wrong with them.
   Object.values(asked).forEach((answer) => answer.catch(() => {}));
   return asked;
 }

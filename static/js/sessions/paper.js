@@ -5,7 +5,7 @@ import { html, one, render } from "../html.js";
 import { t } from "../i18n.js";
 import { problemBox } from "../ui/problem.js";
 
-/** Whoever notes a second has stood there for about so long, s. */
+/** An inspector who notes a time has stood there for about this long, s. */
 const STOOD_S = 4;
 /** A time without seconds is anywhere in its minute, s. */
 const MINUTE_S = 59;

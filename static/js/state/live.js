@@ -43,7 +43,7 @@ const KEPT = 50;
 
 /** No word for this long: lost. */
 export const LOST_AFTER_S = 60;
-/** No word for this long: whoever it was has left without saying so. */
+/** No word for this long: the walk counts as left without an end. */
 export const GONE_AFTER_S = 3600;
 
 /** @returns {LiveState} */

@@ -3,7 +3,7 @@
 /** What a spreadsheet takes for the beginning of a formula, also in the full width of East Asian keyboards. */
 const BEGINS_A_FORMULA = /^[=+\-@\t\r＝＋－＠]/u;
 
-/** @param {unknown} value a number as it is; a text is quoted, and no formula to whoever opens it */
+/** @param {unknown} value a number as it is; a text is quoted, and no formula to the program that opens it */
 function cell(value) {
   if (value === null || value === undefined) return "";
   if (typeof value === "number" || typeof value === "boolean") return String(value);

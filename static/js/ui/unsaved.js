@@ -1,4 +1,4 @@
-// Edits that were not saved: whoever is about to leave them is asked.
+// Edits that were not saved: the page asks before it leaves them.
 
 import { t } from "../i18n.js";
 
