@@ -1,5 +1,5 @@
 // How the clock by which a walk's markers were keyed in stands to that of its logs: what was measured, and a field for
-// whoever knows better.
+// those who know better.
 
 import { html } from "../html.js";
 import { t } from "../i18n.js";
