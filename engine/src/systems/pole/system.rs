@@ -1,7 +1,5 @@
 //! The pole in a session: a complete log is computed at its end, what comes in live is filtered at once.
 
-use std::any::Any;
-
 use nalgebra::Vector3;
 
 use super::aids::{FIX, GNSS, IMU, SWITCH, TIP};
@@ -19,7 +17,7 @@ use crate::geo::LocalFrame;
 use crate::replay::InputStore;
 use crate::stream::{Reading, StreamId};
 use crate::system::{
-    ChartValue, ConfigError, Declaration, NotRestored, Progress, SessionConfig, Solution, System,
+    ChartValue, ConfigError, Declaration, Progress, SessionConfig, Solution, System,
     SystemConfig,
 };
 use crate::visit::Visit;
@@ -267,18 +265,6 @@ impl SystemConfig for Config {
         &DECLARATION
     }
 
-    fn boxed(&self) -> Box<dyn SystemConfig> {
-        Box::new(self.clone())
-    }
-
-    fn as_any(&self) -> &dyn Any {
-        self
-    }
-
-    fn as_any_mut(&mut self) -> &mut dyn Any {
-        self
-    }
-
     fn aids(&self) -> Vec<AidKind> {
         if self.lands { vec![FIX, TIP] } else { vec![FIX] }
     }
@@ -331,14 +317,5 @@ impl SystemConfig for Config {
             counted_n_m: None,
             values: Vec::new(),
         }))
-    }
-
-    fn restore(
-        &self,
-        _: &SessionConfig,
-        _: &[u8],
-        _: Option<Box<dyn InputStore>>,
-    ) -> Result<Box<dyn System>, NotRestored> {
-        Err(NotRestored("a pole, which is computed from all of its readings".to_owned()))
     }
 }
