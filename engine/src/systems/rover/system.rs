@@ -15,8 +15,7 @@ use crate::gnss::satellite::Constellation;
 use crate::replay::InputStore;
 use crate::stream::{Reading, StreamId};
 use crate::system::{
-    ChartValue, ConfigError, Declaration, Progress, SessionConfig, Solution, System,
-    SystemConfig,
+    ChartValue, ConfigError, Declaration, Progress, SessionConfig, Solution, System, SystemConfig,
 };
 use crate::visit::Visit;
 
