@@ -133,6 +133,11 @@ pub struct VisitOutcome {
 }
 
 impl VisitOutcome {
+    /// Whether there was no marker to hold the visit against: its places then count from the frame's origin.
+    pub fn is_of_a_new_point(&self) -> bool {
+        self.degrees_of_freedom > 0 && !self.accepted && self.nis == 0.0
+    }
+
     /// Of a visit that could not be weighed at all.
     pub fn turned_down(visit: &Visit, reason: String) -> VisitOutcome {
         VisitOutcome {

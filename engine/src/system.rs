@@ -14,7 +14,7 @@ use crate::stream::{Reading, StreamId};
 use crate::visit::Visit;
 
 pub use crate::replay::Solution;
-pub use config::{ConfigError, NotRestored, SessionConfig, SystemConfig};
+pub use config::{ConfigError, NotRestored, OfOneType, SessionConfig, SystemConfig};
 pub use declaration::{
     AidRule, ChartRule, Column, Declaration, InstrumentRule, Level, Parameter, PartRule, Simulated,
     SimulatedStream, StreamRule,

@@ -44,16 +44,34 @@ pub struct SessionConfig {
     pub system: Box<dyn SystemConfig>,
 }
 
-/// A system's own configuration. Its type is the system's; who does not know it asks by words and keys.
-pub trait SystemConfig: Debug + Send + Sync {
-    /// The system that it is of.
-    fn declaration(&self) -> &'static Declaration;
+/// What every configuration can do that can be copied.
+pub trait OfOneType {
     /// A copy.
     fn boxed(&self) -> Box<dyn SystemConfig>;
     /// As its own type.
     fn as_any(&self) -> &dyn Any;
     /// As its own type, to be changed.
     fn as_any_mut(&mut self) -> &mut dyn Any;
+}
+
+impl<C: SystemConfig + Clone + 'static> OfOneType for C {
+    fn boxed(&self) -> Box<dyn SystemConfig> {
+        Box::new(self.clone())
+    }
+
+    fn as_any(&self) -> &dyn Any {
+        self
+    }
+
+    fn as_any_mut(&mut self) -> &mut dyn Any {
+        self
+    }
+}
+
+/// A system's own configuration. Its type is the system's; who does not know it asks by words and keys.
+pub trait SystemConfig: OfOneType + Debug + Send + Sync {
+    /// The system that it is of.
+    fn declaration(&self) -> &'static Declaration;
     /// The aids that it uses, in the order of the declaration.
     fn aids(&self) -> Vec<AidKind>;
     /// Its fields by name, for reports.
@@ -75,17 +93,20 @@ pub trait SystemConfig: Debug + Send + Sync {
         session: &SessionConfig,
         store: Option<Box<dyn InputStore>>,
     ) -> Result<Box<dyn System>, ConfigError>;
-    /// A system as it was saved; it goes on with what came after.
+    /// A system as it was saved; it goes on with what came after. One that saves nothing has nothing to do here.
     ///
     /// # Errors
     ///
     /// Where the bytes are not the state of such a session, saved by this engine.
     fn restore(
         &self,
-        session: &SessionConfig,
-        bytes: &[u8],
-        store: Option<Box<dyn InputStore>>,
-    ) -> Result<Box<dyn System>, NotRestored>;
+        _session: &SessionConfig,
+        _bytes: &[u8],
+        _store: Option<Box<dyn InputStore>>,
+    ) -> Result<Box<dyn System>, NotRestored> {
+        let name = self.declaration().name;
+        Err(NotRestored(format!("one of the {name} system, which is computed from all of its readings")))
+    }
 }
 
 impl Clone for Box<dyn SystemConfig> {

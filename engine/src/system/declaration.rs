@@ -171,6 +171,11 @@ pub struct SimulatedStream {
 }
 
 impl Declaration {
+    /// Whether it finds places by standing on them: then a visit may be of a point that is no marker yet.
+    pub fn surveys(&self) -> bool {
+        self.places_itself && self.parts.iter().any(|part| part.has_stance)
+    }
+
     /// The stream of this name in a session of the system; `None` where the system has none such.
     pub fn stream(&self, id: StreamId) -> Option<Stream> {
         let mut number = 0;

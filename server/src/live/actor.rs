@@ -19,9 +19,10 @@ use lodestep_engine::parse::live_message::{Answer, FaultMessage, VisitMessage};
 use lodestep_engine::stream::{Kind, Readings, StreamId};
 use time::OffsetDateTime;
 use tokio::sync::mpsc;
-use tokio::time::{Instant, MissedTickBehavior, interval};
+use tokio::time::{Instant, MissedTickBehavior, interval, sleep_until};
 
 use super::device::{self, Device, ToDevice};
+use super::pace::Pace;
 use super::pose_hub::ToldPose;
 use super::rebuild;
 use super::sequence::{Arrival, Sequence};
@@ -152,6 +153,8 @@ pub(super) struct Actor {
     pub(super) points: BTreeMap<i64, TrackPoint>,
     pub(super) points_at: Instant,
     pub(super) underway: FuturesOrdered<BoxFuture<'static, Written>>,
+    /// When the next write of samples may begin.
+    pub(super) pace: Pace,
     /// In which place its result lies.
     pub(super) place: Place,
     /// What was found wrong so far.
@@ -186,6 +189,7 @@ impl Actor {
             points: rebuilt.findings.points,
             points_at: Instant::now(),
             underway: FuturesOrdered::new(),
+            pace: Pace::new(Instant::now()),
             place: stored.place,
             growing: stored.growing,
             newest: None,
@@ -204,6 +208,7 @@ impl Actor {
         every_second.set_missed_tick_behavior(MissedTickBehavior::Delay);
         let mut finishing = false;
         loop {
+            let (writes_from, is_held_back) = (self.writes_from(), self.is_held_back());
             let go = tokio::select! {
                 Some(written) = self.underway.next(), if !self.underway.is_empty() => self.on_written(written),
                 command = inbox.recv(), if !finishing && self.takes_more() => match command {
@@ -215,17 +220,28 @@ impl Actor {
                     None => Go::Ended,
                 },
                 _ = every_second.tick() => self.on_tick(),
+                () = sleep_until(writes_from), if is_held_back => Go::On,
                 () = &mut stopped => Go::Ended,
             };
             if let Go::Ended = go {
                 break;
             }
-            if self.underway.is_empty() {
+            if self.underway.is_empty() && self.writes_from() <= Instant::now() {
                 self.write_gathered();
             }
         }
         // The server stops: what was taken is still written and acknowledged.
         self.all_on_disk().await;
+    }
+
+    /// When what was gathered may be written.
+    fn writes_from(&self) -> Instant {
+        self.pace.from(self.gathered.samples)
+    }
+
+    /// Whether something waits for nothing but its time to be written.
+    fn is_held_back(&self) -> bool {
+        self.underway.is_empty() && !self.gathered.raw.is_empty()
     }
 
     fn takes_more(&self) -> bool {

@@ -25,6 +25,7 @@ mod feed;
 mod grid;
 mod input_file;
 mod opening;
+mod pace;
 mod pose_frame;
 mod pose_hub;
 mod pose_socket;

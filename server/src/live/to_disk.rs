@@ -60,6 +60,7 @@ impl Actor {
             return;
         }
         debug_assert!(self.underway.is_empty(), "batches never follow batches that may yet fail");
+        self.pace.begin(Instant::now());
         let Gathered { raw, findings, automatic, then, .. } = std::mem::take(&mut self.gathered);
         self.record(raw, findings, automatic, then);
     }

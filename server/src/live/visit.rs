@@ -10,6 +10,7 @@ use super::to_disk::Then;
 use super::walk::Findings;
 use crate::auth::Caller;
 use crate::error::{Error, Result};
+use crate::markers::checked_name;
 use crate::store::dialect::Connection;
 use crate::store::stands::{self, Stand};
 use crate::store::stream_visits::{self, StreamVisit};
@@ -89,8 +90,9 @@ impl Actor {
         caller: Option<&Caller>,
         answers: Vec<Answer>,
     ) -> Result<()> {
-        let marker = markers::get(self.app.store.read(), &visit.marker).await?;
-        let marker = marker.ok_or_else(|| Error::not_found("marker", &visit.marker))?;
+        let Some(marker) = markers::get(self.app.store.read(), &visit.marker).await? else {
+            return self.keep_new_point(visit, caller, answers);
+        };
         let told = StreamVisit {
             visit,
             after_samples: self.walk.samples_taken(),
@@ -112,11 +114,7 @@ impl Actor {
         let mut findings = self.walk.visit(told.for_engine());
         let mut changes = vec![Change::Visit(told.visit.clone())];
         changes.extend(self.changes(&mut findings, utc::now()));
-        // In the form that a list of visits has in the log.
-        let entry = caller.map(|caller| {
-            let after = serde_json::to_value([&told.visit]).ok();
-            caller.did("visit.told", self.session.id, None, after)
-        });
+        let entry = caller.map(|caller| entry(caller, &told.visit));
         let writer = self.app.store.writer().clone();
         let run = (Run::Main, self.place);
         let write = async move {
@@ -125,6 +123,41 @@ impl Actor {
         self.submit(write, Then { answers, changes, ..Then::default() });
         Ok(())
     }
+}
+
+impl Actor {
+    /// A visit of a point that is no marker yet: of what surveys. It corrects nothing, and the final run finds its place.
+    fn keep_new_point(&mut self, visit: Visit, caller: Option<&Caller>, answers: Vec<Answer>) -> Result<()> {
+        if !self.session.declaration().surveys() {
+            return Err(Error::not_found("marker", &visit.marker));
+        }
+        checked_name(&visit.marker)?;
+        let entry = caller.map(|caller| entry(caller, &visit));
+        let changes = vec![Change::Visit(visit.clone())];
+        let writer = self.app.store.writer().clone();
+        let write = async move { writer.run(move |db| keep(db, visit, entry).boxed()).await };
+        self.submit(write, Then { answers, changes, ..Then::default() });
+        Ok(())
+    }
+}
+
+async fn keep(
+    db: &mut Connection,
+    visit: Visit,
+    entry: Option<audit::Entry>,
+) -> Result<(), StoreError> {
+    // It is there already when it came by another way.
+    if visits::insert(&mut *db, &visit).await?
+        && let Some(entry) = entry
+    {
+        audit::insert(&mut *db, &entry).await?;
+    }
+    Ok(())
+}
+
+/// In the form that a list of visits has in the log of changes.
+fn entry(caller: &Caller, visit: &Visit) -> audit::Entry {
+    caller.did("visit.told", visit.session_id, None, serde_json::to_value([visit]).ok())
 }
 
 fn is_same(visit: &Visit, marker: &str, t_start_ns: i64) -> bool {
@@ -140,12 +173,7 @@ async fn write_visit(
     findings: Findings,
 ) -> Result<(), StoreError> {
     let session_id = told.visit.session_id;
-    // It is there already when it came by another way.
-    if visits::insert(&mut *db, &told.visit).await?
-        && let Some(entry) = entry
-    {
-        audit::insert(&mut *db, &entry).await?;
-    }
+    keep(db, told.visit.clone(), entry).await?;
     stream_visits::insert(&mut *db, &told).await?;
     for made in &contradicted {
         stands::undo(&mut *db, session_id, made.t_start_ns).await?;

@@ -88,7 +88,7 @@ impl NewMarker {
 }
 
 /// A name that can stand in a table, a path and a spreadsheet.
-pub(super) fn checked_name(name: &str) -> Result<String> {
+pub(crate) fn checked_name(name: &str) -> Result<String> {
     // Looked for before cleaning, which would make a blank of a line break.
     let has_control = name.trim().chars().any(char::is_control);
     let name = names::cleaned(name);

@@ -20,7 +20,7 @@ mod survey;
 mod survey_file;
 mod write;
 
-pub(crate) use edit::{NewMarker, Seen, add, put, remove};
+pub(crate) use edit::{NewMarker, Seen, add, checked_name, put, remove};
 pub(crate) use import::{Imported, import, places_of_file};
 pub(crate) use imports::{
     Apply, ImportView, Reading, Revert, apply, create, give_up, read_again, revert, view,

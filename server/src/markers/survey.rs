@@ -12,10 +12,14 @@ use super::survey_file::{FilePoint, Form, write_points};
 use crate::auth::Caller;
 use crate::error::{Error, Result};
 use crate::state::App;
+use crate::store::charts::{self, Series};
 use crate::store::marker_residuals;
 use crate::store::markers::Place;
 use crate::store::sessions;
 use crate::store::track::{self, Run};
+
+/// The chart of how sure surveyed points are, by all visits of each: lines `east`, `north` and `up`, m.
+const POINT_SIGMA: &str = "point_sigma";
 
 /// A point as a session has surveyed it.
 #[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
@@ -31,15 +35,15 @@ pub(crate) struct SurveyedPoint {
     pub(crate) longitude_deg: f64,
     /// Height above the ellipsoid, m.
     pub(crate) height_m: f64,
-    /// How sure that is, east, north and up, m: of several visits the surest one's, which all of them together are no less
-    /// sure than.
+    /// How sure that is, east, north and up, m, by all visits together and what they err alike in.
     pub(crate) sigma_m: [f64; 3],
     /// How often it was visited.
     pub(crate) visits: u64,
     /// How far its visits are apart, m; 0 for one.
     pub(crate) visits_apart_m: f64,
-    /// Where it was found minus where the marker stands, east, north and up, m; up is 0 where the marker has no height.
-    pub(crate) off_m: [f64; 3],
+    /// Where it was found minus where the marker stands, east, north and up, m; up is 0 where the marker has no height. `null` for
+    /// a point that is no marker yet.
+    pub(crate) off_m: Option<[f64; 3]>,
 }
 
 /// The points of a session, in the order in which they were visited first.
@@ -54,6 +58,7 @@ pub(crate) async fn surveyed_points(app: &App, session_id: Uuid) -> Result<Vec<S
         ));
     }
     let visits = marker_residuals::held_against(db, session_id).await?;
+    let sigmas = charts::of_chart(db, session_id, POINT_SIGMA).await?;
     let frame = app.site.local_frame();
     let mut points: Vec<(SurveyedPoint, Vec<[f64; 3]>)> = Vec::new();
     for visit in &visits {
@@ -63,9 +68,6 @@ pub(crate) async fn surveyed_points(app: &App, session_id: Uuid) -> Result<Vec<S
         let known = points.iter_mut().find(|(point, _)| point.marker == visit.marker);
         if let Some((point, alone)) = known {
             point.visits += 1;
-            for (least, sigma) in point.sigma_m.iter_mut().zip(seen.sigma_m) {
-                *least = least.min(sigma);
-            }
             alone.push(visit.alone_m);
             continue;
         }
@@ -79,14 +81,13 @@ pub(crate) async fn surveyed_points(app: &App, session_id: Uuid) -> Result<Vec<S
             latitude_deg: place.latitude_deg,
             longitude_deg: place.longitude_deg,
             height_m: place.height_m,
-            sigma_m: seen.sigma_m,
+            sigma_m: together(&sigmas, visit.t_applied_ns).unwrap_or(seen.sigma_m),
             visits: 1,
             visits_apart_m: 0.0,
-            off_m: [
-                e_m - visit.stands_m[0],
-                n_m - visit.stands_m[1],
-                visit.stands_u_m.map_or(0.0, |stands_u_m| u_m - stands_u_m),
-            ],
+            off_m: visit.stands_m.map(|[stands_e_m, stands_n_m]| {
+                let up_m = visit.stands_u_m.map_or(0.0, |stands_u_m| u_m - stands_u_m);
+                [e_m - stands_e_m, n_m - stands_n_m, up_m]
+            }),
         };
         points.push((point, vec![visit.alone_m]));
     }
@@ -102,6 +103,12 @@ pub(crate) async fn surveyed_points(app: &App, session_id: Uuid) -> Result<Vec<S
 
 fn distance_m([ae, an, au]: &[f64; 3], [be, bn, bu]: &[f64; 3]) -> f64 {
     (ae - be).hypot(an - bn).hypot(au - bu)
+}
+
+/// How sure a point is by all visits together; `None` for a session that was processed before that was kept.
+fn together(sigmas: &[Series], t_ns: i64) -> Option<[f64; 3]> {
+    let of = |line: &str| sigmas.iter().find(|series| series.name == line)?.high_at(t_ns);
+    Some([of("east")?, of("north")?, of("up")?])
 }
 
 /// What the track has of a stop.

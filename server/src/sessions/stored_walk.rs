@@ -86,6 +86,12 @@ impl Walk {
                     });
                 }
                 None if made => {}
+                None if session.declaration().surveys() => told.push(Visit {
+                    marker: visit.marker,
+                    t_start_ns: visit.t_start_ns,
+                    t_end_ns: visit.t_end_ns,
+                    position_n_m: Visit::NOWHERE,
+                }),
                 None => outcomes.push(unknown_marker(visit)),
             }
         }

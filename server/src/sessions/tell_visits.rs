@@ -9,6 +9,7 @@ use uuid::Uuid;
 
 use crate::auth::Caller;
 use crate::error::{Error, Place, Result};
+use crate::markers::checked_name;
 use crate::state::App;
 use crate::store::visits::{self, Origin, Visit};
 use crate::store::{audit, markers, sessions};
@@ -64,9 +65,8 @@ pub(crate) async fn tell(
     session_id: Uuid,
     told: Vec<Told>,
 ) -> Result<AddedVisits> {
-    if sessions::get(app.store.read(), session_id).await?.is_none() {
-        return Err(Error::not_found("session", session_id));
-    }
+    let session = sessions::get(app.store.read(), session_id).await?;
+    let session = session.ok_or_else(|| Error::not_found("session", session_id))?;
     if told.len() > MOST_VISITS {
         return Err(Error::invalid(
             "too_many_visits",
@@ -76,7 +76,7 @@ pub(crate) async fn tell(
             ),
         ));
     }
-    check(app, &told).await?;
+    check(app, &told, session.declaration().surveys()).await?;
     let rows: Vec<_> = told
         .into_iter()
         .map(|told| Visit {
@@ -120,7 +120,8 @@ pub(crate) async fn tell(
     Ok(AddedVisits { added: new, unchanged: of_list - new, overlaps: overlaps(&visits), visits })
 }
 
-async fn check(app: &App, told: &[Told]) -> Result<()> {
+/// What surveys may have stood on points that are no markers yet.
+async fn check(app: &App, told: &[Told], surveys: bool) -> Result<()> {
     let known: HashSet<String> =
         markers::list(app.store.read()).await?.into_iter().map(|marker| marker.name).collect();
     for visit in told {
@@ -129,7 +130,9 @@ async fn check(app: &App, told: &[Told]) -> Result<()> {
             column: Some(column.to_owned()),
             ..Place::default()
         };
-        if !known.contains(&visit.marker) {
+        if surveys {
+            checked_name(&visit.marker)?;
+        } else if !known.contains(&visit.marker) {
             return Err(Error::invalid_at(
                 "unknown_marker",
                 format!(

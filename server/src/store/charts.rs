@@ -30,6 +30,15 @@ pub struct Series {
     pub high: Vec<f32>,
 }
 
+impl Series {
+    /// The largest value of the cell that a time lies in; `None` where it has none.
+    pub fn high_at(&self, t_ns: i64) -> Option<f64> {
+        let cell = t_ns.div_euclid(self.cell_ns).checked_sub(self.first_cell)?;
+        let high = self.high.get(usize::try_from(cell).ok()?)?;
+        high.is_finite().then_some(f64::from(*high))
+    }
+}
+
 /// A series packed for its row.
 #[derive(Clone, Debug)]
 pub struct Packed {
@@ -103,6 +112,19 @@ pub async fn clear(db: impl Executor<'_>, session_id: Uuid) -> Result<(), StoreE
 pub async fn of_session(db: impl Executor<'_>, session_id: Uuid) -> Result<Vec<Series>, StoreError> {
     let query = sqlx::query("select * from session_charts where session_id = $1 order by chart, series")
         .bind(session_id.to_string());
+    query.fetch_all(db).await?.iter().map(unpack).collect()
+}
+
+/// The lines of one chart of a session.
+pub async fn of_chart(
+    db: impl Executor<'_>,
+    session_id: Uuid,
+    chart: &str,
+) -> Result<Vec<Series>, StoreError> {
+    let query =
+        sqlx::query("select * from session_charts where session_id = $1 and chart = $2 order by series")
+            .bind(session_id.to_string())
+            .bind(chart);
     query.fetch_all(db).await?.iter().map(unpack).collect()
 }
 

@@ -57,14 +57,16 @@ pub struct HeldAgainst {
     pub t_start_ns: i64,
     /// Departure, ns.
     pub t_end_ns: i64,
+    /// The moment at which it was weighed, ns.
+    pub t_applied_ns: i64,
     /// Where this visit has it, in the site's frame, m.
     pub alone_m: [f64; 3],
     /// Where all visits of it have it together, m.
     pub together_m: [f64; 3],
     /// The marker's height when it was held against it, m.
     pub marker_u_m: Option<f64>,
-    /// Where the marker stands today, east and north, m.
-    pub stands_m: [f64; 2],
+    /// Where the marker stands today, east and north, m; `None` where there is none of this name.
+    pub stands_m: Option<[f64; 2]>,
     /// Its height today, m.
     pub stands_u_m: Option<f64>,
 }
@@ -75,10 +77,14 @@ impl FromRow<'_, Row> for HeldAgainst {
             marker: row.try_get("marker")?,
             t_start_ns: row.try_get("t_start_ns")?,
             t_end_ns: row.try_get("t_end_ns")?,
+            t_applied_ns: row.try_get("t_applied_ns")?,
             alone_m: columns::enu(row, ["alone_e_m", "alone_n_m", "alone_u_m"])?,
             together_m: columns::enu(row, ["together_e_m", "together_n_m", "together_u_m"])?,
             marker_u_m: row.try_get("marker_u_m")?,
-            stands_m: [row.try_get("e_m")?, row.try_get("n_m")?],
+            stands_m: match row.try_get::<Option<f64>, _>("e_m")? {
+                Some(e_m) => Some([e_m, row.try_get("n_m")?]),
+                None => None,
+            },
             stands_u_m: row.try_get("u_m")?,
         })
     }
@@ -87,13 +93,13 @@ impl FromRow<'_, Row> for HeldAgainst {
 /// The visits of a session that were held against a marker, by time.
 pub async fn held_against(db: impl Executor<'_>, session_id: Uuid) -> Result<Vec<HeldAgainst>, StoreError> {
     let query = sqlx::query_as(
-        "select v.marker, v.t_start_ns, v.t_end_ns, v.marker_u_m, m.e_m, m.n_m, m.u_m,
+        "select v.marker, v.t_start_ns, v.t_end_ns, v.t_applied_ns, v.marker_u_m, m.e_m, m.n_m, m.u_m,
             v.before_e_m + v.marker_e_m as alone_e_m, v.before_n_m + v.marker_n_m as alone_n_m,
             v.before_u_m + coalesce(v.marker_u_m, 0) as alone_u_m,
             v.after_e_m + v.marker_e_m as together_e_m, v.after_n_m + v.marker_n_m as together_n_m,
             v.after_u_m + coalesce(v.marker_u_m, 0) as together_u_m
          from visits v
-         join markers m on m.name = v.marker
+         left join markers m on m.name = v.marker
          where v.session_id = $1 and v.degrees_of_freedom > 0 and v.marker_e_m is not null
          order by v.t_start_ns",
     );

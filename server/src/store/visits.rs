@@ -203,9 +203,9 @@ pub async fn set_outcome(
             t_applied_ns = $3, accepted = $4, nis = $5, degrees_of_freedom = $6,
             before_e_m = $7, before_n_m = $8, before_u_m = $9,
             after_e_m = $10, after_n_m = $11, after_u_m = $12, reason = $13,
-            marker_e_m = (select e_m from markers where name = $2),
-            marker_n_m = (select n_m from markers where name = $2),
-            marker_u_m = (select u_m from markers where name = $2)
+            marker_e_m = case when $14 then 0.0 else (select e_m from markers where name = $2) end,
+            marker_n_m = case when $14 then 0.0 else (select n_m from markers where name = $2) end,
+            marker_u_m = case when $14 then 0.0 else (select u_m from markers where name = $2) end
          where id = (
             select id from visits where session_id = $1 and marker = $2
             order by case when $3 < t_start_ns then t_start_ns - $3
@@ -226,6 +226,8 @@ pub async fn set_outcome(
     .bind(after_n)
     .bind(after_u)
     .bind(&told.reason)
+    // What was held against no marker has its places from the origin.
+    .bind(told.is_of_a_new_point())
     .execute(db)
     .await?;
     Ok(())

@@ -14,7 +14,7 @@ import { forecastTable } from "./pole_forecast.js";
 /**
  * @typedef {{
  *   marker: string, place: {e_m: number, n_m: number, u_m: number | null}, latitude_deg: number, longitude_deg: number, height_m: number,
- *   sigma_m: [number, number, number], visits: number, visits_apart_m: number, off_m: [number, number, number],
+ *   sigma_m: [number, number, number], visits: number, visits_apart_m: number, off_m: [number, number, number] | null,
  * }} SurveyedPoint
  */
 
@@ -248,7 +248,7 @@ function pointTable(id, points) {
             (point) =>
               html`<tr>
                 <td>${point.marker}</td>
-                ${three(point.off_m)}${three(point.sigma_m)}
+                ${point.off_m ? three(point.off_m) : html`<td colspan="3">${t("pole.new_point")}</td>`}${three(point.sigma_m)}
                 <td class="num">${point.visits}</td>
                 <td class="num mono">${point.visits > 1 ? number(point.visits_apart_m, 3) : "–"}</td>
               </tr>`,

@@ -54,11 +54,11 @@ impl Survey {
         String::from_utf8(self.bytes("pole.toml")).unwrap()
     }
 
-    /// The report of the command line.
-    async fn by_command_line(&self) -> Value {
+    /// The report of the command line; `more` are further options.
+    async fn by_command_line(&self, more: &[&str]) -> Value {
         let of = |name: &str| self.path(name).to_str().unwrap().to_owned();
         let [imu, gnss, contact] = STREAMS.map(|(_, file)| of(file));
-        let done = run(&[
+        let options = [
             "process",
             "pole",
             "--imu",
@@ -73,8 +73,8 @@ impl Survey {
             &of("track.csv"),
             "--report",
             &of("report.json"),
-        ])
-        .await;
+        ];
+        let done = run(&[&options[..], more].concat()).await;
         assert_eq!(done, ExitCode::SUCCESS);
         serde_json::from_slice(&self.bytes("report.json")).unwrap()
     }
@@ -188,7 +188,7 @@ fn truth_at(path: &Path, t_s: f64) -> [f64; 2] {
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn a_survey_is_the_same_by_every_door_also_when_the_server_starts_anew_in_the_middle() {
     let survey = Survey::simulated().await;
-    let report = survey.by_command_line().await;
+    let report = survey.by_command_line(&[]).await;
     let line = report["track_sha256"].as_str().unwrap();
 
     let server = survey.server().await;
@@ -282,7 +282,8 @@ async fn a_survey_is_compared_with_the_markers_and_stands_as_their_source_when_i
     let [from_s, to_s]: [f64; 2] = [from_s, to_s].map(|cell| cell.parse().unwrap());
     let middle_s = 0.5 * (from_s + to_s);
     // Twice: the first and the second half of the stand.
-    for (t_start_s, t_end_s) in [(from_s, middle_s - 0.5), (middle_s + 0.5, to_s)] {
+    let halves = [(from_s, middle_s - 0.5), (middle_s + 0.5, to_s)];
+    for (t_start_s, t_end_s) in halves {
         let visit = json!({ "marker": "T", "t_start_s": t_start_s, "t_end_s": t_end_s });
         let told =
             ask(server.client.post(server.api(&format!("/sessions/{session_id}/visits"))).json(&visit)).await;
@@ -300,6 +301,17 @@ async fn a_survey_is_compared_with_the_markers_and_stands_as_their_source_when_i
     let sigma_m = number(&point["sigma_m"][0]);
     assert!((0.002..0.06).contains(&sigma_m), "{point}");
     assert!((number(&point["off_m"][0]) + 0.08).abs() < 4.0 * sigma_m, "{point}");
+    // Of both visits together, as the command line has it.
+    let halves: String = halves.iter().map(|(from_s, to_s)| format!("T,{from_s},{to_s}\n")).collect();
+    std::fs::write(survey.path("halves.csv"), format!("name,t_start_s,t_end_s\n{halves}")).unwrap();
+    let [told, out] =
+        ["halves.csv", "surveyed.csv"].map(|name| survey.path(name).to_str().unwrap().to_owned());
+    survey.by_command_line(&["--points", &told, "--points-out", &out]).await;
+    let by_line = &row(&text("surveyed.csv"))[7..10];
+    for (axis, by_line) in by_line.iter().enumerate() {
+        let by_line: f64 = by_line.parse().unwrap();
+        assert!((number(&point["sigma_m"][axis]) - by_line).abs() < 1e-4, "{axis}: {by_line}, {point}");
+    }
 
     let compared =
         ask(server.client.post(server.api(&format!("/sessions/{session_id}/marker-import")))).await;
@@ -322,4 +334,48 @@ async fn a_survey_is_compared_with_the_markers_and_stands_as_their_source_when_i
     let walk = server.session(json!({})).await;
     let refused = ask(server.client.get(server.api(&format!("/sessions/{walk}/surveyed-points")))).await;
     assert_eq!((refused.status, refused.code()), (409, "not_a_survey"), "{refused:?}");
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn a_point_that_is_no_marker_yet_becomes_one_when_the_survey_is_accepted() {
+    let survey = Survey::simulated().await;
+    let server = survey.server().await;
+    let text = |name: &str| String::from_utf8(survey.bytes(name)).unwrap();
+    let truth: Vec<f64> =
+        row(&text("points_truth.csv"))[4..7].iter().map(|cell| cell.parse().unwrap()).collect();
+    let session_id = survey.upload(&server, &survey.pole()).await;
+    let [_, from_s, to_s] = &row(&text("points.csv"))[..] else { panic!("points.csv has three columns") };
+    let [from_s, to_s]: [f64; 2] = [from_s, to_s].map(|cell| cell.parse().unwrap());
+    let visit = json!({ "marker": "NEW", "t_start_s": from_s, "t_end_s": to_s });
+    let visits = server.api(&format!("/sessions/{session_id}/visits"));
+    let told = ask(server.client.post(&visits).json(&visit)).await;
+    assert_eq!(told.status, 201, "{told:?}");
+    let nameless = json!({ "marker": "'", "t_start_s": from_s, "t_end_s": to_s });
+    let refused = ask(server.client.post(&visits).json(&nameless)).await;
+    assert_eq!((refused.status, refused.code()), (422, "wrong_name"), "{refused:?}");
+    let job = server.process(&session_id).await;
+    assert_eq!(job["state"], "finished", "{job}");
+    let told = server.look(&format!("/sessions/{session_id}/visits")).await.body;
+    assert!(told[0]["outcome"]["reason"].as_str().unwrap().contains("a new point"), "{told}");
+
+    let points = server.look(&format!("/sessions/{session_id}/surveyed-points")).await.body;
+    assert_eq!((&points[0]["marker"], &points[0]["off_m"]), (&json!("NEW"), &Value::Null));
+    let import = server.api(&format!("/sessions/{session_id}/marker-import"));
+    let compared = ask(server.client.post(import)).await;
+    assert_eq!(compared.status, 201, "{compared:?}");
+    let [difference] = &compared.body["differences"].as_array().unwrap()[..] else { panic!("{compared:?}") };
+    assert_eq!((&difference["name"], &difference["change"]), (&json!("NEW"), &json!("added")));
+    let id = compared.id();
+    let apply = json!({ "reason": "a new point", "accept_warnings": true });
+    let apply = server.client.post(server.api(&format!("/markers/imports/{id}/apply"))).json(&apply);
+    assert_eq!(ask(apply).await.status, 200);
+    let markers = server.look("/markers").await.body;
+    let [marker] = &markers.as_array().unwrap()[..] else { panic!("{markers}") };
+    for (axis, name) in ["e_m", "n_m", "u_m"].into_iter().enumerate() {
+        assert!((marker[name].as_f64().unwrap() - truth[axis]).abs() < 0.1, "{marker}, {truth:?}");
+    }
+    assert_eq!(server.look("/markers/NEW/history").await.body[0]["import_id"], json!(id));
+    // Held against the marker that it has become, it is not off.
+    let points = server.look(&format!("/sessions/{session_id}/surveyed-points")).await.body;
+    assert!(points[0]["off_m"][0].as_f64().unwrap().abs() < 1e-3, "{points}");
 }

@@ -84,7 +84,8 @@ pub fn simulate(route: Route, seed: u64, trouble: Trouble) -> SimulatedSurvey {
     let tip = Vector3::new(draw(-0.03, 0.03), draw(-0.03, 0.03), draw(0.0, 0.1) - half_m);
     let roundness_m = draw(0.0, 0.01);
     let walking = Vector3::new(draw(-1.0, 1.0), draw(-1.0, 1.0), draw(-1.0, 1.0)) * 6e-4;
-    let class = draw(0.8, 1.2);
+    let class = draw(0.7, 1.4);
+    let sky = [draw(0.7, 1.3), draw(0.7, 1.3)];
     let mut normal = Random::new(seed, Random::COMMON, Purpose::Weather);
     let told = |arm: Vector3<f64>, normal: &mut Random| arm + Vector3::from(normal.normal_3()) * 0.002;
     let antenna_told = told(antenna, &mut normal);
@@ -142,7 +143,7 @@ pub fn simulate(route: Route, seed: u64, trouble: Trouble) -> SimulatedSurvey {
             });
         }
     }
-    let gnss_open = positions(&motion, &antenna, &phase, seed, trouble, &course);
+    let gnss_open = positions(&motion, &antenna, &phase, sky, seed, trouble, &course);
     let outside = |epoch: &GnssEpoch| {
         let t_s = epoch.t_ns as f64 * 1e-9;
         let [from_s, to_s] = course.gap_s;
@@ -182,10 +183,12 @@ fn in_island(trouble: Trouble, course: &Course, t_s: f64) -> bool {
         && (begins_s..begins_s + lasts_s).contains(&t_s)
 }
 
+/// Of what a receiver says, so many times the usual lasts for a while, and so many times is new at each epoch.
 fn positions(
     motion: &PoleMotion,
     antenna: &Vector3<f64>,
     phase: &Matrix2<f64>,
+    [slowly, anew]: [f64; 2],
     seed: u64,
     trouble: Trouble,
     course: &Course,
@@ -193,7 +196,8 @@ fn positions(
     let mut white = Random::new(seed, 0, Purpose::FixNoise);
     let slow_random = Random::new(seed, 0, Purpose::FixSlowError);
     let slow_time_s = white.uniform(10.0, 40.0);
-    let mut slow = GaussMarkov::new([0.010, 0.010, 0.008], slow_time_s, slow_random);
+    let slow_m = [0.010, 0.010, 0.008].map(|sigma_m| sigma_m * slowly);
+    let mut slow = GaussMarkov::new(slow_m, slow_time_s, slow_random);
     let angle_rad = white.uniform(0.0, std::f64::consts::TAU);
     let period_ns = (1e9 / GNSS_HZ) as i64;
     let mut epochs = Vec::new();
@@ -207,9 +211,9 @@ fn positions(
         let noise = white.normal_3();
         let sigma = [0.012, 0.012, 0.023].map(|sigma| sigma * white.uniform(0.85, 1.15));
         let mut p_n_m = [
-            place.x + centre.x + slow[0] + 0.005 * noise[0],
-            place.y + centre.y + slow[1] + 0.005 * noise[1],
-            place.z + slow[2] + 0.010 * noise[2],
+            place.x + centre.x + slow[0] + 0.005 * anew * noise[0],
+            place.y + centre.y + slow[1] + 0.005 * anew * noise[1],
+            place.z + slow[2] + 0.010 * anew * noise[2],
         ];
         let (mut quality, mut sigma_n_m) = ("fixed", sigma);
         if in_island(trouble, course, t_s) {

@@ -1,7 +1,5 @@
 //! How the cabin is set up in a session: what can be chosen, and what its instrument and streams have to be.
 
-use std::any::Any;
-
 use super::declaration::{ANTENNAS, DECLARATION, ENCODERS, GNSS, IMU, PLATFORM_IMU, RAYS, STATIONS};
 use super::instrument::Instrument;
 use super::intake::Intake;
@@ -40,18 +38,6 @@ impl Default for Config {
 impl SystemConfig for Config {
     fn declaration(&self) -> &'static Declaration {
         &DECLARATION
-    }
-
-    fn boxed(&self) -> Box<dyn SystemConfig> {
-        Box::new(self.clone())
-    }
-
-    fn as_any(&self) -> &dyn Any {
-        self
-    }
-
-    fn as_any_mut(&mut self) -> &mut dyn Any {
-        self
     }
 
     fn aids(&self) -> Vec<AidKind> {

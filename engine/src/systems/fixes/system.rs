@@ -1,7 +1,5 @@
 //! A point a row.
 
-use std::any::Any;
-
 use serde::{Deserialize, Serialize};
 
 use super::{DECLARATION, UNKNOWN_SIGMA_M};
@@ -84,18 +82,6 @@ impl System for Fixes {
 impl SystemConfig for Config {
     fn declaration(&self) -> &'static Declaration {
         &DECLARATION
-    }
-
-    fn boxed(&self) -> Box<dyn SystemConfig> {
-        Box::new(self.clone())
-    }
-
-    fn as_any(&self) -> &dyn Any {
-        self
-    }
-
-    fn as_any_mut(&mut self) -> &mut dyn Any {
-        self
     }
 
     fn aids(&self) -> Vec<AidKind> {

@@ -1,7 +1,5 @@
 //! The pedestrian's own configuration.
 
-use std::any::Any;
-
 use serde::Serialize;
 
 use super::DECLARATION;
@@ -55,18 +53,6 @@ impl Config {
 impl SystemConfig for Config {
     fn declaration(&self) -> &'static Declaration {
         &DECLARATION
-    }
-
-    fn boxed(&self) -> Box<dyn SystemConfig> {
-        Box::new(self.clone())
-    }
-
-    fn as_any(&self) -> &dyn Any {
-        self
-    }
-
-    fn as_any_mut(&mut self) -> &mut dyn Any {
-        self
     }
 
     fn aids(&self) -> Vec<AidKind> {

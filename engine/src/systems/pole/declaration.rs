@@ -12,6 +12,8 @@ use crate::system::{AidRule, ChartRule, Column, Declaration, InstrumentRule, Par
 
 /// The chart of what each fix is: 1 fixed, 2 float, 3 single.
 pub(super) const QUALITY: &str = "quality";
+/// The chart of how sure surveyed points are: east, north and up, m, each by all visits of it, at the moment of each visit.
+pub(super) const POINT_SIGMA: &str = "point_sigma";
 
 /// A surveyor's pole with antenna, inertial sensor and tip.
 pub const DECLARATION: Declaration = Declaration {
@@ -82,7 +84,10 @@ pub const DECLARATION: Declaration = Declaration {
     ],
     parameters: &[],
     parameter_groups: &[],
-    charts: &[ChartRule { name: QUALITY, unit: "1", limits: &[] }],
+    charts: &[
+        ChartRule { name: QUALITY, unit: "1", limits: &[] },
+        ChartRule { name: POINT_SIGMA, unit: "m", limits: &[] },
+    ],
     anomalies: || {
         let sensor =
             [SensorCause::NotFinite, SensorCause::RepeatedTime, SensorCause::TimeGoesBack { back_by_s: 0.5 }];

@@ -15,6 +15,8 @@ use crate::anomaly::{Anomaly, Cause as _};
 const MOST_ARM_SIGMAS: f64 = 3.0;
 /// What is felt for a shorter time may have been no landing, ns: the window alone is as long as two thirds of it.
 const SHORTEST_LANDING_NS: i64 = 620_000_000;
+/// A tip that slips by less is drawn anew, and nobody need know, m: every third landing on gravel does.
+const LEAST_TOLD_M: f64 = 0.01;
 /// Visits of a point that differ by so many sigmas contradict each other.
 const MOST_APART_SIGMAS: f64 = 2.5;
 /// A gap that closes worse than this is not what the filter takes it for: one in a thousand does by chance.
@@ -41,7 +43,7 @@ pub(super) fn of(
         }
         if restless[number] || landing.restless {
             found(SurveyCause::MovingGround { at_s }, t_ns);
-        } else if landing.has_slipped() {
+        } else if landing.has_slipped() && landing.moved_m > LEAST_TOLD_M {
             found(SurveyCause::Slip { at_s, moved_m: landing.moved_m }, t_ns);
         }
     }

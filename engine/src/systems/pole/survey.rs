@@ -124,7 +124,7 @@ pub fn compute(
         Some(_) => Vec::new(),
     };
     let every_ns = libm::round(1e9 / options.rate_hz) as i64;
-    let go = |restless: &[bool], islands: &[Island], start: &Filter, wanted: Wanted| {
+    let go = |tuning: &Tuning, restless: &[bool], islands: &[Island], start: &Filter, wanted: Wanted| {
         let setting = Setting {
             tuning,
             earth: &earth,
@@ -140,16 +140,17 @@ pub fn compute(
     };
     let mut restless = vec![false; contacts.len()];
     let pass = if options.smoothed {
-        let again = if tuning.zero_velocity_m_s.is_some() {
-            start
+        let (again, tuning) = if tuning.zero_velocity_m_s.is_some() {
+            (start, tuning.clone())
         } else {
-            let first = go(&restless, &islands, &start, Wanted::Start);
+            let first = go(tuning, &restless, &islands, &start, Wanted::Start);
             for (restless, landing) in restless.iter_mut().zip(&first.landings) {
                 *restless = landing.restless;
             }
-            start::restarted(&start, first)
+            let tuning = start::with_stands(tuning, &first);
+            (start::restarted(&start, first), tuning)
         };
-        let pass = go(&restless, &islands, &again, Wanted::Smoothed);
+        let pass = go(&tuning, &restless, &islands, &again, Wanted::Smoothed);
         if pass.doubts.is_empty() {
             pass
         } else {
@@ -157,10 +158,10 @@ pub fn compute(
             for (island, off_n_m, covariance) in &smoothed.islands {
                 islands[*island].trusted = agrees(off_n_m, covariance);
             }
-            go(&restless, &islands, &again, Wanted::Smoothed)
+            go(&tuning, &restless, &islands, &again, Wanted::Smoothed)
         }
     } else {
-        go(&restless, &islands, &start, Wanted::Filtered)
+        go(tuning, &restless, &islands, &start, Wanted::Filtered)
     };
     refusals::look_at(&pass, &restless, recording, instrument)?;
     let figures = figures(&pass, &aligned);

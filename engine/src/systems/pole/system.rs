@@ -1,11 +1,9 @@
 //! The pole in a session: a complete log is computed at its end, what comes in live is filtered at once.
 
-use std::any::Any;
-
 use nalgebra::Vector3;
 
 use super::aids::{FIX, GNSS, IMU, SWITCH, TIP};
-use super::declaration::{DECLARATION, QUALITY};
+use super::declaration::{DECLARATION, POINT_SIGMA, QUALITY};
 use super::live::Live;
 use super::points::Point;
 use super::pole_file;
@@ -19,8 +17,7 @@ use crate::geo::LocalFrame;
 use crate::replay::InputStore;
 use crate::stream::{Reading, StreamId};
 use crate::system::{
-    ChartValue, ConfigError, Declaration, NotRestored, Progress, SessionConfig, Solution, System,
-    SystemConfig,
+    ChartValue, ConfigError, Declaration, Progress, SessionConfig, Solution, System, SystemConfig,
 };
 use crate::visit::Visit;
 
@@ -93,13 +90,16 @@ impl Pole {
     }
 
     /// What is told of a survey beside its points.
-    fn tell(&self, survey: Survey, events: &mut Vec<Event>) {
+    fn tell(&mut self, survey: Survey, events: &mut Vec<Event>) {
         for visit in &self.visits {
             let of_visit = [visit.t_start_ns, visit.t_end_ns];
             let point = survey.points.iter().find(|point| point.name == visit.marker);
             let number = point.and_then(|point| point.visits.iter().position(|ends| *ends == of_visit));
             let outcome = match point.zip(number) {
-                Some((point, number)) => held_against(visit, point, number),
+                Some((point, number)) => {
+                    self.values.extend(sigmas_of(visit, point));
+                    held_against(visit, point, number)
+                }
                 None => VisitOutcome::turned_down(visit, "the track does not cover its time".to_owned()),
             };
             events.push(Event::Visit(outcome));
@@ -130,9 +130,22 @@ fn quality_of(fix: &Fix) -> ChartValue {
     ChartValue { t_ns: fix.t_ns, chart: QUALITY, series: "antenna".to_owned(), value }
 }
 
+/// How sure a point is by all visits of it together, at the moment of each of them.
+fn sigmas_of(visit: &Visit, point: &Point) -> [ChartValue; 3] {
+    std::array::from_fn(|axis| ChartValue {
+        t_ns: visit.moment_ns(),
+        chart: POINT_SIGMA,
+        series: ["east", "north", "up"][axis].to_owned(),
+        value: point.covariance_n_m2[(axis, axis)].max(0.0).sqrt(),
+    })
+}
+
 /// A surveyed point held against the marker that it is said to be: before as this visit alone has it, after as all visits of it
-/// have it together.
+/// have it together. One that is no marker yet is told as it is from the frame's origin.
 fn held_against(visit: &Visit, point: &Point, number: usize) -> VisitOutcome {
+    if visit.is_of_a_new_point() {
+        return found(visit, point, number);
+    }
     let (e, n, u) = visit.position_n_m;
     let axes = if u.is_some() { 3 } else { 2 };
     let off_of = |p_n_m: &Vector3<f64>| {
@@ -161,6 +174,29 @@ fn held_against(visit: &Visit, point: &Point, number: usize) -> VisitOutcome {
             off.x,
             off.y,
             off.z,
+            sigma(0),
+            sigma(1),
+            sigma(2)
+        ),
+    }
+}
+
+/// A point that is no marker yet.
+fn found(visit: &Visit, point: &Point, number: usize) -> VisitOutcome {
+    let sigma = |axis: usize| point.covariance_n_m2[(axis, axis)].max(0.0).sqrt();
+    VisitOutcome {
+        marker: visit.marker.clone(),
+        t_ns: visit.moment_ns(),
+        before_minus_marker_n_m: point.places_n_m[number].into(),
+        after_minus_marker_n_m: point.p_n_m.into(),
+        nis: 0.0,
+        degrees_of_freedom: 3,
+        accepted: false,
+        reason: format!(
+            "there is no marker of this name: it is a new point at {:.3} m east, {:.3} m north and {:.3} m up, with sigmas of {:.3}, {:.3} and {:.3} m",
+            point.p_n_m.x,
+            point.p_n_m.y,
+            point.p_n_m.z,
             sigma(0),
             sigma(1),
             sigma(2)
@@ -267,18 +303,6 @@ impl SystemConfig for Config {
         &DECLARATION
     }
 
-    fn boxed(&self) -> Box<dyn SystemConfig> {
-        Box::new(self.clone())
-    }
-
-    fn as_any(&self) -> &dyn Any {
-        self
-    }
-
-    fn as_any_mut(&mut self) -> &mut dyn Any {
-        self
-    }
-
     fn aids(&self) -> Vec<AidKind> {
         if self.lands { vec![FIX, TIP] } else { vec![FIX] }
     }
@@ -331,14 +355,5 @@ impl SystemConfig for Config {
             counted_n_m: None,
             values: Vec::new(),
         }))
-    }
-
-    fn restore(
-        &self,
-        _: &SessionConfig,
-        _: &[u8],
-        _: Option<Box<dyn InputStore>>,
-    ) -> Result<Box<dyn System>, NotRestored> {
-        Err(NotRestored("a pole, which is computed from all of its readings".to_owned()))
     }
 }

@@ -1,7 +1,5 @@
 //! The rover in a session: a complete log is computed at its end, what comes in live is told at once.
 
-use std::any::Any;
-
 use super::causes::RoverCause;
 use super::computation::{self, Done, Means};
 use super::declaration::DECLARATION;
@@ -17,8 +15,7 @@ use crate::gnss::satellite::Constellation;
 use crate::replay::InputStore;
 use crate::stream::{Reading, StreamId};
 use crate::system::{
-    ChartValue, ConfigError, Declaration, NotRestored, Progress, SessionConfig, Solution, System,
-    SystemConfig,
+    ChartValue, ConfigError, Declaration, Progress, SessionConfig, Solution, System, SystemConfig,
 };
 use crate::visit::Visit;
 
@@ -144,18 +141,6 @@ impl SystemConfig for Config {
         &DECLARATION
     }
 
-    fn boxed(&self) -> Box<dyn SystemConfig> {
-        Box::new(self.clone())
-    }
-
-    fn as_any(&self) -> &dyn Any {
-        self
-    }
-
-    fn as_any_mut(&mut self) -> &mut dyn Any {
-        self
-    }
-
     fn aids(&self) -> Vec<AidKind> {
         if self.ranging { vec![RANGING] } else { Vec::new() }
     }
@@ -206,14 +191,5 @@ impl SystemConfig for Config {
             values: Vec::new(),
             to_be_smoothed: None,
         }))
-    }
-
-    fn restore(
-        &self,
-        _: &SessionConfig,
-        _: &[u8],
-        _: Option<Box<dyn InputStore>>,
-    ) -> Result<Box<dyn System>, NotRestored> {
-        Err(NotRestored("a rover, which is computed from all of its readings".to_owned()))
     }
 }
