@@ -91,6 +91,11 @@ pub struct Config {
     #[arg(long, env = "LODESTEP_CONNECTIONS", value_name = "COUNT")]
     pub connections: Option<usize>,
 
+    /// Most walks that are worked out at a time, each on a core of its own; two, or one on a machine with one core, when it is left
+    /// out.
+    #[arg(long, env = "LODESTEP_JOBS", value_name = "COUNT")]
+    pub jobs: Option<usize>,
+
     /// Longest time that working out a walk may take, in seconds.
     #[arg(long, env = "LODESTEP_JOB_S", value_name = "SECONDS", default_value_t = 3_600)]
     pub job_s: u64,
@@ -139,6 +144,7 @@ impl Config {
             backup_weeks: 4,
             backup_months: 12,
             connections: None,
+            jobs: Some(1),
             job_s: 3_600,
             job_bytes: 4 << 30,
             lost_after_s: 60,
@@ -146,6 +152,12 @@ impl Config {
             gone_after_s: 3_600,
             readers: 2,
         }
+    }
+
+    /// How many walks are worked out at a time.
+    pub(crate) fn jobs_at_a_time(&self) -> usize {
+        let cores = std::thread::available_parallelism().map_or(1, usize::from);
+        self.jobs.unwrap_or(cores.min(2)).max(1)
     }
 
     /// The database file.
