@@ -56,6 +56,11 @@ test: ## Runs all checks and tests, the page in a browser included
 	@$(MAKE) --no-print-directory vendor
 	@scripts/check
 
+.PHONY: test-postgres
+test-postgres: ## Runs the tests of the store and the server on a PostgreSQL of their own
+	@scripts/machine rust
+	scripts/with-postgres scripts/check-postgres
+
 .PHONY: format
 format: $(INSTALLED) ## Lays out Rust and the page's scripts and styles as the checks want them
 	@scripts/machine rust
@@ -67,6 +72,12 @@ soak: ## Kills, starves and fills the disk of the release build for an hour or t
 	@scripts/machine rust
 	cargo build --release --locked --bin lodestep
 	LODESTEP_BINARY=$(abspath $(RELEASE)) cargo run --release --locked -p lodestep-tests --example soak
+
+.PHONY: soak-cluster
+soak-cluster: ## Lets two servers on one PostgreSQL take over from each other, killed and frozen, and prints a table
+	@scripts/machine rust
+	cargo build --release --locked --bin lodestep --features lodestep/cluster
+	LODESTEP_BINARY=$(abspath $(RELEASE)) scripts/with-postgres cargo run --release --locked -p lodestep-tests --features lodestep-tests/cluster --example soak -- takeover kill 70
 
 .PHONY: bench
 bench: ## Times the engine and the parsers

@@ -64,6 +64,9 @@ pub(crate) const SCHEDULED: &str = "lodestep-scheduled-";
 /// name of its own until it has proved good, so that nothing half-made is taken for a backup.
 pub(crate) async fn make(data: &Path, into: &Path, begins: &str) -> Result<Backup, NotMade> {
     let database = data.join(DATABASE);
+    if cfg!(feature = "cluster") {
+        backup::copy(&database, into).await.map_err(|error| NotMade::Failed(error.into()))?;
+    }
     if !database.is_file() {
         return Err(NotMade::Failed(anyhow!(
             "expected the database {}, found none: name the server's data folder with --data",

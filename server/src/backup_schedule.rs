@@ -48,7 +48,8 @@ impl LastChecked {
 
 /// Makes a backup whenever one is due, until the server stops.
 pub(crate) async fn work(app: App) {
-    let Some(every) = app.config.backup_every() else { return };
+    // PostgreSQL makes its own.
+    let Some(every) = app.config.backup_every().filter(|_| cfg!(not(feature = "cluster"))) else { return };
     let mut pause = FIRST_AFTER.min(every);
     while app.stopping.run_until_cancelled(tokio::time::sleep(pause)).await.is_some() {
         pause = LOOK_EVERY.min(every);

@@ -20,6 +20,11 @@ pub struct Config {
     #[arg(long, env = "LODESTEP_DATA", value_name = "FOLDER", default_value = "data")]
     pub data: PathBuf,
 
+    /// Address of the PostgreSQL database, such as postgres://lodestep@10.0.0.5/lodestep.
+    #[cfg(feature = "cluster")]
+    #[arg(long, env = "LODESTEP_DATABASE", value_name = "ADDRESS", hide_env_values = true)]
+    pub database: Option<String>,
+
     /// The site: a TOML file with name, latitude_deg, longitude_deg, height_m, gravity_m_s2 and
     /// declination_deg; without it the server serves FAST.
     #[arg(long, env = "LODESTEP_SITE", value_name = "FILE")]
@@ -91,6 +96,11 @@ pub struct Config {
     #[arg(long, env = "LODESTEP_CONNECTIONS", value_name = "COUNT")]
     pub connections: Option<usize>,
 
+    /// Most walks that are worked out at a time, each on a core of its own; two, or one on a machine with one core, when it is left
+    /// out.
+    #[arg(long, env = "LODESTEP_JOBS", value_name = "COUNT")]
+    pub jobs: Option<usize>,
+
     /// Longest time that working out a walk may take, in seconds.
     #[arg(long, env = "LODESTEP_JOB_S", value_name = "SECONDS", default_value_t = 3_600)]
     pub job_s: u64,
@@ -122,6 +132,8 @@ impl Config {
         Config {
             listen: SocketAddr::from((Ipv4Addr::LOCALHOST, 0)),
             data: data.to_owned(),
+            #[cfg(feature = "cluster")]
+            database: None,
             site: None,
             upload_bytes: 256 << 20,
             unpacked_bytes: 512 << 20,
@@ -139,6 +151,7 @@ impl Config {
             backup_weeks: 4,
             backup_months: 12,
             connections: None,
+            jobs: Some(1),
             job_s: 3_600,
             job_bytes: 4 << 30,
             lost_after_s: 60,
@@ -148,9 +161,33 @@ impl Config {
         }
     }
 
-    /// The database file.
+    /// The database file; where the database is PostgreSQL's, its address.
     pub fn database(&self) -> PathBuf {
+        #[cfg(feature = "cluster")]
+        if let Some(address) = &self.database {
+            return PathBuf::from(address);
+        }
         self.data.join(DATABASE)
+    }
+
+    /// The database as it is called in a sentence: without the name and the password before its host.
+    pub(crate) fn database_told(&self) -> String {
+        let database = self.database().display().to_string();
+        database
+            .rsplit_once('@')
+            .filter(|_| cfg!(feature = "cluster"))
+            .map_or(database.clone(), |(_, told)| told.to_owned())
+    }
+
+    /// How many walks are worked out at a time.
+    pub(crate) fn jobs_at_a_time(&self) -> usize {
+        let cores = std::thread::available_parallelism().map_or(1, usize::from);
+        self.jobs.unwrap_or(cores.min(2)).max(1)
+    }
+
+    /// Whether the database may have accounts, as far as that is known before it is opened.
+    pub(crate) fn may_have_accounts(&self) -> bool {
+        cfg!(feature = "cluster") || self.database().exists()
     }
 
     /// How often a backup is made; `None`: never.

@@ -74,7 +74,8 @@ pub(crate) fn sync_with_its_name(data: &Path) -> Result<()> {
 /// Makes sure that no empty database is begun where there was one: whoever reached such a server would be its administrator.
 pub(crate) fn expect_what_was_there(data: &Path) -> Result<()> {
     let database = data.join(DATABASE);
-    if fs::symlink_metadata(&database).is_ok() || !data.exists() {
+    // What PostgreSQL keeps is not in this folder.
+    if cfg!(feature = "cluster") || fs::symlink_metadata(&database).is_ok() || !data.exists() {
         return Ok(());
     }
     let traces = traces(data).with_context(|| format!("could not look into {}", data.display()))?;

@@ -39,7 +39,7 @@ const FAIL_WITHIN: Duration = Duration::from_secs(1);
 pub async fn bind(config: &Config) -> Result<TcpListener> {
     // Before it is said that there is no account.
     data_folder::expect_what_was_there(&config.data)?;
-    loopback_only(config, config.listen, config.database().exists())?;
+    loopback_only(config, config.listen, config.may_have_accounts())?;
     TcpListener::bind(config.listen)
         .await
         .with_context(|| format!("could not listen on {}: is another server running there?", config.listen))
@@ -52,7 +52,7 @@ pub async fn serve(
     shutdown: impl Future<Output = ()> + Send + 'static,
 ) -> Result<()> {
     let address = listener.local_addr().context("the listener has no address")?;
-    loopback_only(&config, address, config.database().exists())?;
+    loopback_only(&config, address, config.may_have_accounts())?;
     // Held until the end: two servers on one folder would be two writers.
     let _held = data_folder::hold_for_its_database(&config.data)?;
     let last_written = stale_uploads::last_written(&config);
@@ -159,10 +159,10 @@ pub(crate) async fn open(config: Config) -> Result<App> {
     private::folder(&config.uploads())
         .with_context(|| format!("could not make the data folder {}", config.data.display()))?;
     data_folder::sync_with_its_name(&config.data)?;
-    let database = config.database();
-    let store = Store::open(&database, config.readers)
+    let store = Store::open(&config.database(), config.readers)
         .await
-        .with_context(|| format!("could not open the database {}", database.display()))?;
+        .with_context(|| format!("could not open the database {}", config.database_told()))?;
+    store.take_over().await.context("could not make the database this server's own")?;
     let input_file = InputFile::new_in(&config.data)
         .with_context(|| format!("could not make a file in the data folder {}", config.data.display()))?;
     let board = live::board_from_store(&store).await.context("could not read what the map shows")?;

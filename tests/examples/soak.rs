@@ -1,6 +1,6 @@
 //! The long form of the tests of faults; `make soak` runs it on the release build.
 //!
-//! `cargo run --release -p lodestep-tests --example soak -- [kill|stop|sync|write|full|link|clock|restart|restore|rot]… [COUNT]`: without
+//! `cargo run --release -p lodestep-tests --example soak -- [kill|takeover|stop|sync|write|full|link|clock|restart|restore|rot]… [COUNT]`: without
 //! names all of them, each as often as `docs/durability.md` tells; a count is for all that are named. Prints a table.
 
 #![allow(clippy::print_stdout, clippy::print_stderr, reason = "a program for the terminal")]
@@ -10,6 +10,7 @@ use std::process::ExitCode;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
+use lodestep_server::store::IS_SHARED;
 use lodestep_tests::faults::clock::{faketime, step};
 use lodestep_tests::faults::disk_full::{SmallDisk, fill};
 use lodestep_tests::faults::io_error::{Fault, fail, no_strace};
@@ -22,6 +23,7 @@ use lodestep_tests::faults::restore::{self, Folders};
 use lodestep_tests::faults::rot;
 use lodestep_tests::faults::scene::{Outcome, Scale, Scene, undisturbed, wrong_in_the_end};
 use lodestep_tests::faults::script::Script;
+use lodestep_tests::faults::takeover::take_over;
 use tempfile::TempDir;
 
 /// Of the kills: walks that outlive some servers.
@@ -72,6 +74,9 @@ async fn main() -> ExitCode {
     let mut rows = Vec::new();
     if wanted("kill") {
         rows.push(kills(count.unwrap_or(500), &mut random).await);
+    }
+    if IS_SHARED && wanted("takeover") {
+        rows.push(takeovers(count.unwrap_or(70), &mut random).await);
     }
     if wanted("stop") {
         rows.push(stops(count.unwrap_or(100), &mut random).await);
@@ -141,6 +146,25 @@ async fn main() -> ExitCode {
         println!("NOT AS PROMISED: {sentence}");
     }
     if rows.iter().all(|row| row.wrong.is_empty()) { ExitCode::SUCCESS } else { ExitCode::FAILURE }
+}
+
+async fn takeovers(count: u64, random: &mut Random) -> Row {
+    let begun = Instant::now();
+    let walks = Walks::of(LONG).await;
+    let mut came = take_over(count, &walks.scripts, walks.scale, &walks.expected, random).await;
+    came.up_after.sort_unstable();
+    let longest = came.up_after.last().copied().unwrap_or_default().as_millis();
+    let found = format!(
+        "{} of them from a frozen server that was let go on; {} batches acknowledged, {} links made again, {} databases worked on to the end; the other answers after {longest} ms at the longest",
+        came.frozen, came.batches, came.links, came.databases
+    );
+    Row {
+        what: "another server takes the database over",
+        runs: came.takeovers,
+        found,
+        wrong: came.wrong,
+        took: begun.elapsed(),
+    }
 }
 
 async fn kills(count: u64, random: &mut Random) -> Row {

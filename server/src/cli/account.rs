@@ -22,6 +22,10 @@ pub(super) struct AccountArgs {
     /// Folder of the server's database.
     #[arg(long, env = "LODESTEP_DATA", value_name = "FOLDER", default_value = "data", global = true)]
     data: PathBuf,
+    /// Address of the PostgreSQL database.
+    #[cfg(feature = "cluster")]
+    #[arg(long, env = "LODESTEP_DATABASE", value_name = "ADDRESS", hide_env_values = true, global = true)]
+    database: Option<String>,
     #[command(subcommand)]
     what: What,
 }
@@ -75,6 +79,8 @@ pub(super) fn account(args: AccountArgs) -> Result<()> {
     runtime.block_on(async {
         let _held = data_folder::hold_for_its_database(&args.data)?;
         let database = args.data.join(DATABASE);
+        #[cfg(feature = "cluster")]
+        let database = args.database.map_or(database, PathBuf::from);
         let store = Store::open(&database, 1)
             .await
             .with_context(|| format!("could not open the database {}", database.display()))?;

@@ -7,6 +7,8 @@ mod backup;
 mod cabin;
 mod evaluate;
 mod failure;
+#[cfg(feature = "cluster")]
+mod import;
 mod inputs;
 mod integers;
 mod load;
@@ -77,6 +79,9 @@ enum Verb {
     Restore(backup::RestoreArgs),
     /// Backs up, restores elsewhere and compares, whether a server runs or not; changes nothing
     Drill(backup::DrillArgs),
+    /// Moves the database of a one-machine server into PostgreSQL, and compares every row
+    #[cfg(feature = "cluster")]
+    Import(import::ImportArgs),
 }
 
 /// Runs one command; the arguments start with the program's name.
@@ -105,6 +110,8 @@ pub fn run(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
         Verb::Backup(args) => backup::backup(&args),
         Verb::Restore(args) => backup::restore(&args),
         Verb::Drill(args) => backup::drill(&args),
+        #[cfg(feature = "cluster")]
+        Verb::Import(args) => import::import(&args),
     };
     match done {
         Ok(()) => ExitCode::SUCCESS,

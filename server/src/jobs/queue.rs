@@ -74,6 +74,11 @@ impl Queue {
         self.note(job_id, "reading", 0.0);
     }
 
+    /// Whether it is being done.
+    pub(super) fn is_in_hand(&self, job_id: Uuid) -> bool {
+        self.running().contains_key(&job_id)
+    }
+
     /// The worker is to let go of this job, if it has it.
     pub(crate) fn give_up(&self, job_id: Uuid) {
         if self.running().contains_key(&job_id) {

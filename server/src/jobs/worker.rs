@@ -1,9 +1,12 @@
-//! Does what is asked for, one job after the other, the computing on a thread of its own.
+//! Does what is asked for, a few jobs at a time and never two of one session, the computing on threads of their own.
 
+use std::collections::HashSet;
 use std::time::Instant;
 
 use futures_util::FutureExt;
+use tokio::task::{JoinError, JoinSet};
 use tracing::Instrument;
+use uuid::Uuid;
 
 use super::progress::Progress;
 use crate::error::{Error, Result};
@@ -21,6 +24,7 @@ use crate::wire::Change;
 pub(crate) async fn work(app: App) {
     let _at_work = app.jobs.at_work();
     let (mut interrupted, mut died) = (true, true);
+    let mut in_hand = InHand::default();
     while !app.stopping.is_cancelled() {
         if interrupted {
             if let Err(error) = queue_interrupted(&app, died).await {
@@ -32,23 +36,64 @@ pub(crate) async fn work(app: App) {
         }
         // Asked before the table is read, so that no job falls between.
         let asked = app.jobs.asked.notified();
-        match next(&app).await {
-            Ok(Some(job)) => {
-                let span = tracing::info_span!("job", job_id = %job.id, session_id = %job.session_id);
-                if let Err(error) = run(&app, job).instrument(span).await {
-                    tracing::error!(%error, "a job could not be finished: {error}");
-                    interrupted = true;
-                    pause(&app).await;
-                }
-            }
+        let next = if in_hand.sessions.len() < app.config.jobs_at_a_time() {
+            next(&app, &in_hand.sessions).await
+        } else {
+            Ok(None)
+        };
+        match next {
+            Ok(Some(job)) => in_hand.take(&app, job),
             Ok(None) => tokio::select! {
                 () = asked => {}
+                Some(ended) = in_hand.jobs.join_next() => {
+                    if let Err(error) = in_hand.ended(ended) {
+                        tracing::error!(%error, "a job could not be finished: {error}");
+                        interrupted = true;
+                        pause(&app).await;
+                    }
+                }
                 () = app.stopping.cancelled() => {}
             },
             Err(error) => {
                 tracing::error!(%error, "the queue of jobs could not be read: {error}");
                 pause(&app).await;
             }
+        }
+    }
+    // They stop by themselves, each within some thousand samples.
+    while let Some(ended) = in_hand.jobs.join_next().await {
+        if let Err(error) = in_hand.ended(ended) {
+            tracing::error!(%error, "a job could not be put back: {error}");
+        }
+    }
+}
+
+/// The jobs that are being done, and whose sessions they are.
+#[derive(Default)]
+struct InHand {
+    jobs: JoinSet<(Uuid, Result<()>)>,
+    sessions: HashSet<Uuid>,
+}
+
+impl InHand {
+    fn take(&mut self, app: &App, job: Job) {
+        let span = tracing::info_span!("job", job_id = %job.id, session_id = %job.session_id);
+        let (app, session_id) = (app.clone(), job.session_id);
+        self.sessions.insert(session_id);
+        self.jobs.spawn(async move { (session_id, run(&app, job).await) }.instrument(span));
+    }
+
+    /// What one came to. One that panicked takes the worker with it, which is missed then.
+    fn ended(&mut self, ended: std::result::Result<(Uuid, Result<()>), JoinError>) -> Result<()> {
+        match ended {
+            Ok((session_id, outcome)) => {
+                self.sessions.remove(&session_id);
+                outcome
+            }
+            Err(error) => match error.try_into_panic() {
+                Ok(panic) => std::panic::resume_unwind(panic),
+                Err(_) => Ok(()),
+            },
         }
     }
 }
@@ -64,10 +109,10 @@ async fn pause(app: &App) {
 /// How often a server may die while it does a job.
 const MOST_TRIES: u32 = 2;
 
-/// Queues the jobs again that were running; of a server that `died` those are set aside under which that happened before.
+/// Queues the jobs again that were running and are not in hand; of a server that `died` those are set aside under which that happened before.
 async fn queue_interrupted(app: &App, died: bool) -> Result<()> {
     for job in jobs::unfinished(app.store.read()).await? {
-        if job.state == JobState::Running {
+        if job.state == JobState::Running && !app.jobs.is_in_hand(job.id) {
             if died && job.tries >= MOST_TRIES {
                 let why = format!(
                     "the server ended {} times while it did this job, so it is set aside, and the former track stays: see the server's log and its memory, and look at the times and units of the logs; then process again",
@@ -94,9 +139,11 @@ async fn queue_interrupted(app: &App, died: bool) -> Result<()> {
     Ok(())
 }
 
-async fn next(app: &App) -> Result<Option<Job>> {
+/// The next that is to be done, of a session of which no other is.
+async fn next(app: &App, in_hand: &HashSet<Uuid>) -> Result<Option<Job>> {
     let unfinished = jobs::unfinished(app.store.read()).await?;
-    Ok(unfinished.into_iter().find(|job| job.state == JobState::Queued))
+    let is_next = |job: &Job| job.state == JobState::Queued && !in_hand.contains(&job.session_id);
+    Ok(unfinished.into_iter().find(is_next))
 }
 
 async fn run(app: &App, job: Job) -> Result<()> {
@@ -279,7 +326,24 @@ mod tests {
         assert!(aside.error.as_deref().unwrap().contains("set aside"), "{aside:?}");
         let session = sessions::get(app.store.read(), twice.session_id).await.unwrap().unwrap();
         assert_eq!((session.state, session.error), (SessionState::Failed, aside.error));
-        assert!(next(&app).await.unwrap().is_none(), "it is done again");
+        assert!(next(&app, &HashSet::new()).await.unwrap().is_none(), "it is done again");
+        app.store.close().await;
+    }
+
+    #[tokio::test]
+    async fn a_job_in_hand_is_neither_queued_again_nor_is_another_of_its_session_begun() {
+        let folder = tempfile::tempdir().unwrap();
+        let (app, job) = died(folder.path(), 1).await;
+        app.jobs.begin(job.id);
+        queue_interrupted(&app, false).await.unwrap();
+        let still = jobs::get(app.store.read(), job.id).await.unwrap().unwrap();
+        assert_eq!(still.state, JobState::Running);
+        app.jobs.forget(job.id);
+        queue_interrupted(&app, false).await.unwrap();
+        let queued = next(&app, &HashSet::new()).await.unwrap();
+        assert_eq!(queued.map(|queued| queued.id), Some(job.id));
+        let own = HashSet::from([job.session_id]);
+        assert!(next(&app, &own).await.unwrap().is_none(), "two jobs of one session");
         app.store.close().await;
     }
 

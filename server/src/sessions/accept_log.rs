@@ -12,8 +12,8 @@ use uuid::Uuid;
 use super::preview_log::{self, Preview};
 use super::read_log::{self, ReadLog, ReadLogError};
 use super::unpack::{Packing, UnpackError, UnpackLimits};
-use super::upload_file;
 use super::uploads::{self, disk_error, parse_sha256};
+use super::{upload_copy, upload_file};
 use crate::error::{Error, Place, Result};
 use crate::state::App;
 use crate::store::logs::{self, Codec, Log, LogState};
@@ -59,6 +59,7 @@ pub(crate) async fn finish(
             ),
         ));
     }
+    upload_copy::bring(app, &log).await?;
     check_hash(app, &log, &sha256).await?;
     let log = Log { reading: reading.unwrap_or_else(|| log.reading.clone()), ..log };
     if let Some(held) = logs::accepted_with(app.store.read(), log.session_id, log.stream.0, &sha256).await? {
@@ -158,6 +159,7 @@ pub(crate) async fn preview_upload(app: &App, log_id: Uuid, reading: Option<Read
             "this upload is finished and its bytes are gone: look at a log before it is finished",
         ));
     }
+    upload_copy::bring(app, &log).await?;
     let rule = rule_of(app, &log).await?;
     let path = upload_file::path(&app.config.uploads(), log_id);
     let part = log.size_bytes.is_none_or(|size_bytes| log.offset_bytes < size_bytes);

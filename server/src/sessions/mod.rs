@@ -37,6 +37,7 @@ pub(crate) mod tell_visits;
 pub(crate) mod track_file;
 pub(crate) mod unknown_start;
 pub mod unpack;
+mod upload_copy;
 pub(crate) mod upload_file;
 pub mod upload_turns;
 pub(crate) mod uploads;

@@ -16,15 +16,16 @@ use schemars::JsonSchema;
 use serde::Deserialize;
 use uuid::Uuid;
 
+use super::upload_copy;
 use super::upload_file::{self, UploadFile};
 use super::upload_turns::Turn;
 use crate::error::{Error, Result};
 use crate::http::MaybeNew;
 use crate::state::App;
-use crate::store::StoreError;
 use crate::store::health::Health;
 use crate::store::logs::{self, Log, LogState};
 use crate::store::sessions::{self, SessionState};
+use crate::store::{StoreError, upload_pieces};
 use crate::stream_field::StreamField;
 use crate::utc;
 use crate::wire::Change;
@@ -184,6 +185,7 @@ pub(crate) async fn append(app: &App, log_id: Uuid, offset_bytes: u64, body: Bod
         return Err(StoreError::DiskFailed("nothing is taken until the next start".to_owned()).into());
     }
     let folder = app.config.uploads();
+    upload_copy::bring(app, &log).await?;
     let mut file = UploadFile::open_at(&folder, log_id, offset_bytes).await.map_err(disk_error)?;
     let mut promised_bytes = offset_bytes;
     let received = receive(app, &log, &mut file, body.into_data_stream(), &turn, &mut promised_bytes).await;
@@ -262,10 +264,18 @@ async fn receive(
 /// Brings what was received to disk and notes how far that is.
 async fn promise(app: &App, log_id: Uuid, file: &mut UploadFile, promised_bytes: &mut u64) -> Result<()> {
     let end_bytes = file.sync().await.map_err(disk_error)?;
+    let from_bytes = *promised_bytes;
+    let piece = upload_copy::piece(app, log_id, (from_bytes, end_bytes)).await?;
     app.store
         .writer()
         .run(move |db| {
-            async move { Ok::<_, Error>(logs::set_offset(&mut *db, log_id, end_bytes).await?) }.boxed()
+            async move {
+                if let Some(piece) = piece {
+                    upload_pieces::insert(&mut *db, log_id, from_bytes, piece).await?;
+                }
+                Ok::<_, Error>(logs::set_offset(&mut *db, log_id, end_bytes).await?)
+            }
+            .boxed()
         })
         .await?;
     *promised_bytes = end_bytes;

@@ -124,7 +124,7 @@ pub async fn any(db: impl Executor<'_>) -> Result<bool, StoreError> {
 /// How many administrators can sign in at this moment.
 pub async fn administrators(db: impl Executor<'_>) -> Result<u64, StoreError> {
     let count: i64 = sqlx::query_scalar(
-        "select count(*) from accounts where role = 'admin' and disabled = 0 and (expires_at is null or expires_at > $1)",
+        "select count(*) from accounts where role = 'admin' and not disabled and (expires_at is null or expires_at > $1)",
     )
     .bind(utc::to_us(utc::now()))
     .fetch_one(db)

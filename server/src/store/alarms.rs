@@ -122,7 +122,7 @@ impl FromRow<'_, Row> for Acknowledged {
 pub async fn list(db: impl Executor<'_>, most: u32) -> Result<Vec<Acknowledged>, StoreError> {
     let query =
         sqlx::query_as("select * from alarm_acknowledgements order by acknowledged_at desc, key limit $1")
-            .bind(most);
+            .bind(i64::from(most));
     Ok(query.fetch_all(db).await?)
 }
 

@@ -117,9 +117,10 @@ pub async fn of_session(db: impl Executor<'_>, session_id: Uuid) -> Result<Vec<A
 
 /// How many a session has.
 pub async fn count(db: impl Executor<'_>, session_id: Uuid) -> Result<u64, StoreError> {
-    let query =
-        sqlx::query("select coalesce(sum(times), 0) as anomalies from anomalies where session_id = $1")
-            .bind(session_id.to_string());
+    let query = sqlx::query(
+        "select cast(coalesce(sum(times), 0) as bigint) as anomalies from anomalies where session_id = $1",
+    )
+    .bind(session_id.to_string());
     Ok(columns::count(&query.fetch_one(db).await?, "anomalies")?)
 }
 
@@ -155,8 +156,8 @@ pub async fn add_to_last(
     Gathered { found, times }: &Gathered,
 ) -> Result<(), StoreError> {
     sqlx::query(
-        "update anomalies set t_end_ns = max(t_end_ns, $4), samples = samples + $5, times = times + $6
-         where id = (select max(id) from anomalies where session_id = $1 and kind = $2 and stream is $3)",
+        "update anomalies set t_end_ns = case when t_end_ns > $4 then t_end_ns else $4 end, samples = samples + $5, times = times + $6
+         where id = (select max(id) from anomalies where session_id = $1 and kind = $2 and stream is not distinct from $3)",
     )
     .bind(session_id.to_string())
     .bind(found.kind.as_str().to_owned())
@@ -198,8 +199,8 @@ pub async fn clear_some(
             select id from anomalies where session_id = $1 order by t_start_ns, id limit $3 offset $2)",
     )
     .bind(session_id.to_string())
-    .bind(kept)
-    .bind(at_most);
+    .bind(i64::from(kept))
+    .bind(i64::from(at_most));
     Ok(query.execute(db).await?.rows_affected() > 0)
 }
 

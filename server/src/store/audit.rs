@@ -7,7 +7,7 @@ use sqlx::{FromRow, Row as _};
 use time::OffsetDateTime;
 use uuid::Uuid;
 
-use super::dialect::{Executor, Row};
+use super::dialect::{Executor, Row, like};
 use super::{StoreError, columns};
 use crate::utc;
 
@@ -82,15 +82,18 @@ pub struct Wanted {
 
 /// Those that are wanted, the newest first.
 pub async fn list(db: impl Executor<'_>, wanted: &Wanted) -> Result<Vec<Entry>, StoreError> {
-    let query = sqlx::query_as(
-        "select * from audit where ($1 is null or who like '%' || $1 || '%') and ($2 is null or action = $2 or action like $2 || '.%')
-         and ($3 is null or subject = $3) and ($4 is null or id < $4) order by id desc limit $5",
-    )
+    let query = sqlx::query_as(concat!(
+        "select * from audit where ($1 is null or who ",
+        like!(),
+        " '%' || $1 || '%') and ($2 is null or action = $2 or action ",
+        like!(),
+        " $2 || '.%') and ($3 is null or subject = $3) and ($4 is null or id < $4) order by id desc limit $5"
+    ))
     .bind(&wanted.who)
     .bind(&wanted.action)
     .bind(&wanted.subject)
     .bind(wanted.before_id)
-    .bind(wanted.limit);
+    .bind(i64::from(wanted.limit));
     Ok(query.fetch_all(db).await?)
 }
 

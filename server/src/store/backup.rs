@@ -6,7 +6,7 @@ use std::time::Duration;
 use sqlx::sqlite::{SqliteConnectOptions, SqliteSynchronous};
 use sqlx::{ConnectOptions, Connection, SqliteConnection};
 
-use super::health::is_busy;
+use super::codes::is_busy;
 use super::{StoreError, migrations, scrub};
 use crate::data_folder;
 

@@ -46,6 +46,12 @@ pub(super) fn count(row: &Row, column: &str) -> sqlx::Result<u64> {
     parse(column, &value.to_string(), u64::try_from(value).ok())
 }
 
+/// A whole number that its type holds.
+pub(super) fn small<T: TryFrom<i64>>(row: &Row, column: &str) -> sqlx::Result<T> {
+    let value: i64 = row.try_get(column)?;
+    parse(column, &value.to_string(), T::try_from(value).ok())
+}
+
 /// A count that may be null.
 pub(super) fn optional_count(row: &Row, column: &str) -> sqlx::Result<Option<u64>> {
     let value: Option<i64> = row.try_get(column)?;

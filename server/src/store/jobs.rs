@@ -93,7 +93,7 @@ impl FromRow<'_, Row> for Job {
             stage: row.try_get("stage")?,
             progress: row.try_get("progress")?,
             error: row.try_get("error")?,
-            tries: row.try_get("tries")?,
+            tries: columns::small(row, "tries")?,
             created_at: columns::instant(row, "created_at")?,
             started_at: columns::optional_instant(row, "started_at")?,
             finished_at: columns::optional_instant(row, "finished_at")?,
@@ -103,7 +103,8 @@ impl FromRow<'_, Row> for Job {
 
 /// The newest ones, at most this many, newest first.
 pub async fn list(db: impl Executor<'_>, at_most: u32) -> Result<Vec<Job>, StoreError> {
-    let query = sqlx::query_as("select * from jobs order by created_at desc, id desc limit $1").bind(at_most);
+    let query = sqlx::query_as("select * from jobs order by created_at desc, id desc limit $1")
+        .bind(i64::from(at_most));
     Ok(query.fetch_all(db).await?)
 }
 
@@ -153,7 +154,7 @@ pub async fn update(db: impl Executor<'_>, job: &Job) -> Result<bool, StoreError
         db,
         job,
         "update jobs set state = $3, stage = $4, progress = $5, error = $6, started_at = $8, finished_at = $9, tries = $11
-         where id = $1 and session_id = $2 and created_at = $7 and lab_run_id is $10
+         where id = $1 and session_id = $2 and created_at = $7 and lab_run_id is not distinct from $10
             and state in ('queued', 'running')",
     )
     .await
@@ -171,6 +172,6 @@ async fn write(db: impl Executor<'_>, job: &Job, sql: &'static str) -> Result<bo
         .bind(job.started_at.map(utc::to_us))
         .bind(job.finished_at.map(utc::to_us))
         .bind(job.lab_run_id.map(|id| id.to_string()))
-        .bind(job.tries);
+        .bind(i64::from(job.tries));
     Ok(query.execute(db).await?.rows_affected() > 0)
 }

@@ -203,11 +203,11 @@ pub async fn list(
             from lab_runs r join jobs j on j.lab_run_id = r.id
             join sessions s on s.id = r.session_id and s.removed_at is null
             where $1 = '[]' or r.session_id in (select value from json_each($1))
-            order by r.created_at desc, r.id desc limit $2)
+            order by r.created_at desc, r.id desc limit $2) as newest
          order by created_at, id",
     )
     .bind(columns::to_json(&wanted)?)
-    .bind(at_most);
+    .bind(i64::from(at_most));
     Ok(query.fetch_all(db).await?)
 }
 

@@ -25,15 +25,29 @@ pub(super) fn shapes<T>(rows: &[T], most: usize) -> impl Iterator<Item = &[T]> {
     })
 }
 
-/// `(?, ?, …), (?, ?, …), …`: one group a row. Without numbers, for what a number names is looked up
-/// in a list at each binding, which for thousands of them takes longer than all else.
+/// `(?, ?, …), (?, ?, …), …`: one group a row, each parameter as [`placeholder`] writes it.
 pub(super) fn placeholders(rows: usize, columns: usize) -> String {
-    let group = format!("({})", vec!["?"; columns].join(", "));
-    vec![group; rows].join(", ")
+    let group = |row: usize| {
+        let of_row: Vec<String> = (1..=columns).map(|column| placeholder(row * columns + column)).collect();
+        format!("({})", of_row.join(", "))
+    };
+    (0..rows).map(group).collect::<Vec<_>>().join(", ")
+}
+
+/// The parameter of this number, in a statement that has all of them in order. On SQLite without the number, for what a number
+/// names is looked up in a list at each binding, which for thousands of them takes longer than all else.
+#[cfg(not(feature = "cluster"))]
+pub(super) fn placeholder(_number: usize) -> String {
+    "?".to_owned()
+}
+
+#[cfg(feature = "cluster")]
+pub(super) fn placeholder(number: usize) -> String {
+    format!("${number}")
 }
 
 /// A statement of a shape that comes again. `sql` holds nothing that came from outside: it is made of this
-/// program's words and of question marks.
+/// program's words and of parameters.
 pub(super) fn shaped(sql: String) -> Statement {
     sqlx::query(AssertSqlSafe(sql)).persistent(true)
 }

@@ -111,7 +111,7 @@ pub async fn clear_some(
     )
     .bind(import_id.to_string())
     .bind(is_revert)
-    .bind(at_most);
+    .bind(i64::from(at_most));
     Ok(query.execute(db).await?.rows_affected() > 0)
 }
 
@@ -130,7 +130,7 @@ pub async fn of_marker(db: impl Executor<'_>, name: &str) -> Result<Vec<MarkerCh
 /// What a file changed, in that order; not what its revert did.
 pub async fn of_import(db: impl Executor<'_>, import_id: Uuid) -> Result<Vec<MarkerChange>, StoreError> {
     let query =
-        sqlx::query_as("select * from marker_changes where import_id = $1 and is_revert = 0 order by id")
+        sqlx::query_as("select * from marker_changes where import_id = $1 and not is_revert order by id")
             .bind(import_id.to_string());
     Ok(query.fetch_all(db).await?)
 }

@@ -196,7 +196,7 @@ const WITHOUT_FILE: &str = "select id, state, file_name, whole_table, added, cha
 /// The newest, newest first.
 pub async fn list(db: impl Executor<'_>, most: u32) -> Result<Vec<MarkerImport>, StoreError> {
     let sql = format!("{WITHOUT_FILE} order by created_at desc, id desc limit $1");
-    Ok(sqlx::query_as(AssertSqlSafe(sql)).bind(most).fetch_all(db).await?)
+    Ok(sqlx::query_as(AssertSqlSafe(sql)).bind(i64::from(most)).fetch_all(db).await?)
 }
 
 /// The one with this id.

@@ -114,7 +114,7 @@ const WEIGHED: &str = "select v.marker, v.session_id, v.t_applied_ns, v.accepted
      from visits v
      join markers m on m.name = v.marker
      join sessions s on s.id = v.session_id
-     where v.accepted is not null and v.origin <> 'automatic' and s.excluded = 0";
+     where v.accepted is not null and v.origin <> 'automatic' and not s.excluded";
 
 /// All visits of markers that exist which were weighed and whose marker a person named, by time.
 pub async fn all(db: impl Executor<'_>) -> Result<Vec<VisitResidual>, StoreError> {

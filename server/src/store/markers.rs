@@ -160,15 +160,16 @@ pub async fn make_staged(
 
 /// How often the table has changed.
 pub async fn revision(db: impl Executor<'_>) -> Result<i64, StoreError> {
-    let row = sqlx::query("select revision from marker_revision where only = 1").fetch_one(db).await?;
+    let row = sqlx::query("select revision from marker_revision where \"only\" = 1").fetch_one(db).await?;
     Ok(row.try_get("revision")?)
 }
 
 /// Counts one more change of the table; belongs in the transaction of that change.
 pub async fn bump_revision(db: impl Executor<'_>) -> Result<i64, StoreError> {
-    let row =
-        sqlx::query("update marker_revision set revision = revision + 1 where only = 1 returning revision")
-            .fetch_one(db)
-            .await?;
+    let row = sqlx::query(
+        "update marker_revision set revision = revision + 1 where \"only\" = 1 returning revision",
+    )
+    .fetch_one(db)
+    .await?;
     Ok(row.try_get("revision")?)
 }

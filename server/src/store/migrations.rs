@@ -3,16 +3,23 @@
 use std::borrow::Cow;
 
 use sqlx::migrate::{MigrateError, Migration, MigrationType, Migrator};
-use sqlx::{AssertSqlSafe, Connection, Row, SqlSafeStr, SqliteConnection};
+use sqlx::{AssertSqlSafe, SqlSafeStr};
+#[cfg(not(feature = "cluster"))]
+use sqlx::{Connection as _, Row as _};
 
-use super::health::is_damage;
-use super::{StoreError, schema};
+use super::StoreError;
+use super::codes::is_damage;
+use super::dialect::Connection;
+#[cfg(not(feature = "cluster"))]
+use super::schema;
 
 /// Where the migrator keeps count of the steps.
+#[cfg(not(feature = "cluster"))]
 const COUNTED_IN: &str = "_sqlx_migrations";
 
 /// Number, name and text of every step, in order. A new file in `migrations/` is a new line here; an
 /// applied one is never edited (its checksum would no longer match).
+#[cfg(not(feature = "cluster"))]
 const STEPS: &[(i64, &str, &str)] = &[
     (1, "walks and findings", include_str!("../../../migrations/0001_walks_and_findings.sql")),
     (2, "visits in the stream", include_str!("../../../migrations/0002_visits_in_the_stream.sql")),
@@ -42,18 +49,34 @@ const STEPS: &[(i64, &str, &str)] = &[
     (23, "raised alarms", include_str!("../../../migrations/0023_raised_alarms.sql")),
 ];
 
+/// The same for PostgreSQL: the first brings all that the steps of SQLite up to its number make together.
+#[cfg(feature = "cluster")]
+const STEPS: &[(i64, &str, &str)] = &[
+    (22, "all of it", include_str!("../../../migrations/postgres/0022_all_of_it.sql")),
+    (23, "raised alarms", include_str!("../../../migrations/postgres/0023_raised_alarms.sql")),
+];
+
+/// The tables, each after those that it names: in the order in which the steps make them. But those that a file has not.
+#[cfg(feature = "cluster")]
+pub(super) fn tables() -> impl Iterator<Item = &'static str> {
+    let made = STEPS.iter().flat_map(|(_, _, sql)| sql.lines());
+    let made = made.filter_map(|line| line.strip_prefix("create table ")?.strip_suffix(" ("));
+    made.filter(|name| !matches!(*name, "database_owner" | "upload_pieces"))
+}
+
 /// The version of the tables that this program reads and writes: the number of the last step.
 pub const VERSION: i64 = STEPS[STEPS.len() - 1].0;
 
 /// The version of a database.
-pub async fn version(connection: &mut SqliteConnection) -> Result<i64, StoreError> {
+pub async fn version(connection: &mut Connection) -> Result<i64, StoreError> {
     let query = sqlx::query_scalar("select coalesce(max(version), 0) from _sqlx_migrations where success");
     Ok(query.fetch_one(connection).await?)
 }
 
 /// Makes sure that a file of unknown origin is a database of Lodestep, of this version or an earlier one, and nothing besides;
 /// its version. Of what came with the file nothing is run.
-pub(super) async fn check(db: &mut SqliteConnection) -> Result<i64, StoreError> {
+#[cfg(not(feature = "cluster"))]
+pub(super) async fn check(db: &mut Connection) -> Result<i64, StoreError> {
     let found = schema::of(db).await?;
     let count = schema::has_as(&found, &made_up_to(0).await?, COUNTED_IN);
     if !count {
@@ -72,7 +95,8 @@ pub(super) async fn check(db: &mut SqliteConnection) -> Result<i64, StoreError> 
 }
 
 /// The last step that a database has gone; an error, where they are not the first ones of this program.
-async fn steps_gone(db: &mut SqliteConnection) -> Result<i64, StoreError> {
+#[cfg(not(feature = "cluster"))]
+async fn steps_gone(db: &mut Connection) -> Result<i64, StoreError> {
     let query = "select version, checksum, success from _sqlx_migrations order by version";
     let rows = sqlx::query(query).fetch_all(db).await?;
     let known = up_to(i64::MAX);
@@ -93,14 +117,15 @@ async fn steps_gone(db: &mut SqliteConnection) -> Result<i64, StoreError> {
 }
 
 /// What the steps up to this one make.
+#[cfg(not(feature = "cluster"))]
 async fn made_up_to(last: i64) -> Result<Vec<schema::Item>, StoreError> {
-    let mut db = SqliteConnection::connect("sqlite::memory:").await?;
+    let mut db = Connection::connect("sqlite::memory:").await?;
     up_to(last).run_direct(None, &mut db, false).await.map_err(told)?;
     schema::of(&mut db).await
 }
 
 /// Brings the database up to this version.
-pub(super) async fn run(connection: &mut SqliteConnection) -> Result<(), StoreError> {
+pub(super) async fn run(connection: &mut Connection) -> Result<(), StoreError> {
     up_to(i64::MAX).run_direct(None, connection, false).await.map_err(told)
 }
 
@@ -143,13 +168,14 @@ fn up_to(last: i64) -> Migrator {
 }
 
 #[cfg(test)]
+#[cfg(not(feature = "cluster"))]
 mod tests {
     use super::*;
 
     /// A database of before accounts of changes were kept: its markers and faults are all there after it.
     #[tokio::test]
     async fn what_an_older_database_holds_is_kept() {
-        let mut db = SqliteConnection::connect("sqlite::memory:").await.unwrap();
+        let mut db = Connection::connect("sqlite::memory:").await.unwrap();
         up_to(6).run_direct(None, &mut db, false).await.unwrap();
         for sql in [
             "insert into inspectors (id, name, created_at) values ('i', 'Li Na', 0)",

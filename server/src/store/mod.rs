@@ -7,14 +7,12 @@ pub mod accounts;
 pub mod alarms;
 pub mod anomalies;
 pub mod audit;
-pub mod backup;
 pub mod charts;
 pub mod clock_ties;
 pub mod dialect;
 pub mod fault_changes;
 pub mod fault_photos;
 pub mod faults;
-pub mod hashes;
 pub mod health;
 pub mod inspectors;
 pub mod jobs;
@@ -43,6 +41,7 @@ pub mod stream_chunks;
 pub mod stream_visits;
 pub mod tokens;
 pub mod track;
+pub mod upload_pieces;
 pub mod visits;
 pub mod webhook_deliveries;
 pub mod webhooks;
@@ -50,27 +49,57 @@ pub mod writer;
 
 mod checksum;
 mod columns;
-mod create;
 mod many_rows;
-mod migrations;
 mod sample_columns;
-mod schema;
 mod waiting;
 mod write;
+
+// What is SQLite's own, or PostgreSQL's.
+#[cfg_attr(feature = "cluster", path = "postgres/backup.rs")]
+pub mod backup;
+#[cfg_attr(feature = "cluster", path = "postgres/codes.rs")]
+mod codes;
+#[cfg(not(feature = "cluster"))]
+mod create;
+#[cfg_attr(feature = "cluster", path = "postgres/hashes.rs")]
+pub mod hashes;
+#[cfg(feature = "cluster")]
+#[path = "postgres/import.rs"]
+pub mod import;
+mod migrations;
+#[cfg_attr(feature = "cluster", path = "postgres/open.rs")]
+mod open;
+#[cfg_attr(feature = "cluster", path = "postgres/owned.rs")]
+mod owned;
+#[cfg(not(feature = "cluster"))]
+mod schema;
+#[cfg_attr(feature = "cluster", path = "postgres/write_ahead.rs")]
 mod write_ahead;
 
 #[cfg(test)]
+mod differences_tests;
+#[cfg(test)]
+#[cfg(feature = "cluster")]
+mod import_tests;
+#[cfg(test)]
+#[cfg(feature = "cluster")]
+mod owner_tests;
+#[cfg(test)]
+#[cfg(not(feature = "cluster"))]
 mod rot_tests;
 #[cfg(test)]
+#[cfg(not(feature = "cluster"))]
 mod schema_tests;
 #[cfg(test)]
 mod tests;
 #[cfg(test)]
+#[cfg(not(feature = "cluster"))]
+mod two_schemas_tests;
+#[cfg(test)]
+#[cfg(not(feature = "cluster"))]
 mod upgrade_tests;
 
 use std::path::Path;
-
-use sqlx::sqlite::{SqliteConnectOptions, SqliteJournalMode, SqlitePoolOptions, SqliteSynchronous};
 
 pub(crate) use self::columns::to_word as columns_word;
 use self::dialect::Pool;
@@ -119,7 +148,7 @@ pub enum StoreError {
 impl From<sqlx::Error> for StoreError {
     fn from(error: sqlx::Error) -> StoreError {
         match error {
-            error if health::is_damage(&error) => StoreError::Corrupt(error.to_string()),
+            error if codes::is_damage(&error) => StoreError::Corrupt(error.to_string()),
             // What a row's own reading found.
             sqlx::Error::Decode(inner) => match inner.downcast::<StoreError>() {
                 Ok(own) => *own,
@@ -162,11 +191,11 @@ impl StoreError {
     }
 }
 
+/// Whether several servers reach the database, one after the other.
+pub const IS_SHARED: bool = cfg!(feature = "cluster");
+
 /// How long whoever reads may go on once the store closes.
 const READERS_CLOSE_WITHIN: std::time::Duration = std::time::Duration::from_secs(2);
-
-/// Said of a file that holds nothing: a new database is there whole or not at all.
-const EMPTY: &str = "expected a database, found an empty file: bring the last backup back with `lodestep restore FILE --data FOLDER --replace`; if there never was a database, remove the file and start again";
 
 /// The open store.
 #[derive(Clone, Debug)]
@@ -176,36 +205,17 @@ pub struct Store {
 }
 
 impl Store {
-    /// Opens the database file, makes it when it is missing, and brings it up to this version.
+    /// Opens the database, a file or an address as this program was built, makes it when it is missing, and brings it up to this
+    /// version.
     pub async fn open(path: &Path, readers: u32) -> Result<Store, StoreError> {
-        match std::fs::metadata(path) {
-            Ok(file) if file.len() == 0 => return Err(StoreError::Open(EMPTY.to_owned())),
-            Err(error) if error.kind() == std::io::ErrorKind::NotFound => create::create(path).await?,
-            _ => {}
-        }
-        let options = SqliteConnectOptions::new()
-            .filename(path)
-            .create_if_missing(false)
-            .journal_mode(SqliteJournalMode::Wal)
-            // FULL syncs the log at every commit: an acknowledgement means *on disk*.
-            .synchronous(SqliteSynchronous::Full)
-            .foreign_keys(true)
-            .busy_timeout(std::time::Duration::from_secs(10));
-        let writing = options
-            .clone()
-            // What the log has grown to in a busy hour is given back afterwards, but for 256 MiB: a thousand inspectors
-            // fill half of that between two copies, and a file that is cut has to grow again.
-            .pragma("journal_size_limit", "268435456")
-            // KiB: all the pages of a commit of a thousand walks, so that none goes to the log twice.
-            .pragma("cache_size", "-65536")
-            // What a statement may have to take back is set aside meanwhile: in memory.
-            .pragma("temp_store", "memory");
-        let writer = Writer::start(writing).await?;
-        let readers = SqlitePoolOptions::new()
-            .max_connections(readers.max(1))
-            // Lazily: the writer has just shown that the file opens.
-            .connect_lazy_with(options.read_only(true));
+        let (readers, writer) = open::open(path, readers).await?;
         Ok(Store { readers, writer })
+    }
+
+    /// Makes the database this server's own. A file is held by its folder's lock; of a database that several servers reach the last
+    /// to say so is the owner, and the one before writes nothing any more.
+    pub async fn take_over(&self) -> Result<(), StoreError> {
+        self.writer.take_over().await
     }
 
     /// Where to read.

@@ -155,7 +155,7 @@ pub async fn clear_some(db: impl Executor<'_>, log_id: Uuid, at_most: u32) -> Re
         "delete from raw_chunks where id in (select id from raw_chunks where log_id = $1 limit $2)",
     )
     .bind(log_id.to_string())
-    .bind(at_most);
+    .bind(i64::from(at_most));
     Ok(query.execute(db).await?.rows_affected() > 0)
 }
 
@@ -188,10 +188,10 @@ pub enum Origin {
 /// How many samples there are of this origin.
 pub async fn samples(db: impl Executor<'_>, origin: Origin) -> Result<u64, StoreError> {
     let query = match origin {
-        Origin::Log(log_id) => {
-            sqlx::query("select coalesce(sum(samples), 0) as samples from raw_chunks where log_id = $1")
-                .bind(log_id.to_string())
-        }
+        Origin::Log(log_id) => sqlx::query(
+            "select cast(coalesce(sum(samples), 0) as bigint) as samples from raw_chunks where log_id = $1",
+        )
+        .bind(log_id.to_string()),
         Origin::Stream { session_id, stream } => stream_chunks::samples(session_id, stream),
     };
     columns::count(&query.fetch_one(db).await?, "samples").map_err(StoreError::from)

@@ -42,7 +42,7 @@ pub async fn remove_piece(db: &mut Connection, id: Uuid) -> Result<bool, StoreEr
             "delete from {table} where id in (select id from {table} where session_id = $1 limit $2)"
         );
         // `table` is one of the words above.
-        let query = sqlx::query(sqlx::AssertSqlSafe(sql)).bind(id.to_string()).bind(at_most);
+        let query = sqlx::query(sqlx::AssertSqlSafe(sql)).bind(id.to_string()).bind(i64::from(at_most));
         if query.execute(&mut *db).await?.rows_affected() > 0 {
             return Ok(true);
         }

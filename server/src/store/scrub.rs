@@ -58,6 +58,15 @@ static TABLES: [Table; 6] = [
         key: by_id,
         check: raw_chunks::check,
     },
+    #[cfg(feature = "cluster")]
+    Table {
+        name: "stream_chunks",
+        rows: SMALL,
+        select: "select * from stream_chunks where (session_id, id) > ($1, $4) order by session_id, id limit $5",
+        key: |row| Ok(Key([row.try_get("session_id")?, String::new(), String::new()], row.try_get("id")?)),
+        check: raw_chunks::check,
+    },
+    #[cfg(not(feature = "cluster"))]
     Table {
         name: "stream_chunks",
         rows: SMALL,

@@ -6,7 +6,7 @@ use sqlx::{AssertSqlSafe, FromRow, Row as _};
 use time::OffsetDateTime;
 use uuid::Uuid;
 
-use super::dialect::{Connection, Executor, Pool, Row};
+use super::dialect::{Connection, Executor, Pool, Row, like};
 use super::sessions::{Session, SessionState};
 use super::{StoreError, columns, stream_chunks};
 use crate::utc;
@@ -110,11 +110,11 @@ impl Sort {
 impl Flag {
     fn condition(self) -> &'static str {
         match self {
-            Flag::Closure => "closure_is_large = 1",
+            Flag::Closure => "closure_is_large",
             Flag::Rejected => "rejected_visits > 0",
             Flag::Anomalies => "anomalies > 0",
             Flag::Gap => "gaps > 0",
-            Flag::Starred => "starred = 1",
+            Flag::Starred => "starred",
             Flag::Noted => "note <> ''",
         }
     }
@@ -195,18 +195,19 @@ const ALL: &str = "
     with weighed as (
         select s.*, i.name as inspector,
             (select json_group_array(name) from (
-                select name from streams where session_id = s.id order by number)) as stream_names,
+                select name from streams where session_id = s.id order by number) as named) as stream_names,
             exists (select 1 from logs l where l.session_id = s.id and l.state = 'accepted') as from_log,
-            (select count(*) from visits v where v.session_id = s.id and v.accepted = 0) as rejected_visits,
-            (select coalesce(sum(times), 0) from anomalies a where a.session_id = s.id) as anomalies,
-            (select coalesce(sum(times), 0) from anomalies a where a.session_id = s.id and a.kind = 'gap') as gaps,
+            (select count(*) from visits v where v.session_id = s.id and not v.accepted) as rejected_visits,
+            (select cast(coalesce(sum(times), 0) as bigint) from anomalies a where a.session_id = s.id) as anomalies,
+            (select cast(coalesce(sum(times), 0) as bigint) from anomalies a
+                where a.session_id = s.id and a.kind = 'gap') as gaps,
             json_extract(r.report, '$.closure.end_error_m') as closure_m,
             json_extract(r.report, '$.closure.end_error_percent') as closure_percent
         from sessions s join carriers i on i.id = s.carrier_id
             left join session_reports r on r.session_id = s.id
         where s.removed_at is null
     ), found as (
-        select *, coalesce(closure_m > $6 and closure_percent < $7, 0) as closure_is_large from weighed
+        select *, coalesce(closure_m > $6 and closure_percent < $7, false) as closure_is_large from weighed
     )";
 
 /// Those that are wanted.
@@ -216,12 +217,22 @@ pub async fn page(db: &Pool, wanted: &Wanted) -> Result<Page, StoreError> {
         "($2 is null or state = $2)",
         "($3 is null or started_at >= $3)",
         "($4 is null or started_at < $4)",
-        "($5 is null or title like $5 escape '\\' or note like $5 escape '\\' or inspector like $5 escape '\\' or id like substr($5, 2) escape '\\')",
+        concat!(
+            "($5 is null or title ",
+            like!(),
+            " $5 escape '\\' or note ",
+            like!(),
+            " $5 escape '\\' or inspector ",
+            like!(),
+            " $5 escape '\\' or id ",
+            like!(),
+            " substr($5, 2) escape '\\')"
+        ),
     ];
     conditions.extend(wanted.mode.map(|mode| match mode {
-        Mode::Log => "from_log = 1",
-        Mode::Stream => "from_log = 0 and samples > 0",
-        Mode::Automatic => "automatic_visits = 1",
+        Mode::Log => "from_log",
+        Mode::Stream => "not from_log and samples > 0",
+        Mode::Automatic => "automatic_visits",
     }));
     conditions.extend(wanted.flags.iter().map(|flag| flag.condition()));
     let conditions = conditions.join(" and ");
@@ -229,7 +240,7 @@ pub async fn page(db: &Pool, wanted: &Wanted) -> Result<Page, StoreError> {
     let column = wanted.sort.column();
     // Safe: put together of this file's own words.
     let count = AssertSqlSafe(format!(
-        "{ALL} select count(*) as total, coalesce(sum(stored_bytes), 0) as stored_bytes from found where {conditions}"
+        "{ALL} select count(*) as total, cast(coalesce(sum(stored_bytes), 0) as bigint) as stored_bytes from found where {conditions}"
     ));
     let rows = AssertSqlSafe(format!(
         "{ALL} select * from found where {conditions}
@@ -257,8 +268,8 @@ pub async fn page(db: &Pool, wanted: &Wanted) -> Result<Page, StoreError> {
         .bind(&text)
         .bind(LARGE_CLOSURE_M)
         .bind(CLOSED_PERCENT)
-        .bind(wanted.limit)
-        .bind(wanted.offset)
+        .bind(i64::from(wanted.limit))
+        .bind(i64::from(wanted.offset))
         .fetch_all(db)
         .await?;
     Ok(Page {

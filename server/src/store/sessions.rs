@@ -188,7 +188,7 @@ impl FromRow<'_, Row> for Session {
 macro_rules! session {
     () => {
         "select sessions.*, (select json_group_array(name) from (
-            select name from streams where session_id = sessions.id order by number)) as stream_names
+            select name from streams where session_id = sessions.id order by number) as named) as stream_names
          from sessions where removed_at is null and "
     };
 }

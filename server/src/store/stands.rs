@@ -56,7 +56,7 @@ impl FromRow<'_, Row> for Stand {
     fn from_row(row: &Row) -> sqlx::Result<Self> {
         let candidates: &str = row.try_get("candidates")?;
         Ok(Stand {
-            number: row.try_get("number")?,
+            number: columns::small(row, "number")?,
             t_start_ns: row.try_get("t_start_ns")?,
             t_end_ns: row.try_get("t_end_ns")?,
             lasts: row.try_get("lasts")?,
@@ -80,7 +80,7 @@ pub async fn of_session(db: impl Executor<'_>, session_id: Uuid) -> Result<Vec<S
 pub async fn get(db: impl Executor<'_>, session_id: Uuid, number: u32) -> Result<Option<Stand>, StoreError> {
     let query = sqlx::query_as("select * from stands where session_id = $1 and number = $2")
         .bind(session_id.to_string())
-        .bind(number);
+        .bind(i64::from(number));
     Ok(query.fetch_optional(db).await?)
 }
 
@@ -100,7 +100,7 @@ pub async fn upsert(db: &mut Connection, session_id: Uuid, stands: &[Stand]) -> 
                 e_m = excluded.e_m, n_m = excluded.n_m, u_m = excluded.u_m, candidates = excluded.candidates",
         )
         .bind(session_id.to_string())
-        .bind(stand.number)
+        .bind(i64::from(stand.number))
         .bind(stand.t_start_ns)
         .bind(stand.t_end_ns)
         .bind(stand.lasts)

@@ -10,7 +10,10 @@ use lodestep_engine::systems::pedestrian::{BOTH, LEFT, RIGHT};
 use tempfile::TempDir;
 use uuid::Uuid;
 
-use super::health::{Disk, Health};
+#[cfg(not(feature = "cluster"))]
+use super::health::Disk;
+#[cfg(not(feature = "cluster"))]
+use super::health::Health;
 use super::inspectors::{self, Inspector};
 use super::live_states::LiveState;
 use super::raw_chunks::{self, Origin, Samples};
@@ -209,7 +212,7 @@ async fn a_stream_is_found_over_stretches_and_parts_and_goes_with_its_session() 
     // As if others had written: the first records lie at the end of a stretch, the next at the end of a part.
     let others = [4_090, 4_096 * 3 - 3, (1 << 20) - 6, (1 << 21) + 5];
     for sequence in 0..16 {
-        if sequence % 4 == 0 {
+        if sequence % 4 == 0 && cfg!(not(feature = "cluster")) {
             let last = others[sequence as usize / 4];
             let moved = store.writer().run(move |db| {
                 Box::pin(async move {
@@ -308,6 +311,7 @@ async fn writes_that_fail_or_panic_take_nothing_else_with_them() {
 }
 
 #[tokio::test]
+#[cfg(not(feature = "cluster"))]
 async fn a_commit_that_fails_is_told_to_all_who_wait_and_the_next_one_works() {
     let (_folder, store) = store().await;
     let (lost, kept) = (inspector("lost"), inspector("kept"));
@@ -336,6 +340,7 @@ async fn a_commit_that_fails_is_told_to_all_who_wait_and_the_next_one_works() {
 }
 
 #[tokio::test]
+#[cfg(not(feature = "cluster"))]
 async fn a_full_disk_is_told_to_all_who_wait_and_writing_goes_on_when_there_is_room() {
     let (_folder, store) = store().await;
     let (lost, kept) = (inspector("lost"), inspector("kept"));
@@ -374,12 +379,17 @@ async fn after_the_disk_has_failed_nothing_is_stored_until_the_next_start() {
     store.close().await;
 
     // The next start, on the files as they were left: the log is still there, and is read.
+    let next = if cfg!(feature = "cluster") { folder } else { copied(&folder) };
+    let again = Store::open(&next.path().join("test.db"), 1).await.unwrap();
+    assert_eq!(inspectors::list(again.read()).await.unwrap(), [before]);
+}
+
+fn copied(folder: &TempDir) -> TempDir {
     let next = TempDir::new().unwrap();
     for file in ["test.db", "test.db-wal"] {
         std::fs::copy(folder.path().join(file), next.path().join(file)).unwrap();
     }
-    let again = Store::open(&next.path().join("test.db"), 1).await.unwrap();
-    assert_eq!(inspectors::list(again.read()).await.unwrap(), [before]);
+    next
 }
 
 #[tokio::test]
@@ -408,8 +418,9 @@ async fn a_newer_database_is_refused_with_a_sentence() {
             Box::pin(async move {
                 sqlx::query(
                     "insert into _sqlx_migrations (version, description, success, checksum, execution_time)
-                     values (999, 'from the future', 1, x'00', 0)",
+                     values (999, 'from the future', true, $1, 0)",
                 )
+                .bind(vec![0_u8])
                 .execute(db)
                 .await?;
                 Ok::<_, StoreError>(())
@@ -433,7 +444,10 @@ async fn a_damaged_chunk_is_named_and_never_taken_for_samples() {
         .writer()
         .run(|db| {
             Box::pin(async move {
-                sqlx::query("update stream_chunks set body = x'28b52ffd00'").execute(db).await?;
+                sqlx::query("update stream_chunks set body = $1")
+                    .bind(vec![0x28_u8, 0xb5, 0x2f, 0xfd, 0])
+                    .execute(db)
+                    .await?;
                 Ok::<_, StoreError>(())
             })
         })
@@ -449,7 +463,7 @@ async fn a_delivery_waits_no_longer_than_the_longest_pause_though_the_clock_was_
     let (now, far) = (utc::now(), utc::now() + time::Duration::days(3_650));
     let sql = format!(
         "insert into webhooks (id, name, url, secret, events, enabled, version, created_at, updated_at)
-            values ('{id}', 'pager', 'http://127.0.0.1:9/', 'a secret', '[\"fault.reported\"]', 1, 1, 0, 0);
+            values ('{id}', 'pager', 'http://127.0.0.1:9/', 'a secret', '[\"fault.reported\"]', true, 1, 0, 0);
          insert into webhook_deliveries (webhook_id, event_id, event, body, state, tries, next_at, created_at)
             values ('{id}', '{id}', 'fault.reported', '{{}}', 'waiting', 1, {far}, 0)",
         id = Uuid::nil(),

@@ -9,7 +9,7 @@ use uuid::Uuid;
 
 use super::checksum::Checksum;
 use super::dialect::{Connection, Executor, Row};
-use super::many_rows::{Statement, placeholders, shaped, shapes};
+use super::many_rows::{Statement, placeholder, placeholders, shaped, shapes};
 use super::{StoreError, columns};
 
 /// Which computation of a walk a track comes from.
@@ -378,8 +378,10 @@ pub async fn revise(
         let sql = format!(
             "with revised ({columns}, checksum) as (values {})
              update track_points set {kept} from revised
-             where track_points.session_id = ? and track_points.run = ? and track_points.t_ns = revised.t_ns",
+             where track_points.session_id = {} and track_points.run = {} and track_points.t_ns = revised.t_ns",
             placeholders(rows.len(), 1 + POINT_COLUMNS.len()),
+            placeholder(rows.len() * (1 + POINT_COLUMNS.len()) + 1),
+            placeholder(rows.len() * (1 + POINT_COLUMNS.len()) + 2),
         );
         let query = rows.iter().fold(shaped(sql), |query, point| {
             bind_point(query, point).bind(checksum(&session_id, &run, point).column())
@@ -406,7 +408,7 @@ pub async fn clear_some(
     .bind(main)
     .bind(filtered)
     .bind(without_markers)
-    .bind(at_most);
+    .bind(i64::from(at_most));
     Ok(query.execute(db).await?.rows_affected() > 0)
 }
 

@@ -98,7 +98,7 @@ impl FromRow<'_, Row> for Visit {
                 t_applied_ns: row.try_get("t_applied_ns")?,
                 accepted,
                 nis: row.try_get("nis")?,
-                degrees_of_freedom: row.try_get("degrees_of_freedom")?,
+                degrees_of_freedom: columns::small(row, "degrees_of_freedom")?,
                 before_minus_marker_m: columns::enu(row, ["before_e_m", "before_n_m", "before_u_m"])?,
                 after_minus_marker_m: columns::enu(row, ["after_e_m", "after_n_m", "after_u_m"])?,
                 reason: row.try_get("reason")?,
@@ -218,7 +218,7 @@ pub async fn set_outcome(
     .bind(told.t_ns)
     .bind(told.accepted)
     .bind(told.nis)
-    .bind(told.degrees_of_freedom)
+    .bind(i64::from(told.degrees_of_freedom))
     .bind(before_e)
     .bind(before_n)
     .bind(before_u)

@@ -179,7 +179,7 @@ pub async fn of_webhook(
     let query =
         sqlx::query_as("select * from webhook_deliveries where webhook_id = $1 order by id desc limit $2")
             .bind(webhook_id.to_string())
-            .bind(at_most);
+            .bind(i64::from(at_most));
     Ok(query.fetch_all(db).await?)
 }
 

@@ -25,6 +25,11 @@ pub(super) async fn settle(db: &mut SqliteConnection) -> Result<(), StoreError> 
     ))
 }
 
+/// Makes sure that nobody else writes: a file has one writer, and the group has begun as such.
+pub(super) async fn be_the_only_one(_db: &mut SqliteConnection) -> Result<(), sqlx::Error> {
+    Ok(())
+}
+
 /// Copies the log from a connection of its own, while the writer goes on.
 ///
 /// What is written meanwhile is copied in another turn, and what is written during that stays to be copied, so the log
@@ -58,6 +63,6 @@ pub(super) fn probe() -> Write {
 }
 
 pub(super) async fn touch(db: &mut SqliteConnection) -> Result<(), StoreError> {
-    sqlx::query("update marker_revision set revision = revision where only = 1").execute(db).await?;
+    sqlx::query("update marker_revision set revision = revision where \"only\" = 1").execute(db).await?;
     Ok(())
 }

@@ -5,14 +5,15 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
+use futures_util::FutureExt;
 use futures_util::future::BoxFuture;
-use sqlx::sqlite::SqliteConnectOptions;
-use sqlx::{ConnectOptions, Connection as _};
+use sqlx::{ConnectOptions as _, Connection as _};
 use tokio::sync::{mpsc, oneshot, watch};
 use tokio::task::{JoinError, JoinHandle};
 
-use super::dialect::Connection;
+use super::dialect::{BEGIN, ConnectOptions, Connection};
 use super::health::{Disk, Health};
+use super::owned::Owned;
 use super::record::{self, PackedRecord, Record};
 use super::waiting::Waiting;
 use super::write::{Ran, Recording, Refusal, Task, Work, WriteError};
@@ -38,6 +39,9 @@ const ROUND_PER_WRITE: Duration = Duration::from_micros(170);
 /// How often the log is copied into the database file while writes come. Pages that are changed again and again, as those
 /// at the end of each walk, are copied once for many commits.
 const COPY_EVERY: Duration = Duration::from_secs(3);
+/// How long a commit may take before the connection is given up; on a file there is nobody who does not answer.
+const LONGEST_COMMIT: Option<Duration> =
+    if cfg!(feature = "cluster") { Some(Duration::from_secs(10)) } else { None };
 /// How often room is looked for on a full disk.
 const PROBE_EVERY: Duration = Duration::from_secs(2);
 
@@ -48,6 +52,7 @@ pub struct Writer {
     health: watch::Receiver<Health>,
     crowded: Arc<AtomicBool>,
     waiting: Waiting,
+    owned: Owned,
 }
 
 enum Message {
@@ -74,12 +79,7 @@ impl Write {
 
 impl Writer {
     /// Opens the writing connection, brings the database up to date and starts the task.
-    pub(super) async fn start(options: SqliteConnectOptions) -> Result<Writer, StoreError> {
-        let options = options
-            // The task copies the log itself, where a failure is seen, and after the answers are out.
-            .pragma("wal_autocheckpoint", "0")
-            // Savepoints keep what they may have to take back in memory, not in a file of their own.
-            .pragma("temp_store", "memory");
+    pub(super) async fn start(options: ConnectOptions) -> Result<Writer, StoreError> {
         let mut connection = options.connect().await?;
         if let Err(error) = write_ahead::settle(&mut connection).await {
             if error.disk() == Some(Disk::Failing) {
@@ -99,7 +99,9 @@ impl Writer {
         let (queue, messages) = mpsc::channel(QUEUE);
         let (told, health) = watch::channel(Health::Good);
         let crowded = Arc::new(AtomicBool::new(false));
+        let owned = Owned::not_yet();
         let groups = Groups {
+            owned: owned.clone(),
             options,
             connection: Some(connection),
             told,
@@ -108,7 +110,13 @@ impl Writer {
             copied_at: Instant::now(),
         };
         tokio::spawn(groups.run(messages));
-        Ok(Writer { queue, health, crowded, waiting: Waiting::default() })
+        Ok(Writer { queue, health, crowded, waiting: Waiting::default(), owned })
+    }
+
+    /// Makes the database this server's own: whoever had it before is refused from now on.
+    pub(super) async fn take_over(&self) -> Result<(), StoreError> {
+        let owned = self.owned.clone();
+        self.run(move |db| async move { owned.take_over(db).await }.boxed()).await
     }
 
     /// Puts a live session's findings on disk.
@@ -151,6 +159,7 @@ impl Writer {
 
     /// How writing goes, as it changes.
     #[cfg(test)]
+    #[cfg(not(feature = "cluster"))]
     pub(super) fn watch(&self) -> watch::Receiver<Health> {
         self.health.clone()
     }
@@ -196,7 +205,8 @@ impl Writer {
 
 /// The task: takes what waits, commits it together, answers, and so on until it is stopped.
 struct Groups {
-    options: SqliteConnectOptions,
+    owned: Owned,
+    options: ConnectOptions,
     connection: Option<Connection>,
     told: watch::Sender<Health>,
     crowded: Arc<AtomicBool>,
@@ -278,7 +288,7 @@ impl Groups {
             // It came before the queue was closed.
             Err(Refusal::Disk(Disk::Failing, "the disk had failed before".to_owned()))
         } else {
-            self.try_commit(&mut group).await
+            self.commit_in_time(&mut group).await
         };
         metrics::histogram!("lodestep_commit_seconds").record(begun.elapsed().as_secs_f64());
         metrics::counter!("lodestep_writes_total").increment(group.len() as u64);
@@ -300,6 +310,19 @@ impl Groups {
         }
     }
 
+    /// The same, where nothing answers for as long as a commit never takes, as a database that was cut off: then the connection is
+    /// let go of. Whether the group was stored is unknown, and told as not stored; a stream is read again from the database.
+    async fn commit_in_time(&mut self, group: &mut [Write]) -> Result<(), Refusal> {
+        let Some(longest) = LONGEST_COMMIT else { return self.try_commit(group).await };
+        match tokio::time::timeout(longest, self.try_commit(group)).await {
+            Ok(committed) => committed,
+            Err(_) => Err(Refusal::NotCommitted(format!(
+                "expected the database to answer within {} s, found that it does not: whether the group is stored is not known",
+                longest.as_secs()
+            ))),
+        }
+    }
+
     async fn try_commit(&mut self, group: &mut [Write]) -> Result<(), Refusal> {
         if group.is_empty() {
             return Ok(());
@@ -308,7 +331,8 @@ impl Groups {
             Some(connection) => connection,
             slot => slot.insert(self.options.connect().await?),
         };
-        let mut transaction = connection.begin_with("begin immediate").await?;
+        let mut transaction = connection.begin_with(BEGIN).await?;
+        self.owned.expect(&mut transaction).await?;
         if group.len() > 1 && group.iter().all(|write| write.work.record().is_some()) {
             // With nothing beside them that would have to stay, no copy is kept of each page as it was.
             if write_records(&mut transaction, group).await? {
@@ -316,7 +340,8 @@ impl Groups {
                 return Ok(());
             }
             transaction.rollback().await?;
-            transaction = connection.begin_with("begin immediate").await?;
+            transaction = connection.begin_with(BEGIN).await?;
+            self.owned.expect(&mut transaction).await?;
         }
         let mut rest = group;
         while let Some(first) = rest.first() {
@@ -326,6 +351,9 @@ impl Groups {
             rest = later;
             if now.len() > 1 && write_together(&mut transaction, now).await? {
                 continue;
+            }
+            if !is_record {
+                write_ahead::be_the_only_one(&mut transaction).await?;
             }
             for write in now {
                 let mut savepoint = transaction.begin().await?;

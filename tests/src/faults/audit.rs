@@ -5,7 +5,9 @@ use std::path::Path;
 use futures_util::TryStreamExt;
 use lodestep_engine::stream::Readings;
 use lodestep_engine::systems::pedestrian::Side;
-use lodestep_server::store::{Store, backup, faults, logs, marker_changes, stream_chunks};
+use lodestep_server::store::{
+    IS_SHARED, Store, backup, faults, logs, marker_changes, stream_chunks, upload_pieces,
+};
 use tempfile::TempDir;
 
 use super::editor::MOVED;
@@ -28,9 +30,10 @@ pub async fn audit(data: &Path, scene: &Scene) -> Vec<String> {
     // What was promised first: the clients may be told more while this reads.
     let told = scene.promises.told();
     let folder = copy(data);
-    let database = folder.path().join("lodestep.db");
+    // PostgreSQL is read as it stands.
+    let database = if IS_SHARED { data } else { folder.path() }.join("lodestep.db");
     let mut wrong = Vec::new();
-    if let Err(error) = backup::check(&database).await {
+    if !IS_SHARED && let Err(error) = backup::check(&database).await {
         return vec![format!("integrity check: {error}")];
     }
     let store = Store::open(&database, 1).await.expect("a database that is whole opens");
@@ -73,8 +76,14 @@ pub async fn audit(data: &Path, scene: &Scene) -> Vec<String> {
             wrong.push(format!("upload {log_id} is gone"));
             continue;
         };
-        let in_file = std::fs::metadata(data.join("uploads").join(format!("{log_id}.upload")));
-        let in_file = in_file.map_or(0, |file| file.len());
+        let in_file = if IS_SHARED {
+            let pieces: Vec<_> =
+                upload_pieces::of_log(db, *log_id).try_collect().await.expect("pieces can be read");
+            pieces.iter().map(Vec::len).sum::<usize>() as u64
+        } else {
+            let file = std::fs::metadata(data.join("uploads").join(format!("{log_id}.upload")));
+            file.map_or(0, |file| file.len())
+        };
         let stored = log.state == logs::LogState::Accepted;
         if !stored && (log.offset_bytes < *promised || in_file < log.offset_bytes) {
             wrong.push(format!(

@@ -22,4 +22,5 @@ pub mod restore;
 pub mod rot;
 pub mod scene;
 pub mod script;
+pub mod takeover;
 pub mod uploader;

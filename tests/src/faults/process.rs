@@ -163,11 +163,25 @@ impl Running {
         self.child.kill().await.expect("a child of ours can be killed");
     }
 
+    /// Stops it in the middle of whatever it does, as a machine that is suspended.
+    pub async fn freeze(&self) {
+        self.signal("STOP").await;
+    }
+
+    /// Lets one that was frozen go on; it does not know that it was.
+    pub async fn go_on(&self) {
+        self.signal("CONT").await;
+    }
+
+    async fn signal(&self, name: &str) {
+        let id = self.child.id().expect("it has not been waited for");
+        let sent = Command::new("sh").args(["-c", &format!("kill -{name} {id}")]).status().await;
+        assert!(sent.is_ok_and(|status| status.success()), "a child of ours takes a signal");
+    }
+
     /// Asks it to end, as systemd does, and waits until it has.
     pub async fn terminate(mut self) -> ExitStatus {
-        let id = self.child.id().expect("it has not been waited for");
-        let sent = Command::new("sh").args(["-c", &format!("kill -TERM {id}")]).status().await;
-        assert!(sent.is_ok_and(|status| status.success()), "a child of ours takes a signal");
+        self.signal("TERM").await;
         self.ended().await
     }
 

@@ -23,6 +23,8 @@ use lodestep_tests::faults::restore::{self, Folders};
 use lodestep_tests::faults::rot;
 use lodestep_tests::faults::scene::{Scale, Scene, undisturbed, wrong_in_the_end};
 use lodestep_tests::faults::script::Script;
+#[cfg(feature = "cluster")]
+use lodestep_tests::faults::takeover::take_over;
 use tempfile::TempDir;
 use tokio::time::sleep;
 
@@ -47,6 +49,17 @@ async fn a_server_that_is_killed_at_random_moments_keeps_every_promise_and_tells
     let came = kill(5, &scripts, SCALE, &expected, &mut random).await;
     assert!(came.wrong.is_empty(), "{came:#?}");
     assert!(came.kills == 5 && came.batches > 0, "{came:?}");
+}
+
+#[cfg(feature = "cluster")]
+#[tokio::test]
+async fn two_servers_that_take_over_from_each_other_keep_every_promise_and_tell_the_same_tracks() {
+    let mut random = random();
+    let scripts = scripts(SCALE);
+    let expected = undisturbed(&scripts, SCALE).await;
+    let came = take_over(6, &scripts, SCALE, &expected, &mut random).await;
+    assert!(came.wrong.is_empty(), "{came:#?}");
+    assert!(came.takeovers == 6 && came.batches > 0, "{came:?}");
 }
 
 /// A quarter of an hour, so that what a session looks back to lies behind a saved state; markers are edited all along.

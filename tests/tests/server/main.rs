@@ -3,6 +3,7 @@
 #![allow(clippy::unwrap_used, reason = "in a test a panic is the message")]
 
 mod alarms;
+#[cfg(not(feature = "cluster"))]
 mod backup;
 mod bombs;
 mod cabin;
@@ -37,6 +38,8 @@ mod site_parameters;
 mod stands;
 mod surroundings;
 mod systems;
+#[cfg(feature = "cluster")]
+mod takeover;
 mod upload;
 mod watching;
 mod webhooks;
