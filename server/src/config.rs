@@ -62,8 +62,8 @@ pub struct Config {
     #[arg(long, env = "LODESTEP_DEMO")]
     pub demo: bool,
 
-    /// What whoever makes the first account has to show, 20 letters or more; made by chance and printed at the
-    /// start, when it is left out. No flag: whoever lists processes would read it.
+    /// The setup token for the first account, 20 letters or more; made by chance and printed at the
+    /// start, when it is left out. No flag: every list of processes would show it.
     #[arg(skip)]
     pub setup_token: Option<String>,
 

@@ -1,7 +1,7 @@
 //! Connections: how many there may be, how long one may take for its header or be idle, and who makes room when there are too many.
 //!
 //! Nobody has to sign in to open a connection. So those that do nothing are the first to go: when the last place is taken, of the
-//! address with the most connections the one goes that has been idle for longest, and whoever comes gets its place.
+//! address with the most connections the one goes that has been idle for longest, and the newcomer gets its place.
 
 use std::collections::HashMap;
 use std::convert::Infallible;

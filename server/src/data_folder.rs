@@ -71,7 +71,7 @@ pub(crate) fn sync_with_its_name(data: &Path) -> Result<()> {
     Ok(())
 }
 
-/// Makes sure that no empty database is begun where there was one: whoever reached such a server would be its administrator.
+/// Makes sure that no empty database is begun where there was one: the first to reach such a server would be its administrator.
 pub(crate) fn expect_what_was_there(data: &Path) -> Result<()> {
     let database = data.join(DATABASE);
     // What PostgreSQL keeps is not in this folder.

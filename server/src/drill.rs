@@ -1,5 +1,5 @@
 //! A drill: a backup is made of a database, with a server on it or without, restored elsewhere, and held against the backup, table by
-//! table and track by track. Whoever has never restored has no backup.
+//! table and track by track. A backup that was never restored is none.
 
 use std::collections::BTreeMap;
 use std::path::Path;

@@ -16,7 +16,7 @@ use crate::store::{StoreError, WriteError};
 pub type Result<T, E = Error> = std::result::Result<T, E>;
 
 /// What is told where there is no room.
-pub(crate) const DISK_FULL: &str = "the server's disk is full: nothing of this was stored, and all that was acknowledged is kept; keep it, tell whoever runs the server, and send it again when there is room";
+pub(crate) const DISK_FULL: &str = "the server's disk is full: nothing of this was stored, and all that was acknowledged is kept; keep it, tell the server's administrator, and send it again when there is room";
 
 /// What is told where the disk failed.
 const DISK_FAILED: &str = "the server's disk failed: nothing of this was stored, and the server starts again from what is on disk; keep it and send it again in some seconds";
@@ -193,7 +193,7 @@ impl Error {
         let id = Uuid::now_v7();
         tracing::error!(error_id = %id, error = ?self, "request failed, error_id={id}: {detail}");
         format!(
-            "the server could not do this and nothing was stored; its log tells why under id {id}: try again, or give that id to whoever runs it"
+            "the server could not do this and nothing was stored; its log tells why under id {id}: try again, or give that id to the server's administrator"
         )
     }
 

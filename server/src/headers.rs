@@ -85,7 +85,7 @@ fn failed() -> Error {
     Error::http(
         StatusCode::INTERNAL_SERVER_ERROR,
         "internal",
-        "the server failed at this; its log tells why: try again, or tell whoever runs it",
+        "the server failed at this; its log tells why: try again, or tell the server's administrator",
     )
 }
 

@@ -1,7 +1,7 @@
 //! What a server keeps is for its own user alone: password hashes, secrets of webhooks, where people were.
 //!
 //! Files are made with mode 600 and folders with 700, whatever the umask; a name that turns out to be a link is not followed,
-//! for whoever put it there chose where it leads. Where there are no such modes, the system's own rules stand.
+//! for the one who put it there chose where it leads. Where there are no such modes, the system's own rules stand.
 
 use std::fs::{self, DirBuilder, OpenOptions};
 use std::io;
@@ -27,7 +27,7 @@ pub(crate) fn folder(path: &Path) -> io::Result<()> {
     builder.create(path)
 }
 
-/// Takes from others what an earlier version, or whoever copied it, let them read of a data folder. A folder that holds
+/// Takes from others what an earlier version, or a copy, let them read of a data folder. A folder that holds
 /// other things, too, stays open to those who need them.
 pub(crate) fn close(data: &Path) -> io::Result<()> {
     let mut is_ours_alone = true;

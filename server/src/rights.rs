@@ -27,7 +27,7 @@ pub enum Role {
 pub enum Right {
     /// Nothing: signing in, and what is needed for it.
     Open,
-    /// To be known, whoever it is: one's own password and tokens.
+    /// To be known at all: one's own password and tokens.
     Known,
     /// To see what there is.
     Read,

@@ -199,12 +199,12 @@ pub(crate) async fn open(config: Config) -> Result<App> {
     }))
 }
 
-/// As long as nobody has an account, whoever reaches the server may do everything: it is for its own machine then. Asked
+/// As long as nobody has an account, everybody who reaches the server may do everything: it is for its own machine then. Asked
 /// twice: before anything is begun, where there is no database there is no account.
 fn loopback_only(config: &Config, address: SocketAddr, may_have_accounts: bool) -> Result<()> {
     ensure!(
         address.ip().is_loopback() || may_have_accounts,
-        "will not listen on {address}: nobody has an account yet, so whoever reaches the server could read and change everything; make the first one with `lodestep account add NAME --role admin --data {}`, or start it on 127.0.0.1:{} and make it in the page (from elsewhere through an SSH tunnel)",
+        "will not listen on {address}: nobody has an account yet, so everybody who reaches the server could read and change everything; make the first one with `lodestep account add NAME --role admin --data {}`, or start it on 127.0.0.1:{} and make it in the page (from elsewhere through an SSH tunnel)",
         config.data.display(),
         address.port()
     );

@@ -12,7 +12,7 @@ pub struct Route {
     pub method: Method,
     /// The path with its variable parts, such as `/api/v1/markers/{name}`.
     pub template: String,
-    /// The same with ids and names of nothing: whoever is let in finds nothing to break.
+    /// The same with ids and names of nothing: a caller that is let in finds nothing to break.
     pub path: String,
     /// Whether nobody in particular may ask for it.
     pub is_open: bool,

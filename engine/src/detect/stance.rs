@@ -101,7 +101,7 @@ pub struct StanceDecision {
 /// A detector at work on one foot.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct StanceDetector {
-    /// Told again by whoever takes a saved one up.
+    /// Set again when a saved one is taken up.
     #[serde(skip)]
     tuning: StanceTuning,
     gravity_m_s2: f64,

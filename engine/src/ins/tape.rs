@@ -36,7 +36,7 @@ pub(super) enum Entry {
     Copy { from: u8, to: u8 },
     /// The blocks whose bits are set were given one noise in common. Its numbers: variance by axis.
     CommonNoise { blocks: u64 },
-    /// A moment that whoever records wants to look at on the way back.
+    /// A moment that the recorder wants to look at on the way back.
     Moment,
 }
 

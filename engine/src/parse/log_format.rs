@@ -81,7 +81,7 @@ impl Recognised {
     }
 }
 
-/// The formats that are known, for whoever sent another one.
+/// The formats that are known, for the answer to another one.
 const KNOWN: &str = "a log in a known format: the canonical CSV (t_s,gyr_x_rad_s,…), x-io NGIMU or x-IMU3 CSV, MicroStrain SensorConnect CSV, Xsens MT Manager or DOT export, WitMotion text log or serial dump, Shimmer Consensys export, APDM CSV; or a ZIP archive of one sensor's files (Sensor Logger, Phyphox, x-IMU3)";
 
 /// Recognises a log by its first bytes; unless they are the `whole` file, more follow.

@@ -161,7 +161,7 @@ async fn change(
                 accounts::update(&mut *db, &account).await.map_err(|error| taken(error, &account.name))?;
                 an_administrator_is_left(&mut *db).await?;
                 if is_new_password {
-                    // Whoever knew the old one is out.
+                    // All who knew the old one are out.
                     sign_ins::delete_others(&mut *db, id, None).await?;
                 }
                 let (before, after) = (serde_json::to_value(&old).ok(), serde_json::to_value(&account).ok());

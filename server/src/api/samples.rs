@@ -1,4 +1,4 @@
-//! The samples of a walk as they were measured, for whoever wants to compute with them.
+//! The samples of a walk as they were measured, for programs that compute with them.
 
 use axum::body::Body;
 use axum::extract::State;

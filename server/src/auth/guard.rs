@@ -60,7 +60,7 @@ fn not_yours(expected: &str) -> Error {
     Error::http(
         StatusCode::FORBIDDEN,
         "not_yours",
-        format!("expected {expected}, found another's: ask a dispatcher, or whoever made it"),
+        format!("expected {expected}, found another's: ask a dispatcher, or its maker"),
     )
 }
 
@@ -121,7 +121,7 @@ fn declared(app: &App, asked: &Parts) -> Result<Needs> {
     let Some(path) = path else { return Ok(Needs::Right(Right::Open)) };
     match app.routes.needs(method, path) {
         Some(needs) => Ok(needs),
-        // Whoever asks with a method that the path does not know is told so by the router.
+        // A method that the path does not know is refused by the router.
         None if app.routes.has(path) => Ok(Needs::Right(Right::Open)),
         None => Err(Error::http(
             StatusCode::FORBIDDEN,
@@ -141,7 +141,7 @@ async fn who(app: &App, asked: &Parts) -> Result<Caller> {
         return Ok(part);
     }
     if is_handed_on(&asked.headers) {
-        // From elsewhere, by a proxy at this machine: only whoever works here may do what needs no account.
+        // From elsewhere, by a proxy at this machine: only people at this machine may do what needs no account.
         return Ok(Caller::unknown(address));
     }
     Ok(Caller::working_at_the_machine(address))

@@ -3,7 +3,7 @@
 //! A request names somebody by a cookie (a person who has signed in) or by a bearer token (a device, a script).
 //! [`guard()`] finds out who that is and whether they have the right that the route declares
 //! ([`Routes`](crate::http::Routes)); handlers take the [`Caller`]. As long as there is no account, the server is open
-//! to whoever works at its machine, and to nobody else.
+//! to people at its machine, and to nobody else.
 
 mod caller;
 mod credentials;

@@ -1,4 +1,4 @@
-//! The first account: made by whoever reads what the server printed when it started.
+//! The first account: made with what the server printed when it started.
 
 use std::net::SocketAddr;
 use std::time::Instant;
@@ -23,13 +23,13 @@ pub(crate) fn tell_how(app: &App, address: SocketAddr) {
     if app.auth.has_accounts() {
         return;
     }
-    // One that was chosen is known to whoever chose it; one that was made by chance is good until it is used.
+    // One that was chosen is known to its chooser; one that was made by chance is good until it is used.
     let which = match app.config.setup_token {
         Some(_) => "the setup token that this server was started with".to_owned(),
         None => format!("this setup token: {}", app.auth.setup_token()),
     };
     tracing::warn!(
-        "nobody has an account yet: whoever works at this machine may do everything, nobody else anything. To make the first account open http://{address}/#/account and show {which}"
+        "nobody has an account yet: everybody at this machine may do everything, nobody else anything. To make the first account open http://{address}/#/account and show {which}"
     );
 }
 

@@ -22,7 +22,7 @@ const LOOK_AGAIN_EVERY: Duration = Duration::from_secs(3);
 pub(crate) struct Auth {
     /// Whether there is an account: then nobody does anything without one.
     accounts: AtomicBool,
-    /// What whoever sets the server up has to show; printed at the start, kept nowhere.
+    /// The secret that setting the server up needs; printed at the start, kept nowhere.
     setup_token: String,
     /// What a part of this program shows on the network, such as the demo's devices.
     pub(super) own_token: Secret,
@@ -51,7 +51,7 @@ impl Auth {
         self.accounts.load(Ordering::Acquire)
     }
 
-    /// What whoever makes the first account has to show.
+    /// The secret that making the first account needs.
     pub(crate) fn setup_token(&self) -> &str {
         &self.setup_token
     }

@@ -40,7 +40,7 @@ enum What {
         #[arg(long, value_enum)]
         role: RoleWord,
     },
-    /// Sets a new password, read from standard input; whoever was signed in is not any more
+    /// Sets a new password, read from standard input; all sign-ins of the account end
     Password {
         /// Whose
         name: String,

@@ -18,7 +18,7 @@ pub(super) struct ServeArgs {
     #[command(flatten)]
     config: Config,
 
-    /// File with what whoever makes the first account has to show, 20 letters or more; the variable LODESTEP_SETUP_TOKEN may
+    /// File with the setup token for the first account, 20 letters or more; the variable LODESTEP_SETUP_TOKEN may
     /// hold it, too. Without either, one is made by chance and printed at the start.
     #[arg(long, env = "LODESTEP_SETUP_TOKEN_FILE", value_name = "FILE")]
     setup_token_file: Option<PathBuf>,

@@ -1,4 +1,4 @@
-//! When whoever started a program that goes on and on asks it to stop.
+//! When a program that goes on until it is stopped is asked to stop.
 
 use anyhow::Result;
 

@@ -1,5 +1,5 @@
 //! The list of operations: each by its name with its route and those problems that no type of its handler tells. Clients
-//! know an operation by its name and a problem by its code: whoever renames or moves an operation, or lets it answer
+//! know an operation by its name and a problem by its code: a change that renames or moves an operation, or lets it answer
 //! something new, changes the list, too. Tests hold the list against the routes and the source, and every answer of a
 //! test server against the description that it is part of.
 

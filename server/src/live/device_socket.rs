@@ -246,7 +246,7 @@ impl Connection {
                     self.end(answer).await;
                     return Flow::Break(());
                 }
-                // That it has ended is found out by whoever waits for it.
+                // Those that wait for it find out that it has ended.
                 Err(_) => {}
             }
         }

@@ -40,7 +40,7 @@ pub struct Hub {
     inner: Mutex<Inner>,
     work: Notify,
     newest: watch::Sender<u64>,
-    /// The picture that was made last, and when it was begun; whoever makes one holds it.
+    /// The picture that was made last, and when it was begun; the one that makes one holds it.
     last_picture: AsyncMutex<Option<(Instant, u64, Utf8Bytes)>>,
 }
 

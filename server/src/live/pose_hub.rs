@@ -1,4 +1,4 @@
-//! Where the poses of live sessions are told the moment that they are known, to whoever listens.
+//! Where the poses of live sessions are told to all listeners the moment that they are known.
 //!
 //! They do not wait for the disk, as everything else that is told does: a control loop cannot, and what it is told is never a
 //! record.

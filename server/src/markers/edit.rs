@@ -105,7 +105,7 @@ pub(crate) fn checked_name(name: &str) -> Result<String> {
     Ok(name)
 }
 
-/// Why, as whoever changes a marker says it.
+/// Why, in the words of the one who changes a marker.
 pub(super) fn checked_reason(reason: Option<&str>) -> Result<String> {
     let reason = reason.unwrap_or_default().trim();
     let length = reason.chars().count();
@@ -118,7 +118,7 @@ pub(super) fn checked_reason(reason: Option<&str>) -> Result<String> {
     Ok(reason.to_owned())
 }
 
-/// What whoever changes a marker has seen of it.
+/// What the one who changes a marker has seen of it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(crate) struct Seen {
     /// The version in the request's body or query.
@@ -212,7 +212,7 @@ pub(crate) async fn put(
     let seen = Seen { version: seen.version.or(new.version), force: seen.force || new.force, ..seen };
     let (before, marker) = change(app, name.clone(), cause, move |standing| {
         match standing {
-            // It stands there already: whoever asks for that again has what was asked for.
+            // It stands there already: the same request again has what it asked for.
             Some(standing) if standing.place() == place => return Ok(Next::Leave),
             Some(standing) => seen.check_given(standing)?,
             None => {}

@@ -58,7 +58,7 @@ impl Finding {
 pub(crate) enum Level {
     /// Nothing of the file can be applied.
     Error,
-    /// It can be applied by whoever has seen this and knows better.
+    /// It can be applied by a surveyor who has seen this and knows better.
     Warning,
 }
 

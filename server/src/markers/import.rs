@@ -81,7 +81,7 @@ pub(crate) fn places_of_file(
     Ok(rows.into_iter().map(|row| (row.name, (row.place.e_m, row.place.n_m, row.place.u_m))).collect())
 }
 
-/// Reads a file and puts its markers into the table, at once for whoever looks. Markers that the
+/// Reads a file and puts its markers into the table, at once for every reader. Markers that the
 /// file does not name stay. One that changes nothing leaves no trace.
 pub(crate) async fn import(app: &App, caller: Caller, file: Vec<u8>) -> Result<Imported> {
     let frame = app.site.local_frame();

@@ -60,7 +60,7 @@ pub(crate) struct Reading {
     pub(crate) whole_table: bool,
 }
 
-/// The go-ahead of whoever applies a file.
+/// The go-ahead to apply a file.
 #[derive(Clone, Debug, Default, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 #[schemars(rename = "ApplyMarkerImport")]
@@ -73,7 +73,7 @@ pub(crate) struct Apply {
     pub(crate) accept_warnings: bool,
 }
 
-/// The go-ahead of whoever takes a file back.
+/// The go-ahead to take a file back.
 #[derive(Clone, Debug, Default, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 #[schemars(rename = "RevertMarkerImport")]
@@ -159,7 +159,7 @@ pub(crate) async fn give_up(app: &App, id: Uuid) -> Result<()> {
         .await
 }
 
-/// Makes the file's difference, at once for whoever looks, against the table that it was compared with.
+/// Makes the file's difference, at once for every reader, against the table that it was compared with.
 pub(crate) async fn apply(app: &App, caller: Caller, id: Uuid, asked: Apply) -> Result<MarkerImport> {
     let reason = checked_reason(asked.reason.as_deref())?;
     let _turn = app.import_turns.lock().await;

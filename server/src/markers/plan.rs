@@ -17,7 +17,7 @@ use crate::site;
 use crate::store::marker_imports::Counts;
 use crate::store::markers::{Marker, Place};
 
-/// Rows that are shown to whoever chooses the columns.
+/// Rows that are shown where the columns are chosen.
 const SAMPLE_ROWS: usize = 5;
 
 /// What a file would do.

@@ -15,7 +15,7 @@ pub(crate) enum Wanted {
     Site,
     /// Those that the stored track was computed with: what belongs to it.
     AsStored,
-    /// All as by default: whoever asks sets them.
+    /// All as by default: the caller sets them.
     Defaults,
 }
 

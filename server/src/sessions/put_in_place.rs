@@ -136,7 +136,7 @@ pub(super) async fn put_beside(
     if let Some(points) = &without_markers {
         charts.extend(charts::pack(&charts::of_points(system, Run::WithoutMarkers, points))?);
     }
-    // Whoever looks at them meanwhile sees them grow; the job ends with their charts.
+    // A reader sees them grow meanwhile; the job ends with their charts.
     let place = track::shown(app.store.read(), session_id).await?;
     for (run, points) in [(Run::Filtered, Some(filtered)), (Run::WithoutMarkers, without_markers)] {
         stage::add(&app.store, session_id, (run, place), points.unwrap_or_default())

@@ -63,7 +63,7 @@ impl UploadFile {
     }
 
     /// Whether a write or sync failed: then nothing more can be promised, and what was not promised is cut off
-    /// by whoever opens it next.
+    /// by the next one that opens it.
     pub(crate) fn has_failed(&self) -> bool {
         self.failed
     }
@@ -88,7 +88,7 @@ impl UploadFile {
 
     /// Lets go of the bytes that were never promised, for they may take the room that others need.
     pub(crate) async fn cut_back(self, promised_bytes: u64) {
-        // Whoever opens it next does it, too.
+        // The next one that opens it does it, too.
         let _ = self.file.set_len(promised_bytes).await;
     }
 }

@@ -12,7 +12,7 @@ use uuid::Uuid;
 
 #[derive(Default)]
 struct Upload {
-    /// Held by whoever has the turn.
+    /// Held by the one that has the turn.
     turn: Arc<tokio::sync::Mutex<()>>,
     /// Ends the request that has the turn.
     displaced: CancellationToken,
@@ -35,7 +35,7 @@ pub(crate) struct Turn {
 }
 
 impl UploadTurns {
-    /// Asks whoever has the turn to end, and waits for it.
+    /// Asks the one that has the turn to end, and waits for it.
     pub(crate) async fn take(&self, log_id: Uuid) -> Turn {
         let displaced = CancellationToken::new();
         let turn = {

@@ -1,4 +1,4 @@
-//! A new database: made whole beside its place, and put there when it is on disk. So whoever is killed meanwhile leaves no
+//! A new database: made whole beside its place, and put there when it is on disk. So a process that is killed meanwhile leaves no
 //! database, and an empty file in that place is one that lost what it held.
 
 use std::io;

@@ -31,7 +31,7 @@ pub struct MarkerImport {
     pub applied_revision: Option<i64>,
     /// The revision that its revert made.
     pub reverted_revision: Option<i64>,
-    /// Why, as whoever applied it said.
+    /// Why, in the words of the one who applied it.
     #[schemars(example = &"survey of November")]
     pub reason: String,
     /// When it came.

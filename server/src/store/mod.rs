@@ -194,7 +194,7 @@ impl StoreError {
 /// Whether several servers reach the database, one after the other.
 pub const IS_SHARED: bool = cfg!(feature = "cluster");
 
-/// How long whoever reads may go on once the store closes.
+/// How long readers may go on once the store closes.
 const READERS_CLOSE_WITHIN: std::time::Duration = std::time::Duration::from_secs(2);
 
 /// The open store.

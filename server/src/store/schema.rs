@@ -25,7 +25,7 @@ impl Item {
         self.kind == other.kind && self.name == other.name
     }
 
-    /// What `analyze` leaves behind, which whoever looks after a database may have run.
+    /// What `analyze` leaves behind, which the keeper of a database may have run.
     fn is_statistics(&self) -> bool {
         let made = match self.name.as_str() {
             "sqlite_stat1" => "create table sqlite_stat1(tbl,idx,stat)",

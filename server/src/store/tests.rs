@@ -168,7 +168,7 @@ async fn a_walk_has_its_last_states_and_a_newer_one_takes_the_place_of_what_a_vi
     store.writer().run(move |db| live_states::clear(db, one).boxed()).await.unwrap();
     assert_eq!(before(one, "this program", 0).await, []);
     assert_eq!(before(other, "another program", 5).await.len(), 3);
-    // A visit that is taken back, whoever asks and whether or not the walk is on this server now: it is in the states.
+    // A visit that is taken back, by any caller and whether or not the walk is on this server now: it is in the states.
     let visit = Visit {
         id: Uuid::now_v7(),
         session_id: other,

@@ -91,7 +91,7 @@ impl FromRow<'_, Row> for Delivery {
     }
 }
 
-/// Puts an event into the outbox of whoever wants it: in the transaction in which it happens.
+/// Puts an event into the outbox, for each webhook that wants it: in the transaction in which it happens.
 pub async fn announce(
     db: &mut Connection,
     event: EventKind,

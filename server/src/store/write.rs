@@ -73,7 +73,7 @@ pub(super) trait Work: Send {
     }
     /// Its record was written with others.
     fn was_written(&mut self) {}
-    /// The group is on disk, or it is not: tells whoever waits.
+    /// The group is on disk, or it is not: tells the one that waits.
     fn resolve(self: Box<Self>, committed: Result<(), Refusal>);
 }
 
@@ -163,7 +163,7 @@ fn ran<T, E: WriteError>(answer: &Result<T, E>) -> Ran {
     }
 }
 
-/// Tells whoever waits what became of the work, by its own answer and that of its group.
+/// Tells the one that waits what became of the work, by its own answer and that of its group.
 fn resolve<T, E: WriteError>(
     own: Option<Result<T, E>>,
     caller: oneshot::Sender<Result<T, E>>,

@@ -30,7 +30,7 @@ const PAUSE_GROWS: f64 = 4.0;
 const LONGEST_PAUSE_S: f64 = 4.0 * 3600.0;
 /// Bytes of an answer that are kept.
 const ANSWER_BYTES: u64 = 500;
-/// What has ended is kept so long, for whoever looks why.
+/// What has ended is kept for this long, to be looked up.
 const KEPT: time::Duration = time::Duration::days(30);
 
 /// Delivers until the server stops.

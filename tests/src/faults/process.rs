@@ -15,7 +15,7 @@ use tokio::sync::oneshot;
 const ANSWERS_WITHIN: Duration = Duration::from_secs(60);
 /// How long a server may take to end once it is asked to.
 const ENDS_WITHIN: Duration = Duration::from_secs(40);
-/// Lines of its log that are kept for whoever has to find out.
+/// Lines of its log that are kept for finding out why.
 const LINES_KEPT: usize = 400;
 
 /// How to start one.

@@ -60,7 +60,7 @@ async fn a_fault_of_high_severity_is_an_alarm_until_somebody_takes_it_on() {
         (&raised["alarm"]["kind"], &raised["alarm"]["fault_id"]),
         (&json!("fault"), &fault.body["id"])
     );
-    assert_eq!(standing(&server).await, [key.clone()]);
+    assert_eq!(standing(&server).await, std::slice::from_ref(&key));
 
     let acknowledged =
         ask(server.client.post(server.api("/alarms/acknowledged")).json(&json!({ "key": key }))).await;

@@ -190,7 +190,7 @@ async fn a_day_falls_into_place_in_the_evening() {
         assert_eq!(told.len(), 1, "{history}");
         assert!(told[0]["after"].is_string(), "{history}");
     }
-    // Whoever looks on is told.
+    // All dashboards are told.
     let told = feed.change(|change| change["kind"] == "fault" && change["fault"]["version"] == 2).await;
     assert!(told["fault"]["position_m"].is_array(), "{told}");
 
@@ -341,7 +341,7 @@ async fn the_dock_lists_the_walks_that_wait_and_knows_a_log_that_is_here() {
     assert_eq!(told, json!([2, 1_800.0, 1, false]));
     assert!(list[1]["inspector"].as_str().unwrap().starts_with("Inspector"), "{list}");
 
-    // A log that is here is known, whoever brings it again; and its walk waits no longer.
+    // A log that is here is known when it comes again; and its walk waits no longer.
     let bytes = log(&WALKS[0].logs[0][..2_000]);
     let path = format!("/known-logs?sha256={}", lodestep_tests::hand_in::sha256(&bytes));
     assert_eq!(server.look(&path).await.body, json!([]));

@@ -105,7 +105,7 @@ async fn what_is_forged_expired_or_revoked_opens_no_route_and_no_socket() {
                     .header("sec-websocket-key", "dGhlIHNhbXBsZSBub25jZQ==");
             }
             let status = request.send().await.unwrap().status().as_u16();
-            // A socket opens for whoever shows nothing at its door; the hello has to show a token.
+            // A socket opens without a token at its door; the hello has to show a token.
             let nothing_shown = shown.1 == "cookie" && route.is_socket && status == 101;
             if status != 401 && !nothing_shown {
                 let_in.push(format!("{} {} with {}: {status}", route.method, route.template, shown.0));
@@ -165,7 +165,7 @@ async fn of_ten_thousand_guesses_none_is_let_in_and_hardly_one_is_looked_at() {
         server.client.get(server.api("/sessions")).header("authorization", format!("Bearer {token}"))
     });
     assert_eq!(guess(tokens).await, [0, 4_000, 0]);
-    // Whoever the guesses were not about signs in meanwhile.
+    // An account that the guesses were not about signs in meanwhile.
     let body = json!({"name": "viewer", "password": PASSWORD});
     let other = server.client.post(server.api("/account/sign-in")).header("x-forwarded-for", "10.201.0.1");
     assert_eq!(other.json(&body).send().await.unwrap().status(), 200);

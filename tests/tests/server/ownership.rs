@@ -39,7 +39,7 @@ const OF_ACCOUNTS: &[(&str, &str)] = &[
     ("DELETE", "/accounts/01900000-0000-7000-8000-000000000000"),
 ];
 
-/// In this order whoever may delete something comes after those who may not.
+/// In this order those who may delete something come after those who may not.
 const ORDER: [&str; 6] = ["viewer", "surveyor", "inspector", "dispatcher", "engineer", "admin"];
 
 /// How somebody shows who they are.

@@ -187,7 +187,7 @@ async fn every_route_lets_in_whom_the_matrix_names_and_nobody_else() {
                 // It would end the sign-in that the rest of the rows is asked with.
                 continue;
             }
-            // Ids of nothing: whoever is let in finds nothing to break.
+            // Ids of nothing: a caller that is let in finds nothing to break.
             let path = path
                 .replace("{id}", "01900000-0000-7000-8000-000000000000")
                 .replace("{photo_id}", "01900000-0000-7000-8000-000000000000")

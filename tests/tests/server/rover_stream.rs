@@ -22,7 +22,7 @@ use lodestep_tests::server::TestServer;
 use tokio::io::AsyncWriteExt;
 use tokio::net::TcpListener;
 
-/// A receiver that sends this to whoever connects first, and then nothing.
+/// A receiver that sends this to the first connection, and then nothing.
 async fn receiver(bytes: Vec<u8>) -> String {
     let listener = TcpListener::bind("127.0.0.1:0").await.unwrap();
     let address = listener.local_addr().unwrap();

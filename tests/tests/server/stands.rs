@@ -221,7 +221,7 @@ async fn a_processed_session_has_stands_and_automatic_mode_can_be_switched() {
     assert!(!made.is_empty() && made.iter().all(|visit| visit["origin"] == "automatic"), "{made:?}");
     assert_ne!(with["track_sha256"], before["track_sha256"]);
 
-    // Whoever keyed a marker in has the last word.
+    // The person who keyed a marker in has the last word.
     let first = &told[0];
     let from_s = first["t_start_ns"].as_f64().unwrap() / 1e9 + 1.0;
     let marker = &first["candidates"][0]["marker"];

@@ -115,7 +115,7 @@ impl Regular {
     fn pass(&mut self, rows: &mut Vec<ImuSample>) {
         let Some(mut row) = self.waiting.pop_front() else { return };
         row.t_ns = row.t_ns.saturating_add(self.offset_ns);
-        // A row that goes back all the same is left to whoever uses the log; time goes on from the newest.
+        // A row that goes back all the same is left to the user of the log; time goes on from the newest.
         if self.before.is_none_or(|before| before.t_ns < row.t_ns) {
             self.before = Some(row);
         }

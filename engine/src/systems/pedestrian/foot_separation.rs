@@ -40,7 +40,7 @@ pub fn by_its_direction(row: &RowVector3<f64>, difference_n: &Vector3<f64>) -> R
 }
 
 /// A distance across the swing of now or of a past moment is `separation_m`. What it depends on is added
-/// by whoever knows where that error stands.
+/// by the caller, who knows where that error stands.
 pub fn foot_separation(distance_m: f64, separation_m: f64, sigma_m: f64) -> Observation<1> {
     let innovation = distance_m - separation_m;
     Observation::new(SVector::<f64, 1>::new(innovation), SMatrix::<f64, 1, 1>::new(sigma_m * sigma_m))

@@ -26,7 +26,7 @@ const DOOR_S: f64 = 3.0;
 const LOST_SIGMA_M: f64 = 0.1;
 /// Walk of the height where no satellite says how high, m/√s.
 const HEIGHT_WALK: f64 = 0.02;
-/// Plan sigma under which whole cycles are called fixed, m. Whoever reads the word counts on 5 cm: that has to be two sigmas.
+/// Plan sigma under which whole cycles are called fixed, m. A reader of the word counts on 5 cm: that has to be two sigmas.
 pub const FIXED_PLAN_SIGMA_M: f64 = 0.025;
 /// What no residual shows: antennas, multipath that stays, the base's own place; m.
 pub(super) const FLOOR_M: f64 = 0.0015;

@@ -20,7 +20,7 @@ use crate::system::ChartValue;
 const SKY_EVERY_NS: i64 = 10_000_000_000;
 /// A base that is farther from the site than this belongs to another one, m.
 const FARTHEST_BASE_M: f64 = 50_000.0;
-/// Whoever moves less has no direction, m.
+/// With less motion there is no direction, m.
 const STEP_M: f64 = 0.05;
 /// A ratio is shown up to here.
 const MOST_RATIO: f64 = 1_000.0;
