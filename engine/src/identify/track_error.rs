@@ -13,6 +13,11 @@ const STATES: usize = 5;
 const HEADING: usize = 3;
 const SCALE: usize = 4;
 
+/// A heading is unknown where its sigma, or what a visit turns it by, is beyond this, rad.
+const UNKNOWN_RAD: f64 = 0.5;
+/// How sure it is when markers have just told it, rad.
+const JUST_TURNED_RAD: f64 = 0.1;
+
 /// The error of a track as a Gaussian.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct TrackError {
@@ -60,6 +65,14 @@ impl TrackError {
         let scale_sigma = sigma(tuning.scale_sigma);
         let heading_kept = libm::exp(-length_m / tuning.heading_length_m);
         let scale_kept = libm::exp(-length_m / tuning.scale_length_m);
+        if stretch.heading_sigma_rad > UNKNOWN_RAD {
+            // Nothing is known of it from the beginning on: the track may end anywhere on a circle.
+            let unknown = stretch.heading_sigma_rad * stretch.heading_sigma_rad;
+            self.covariance[(HEADING, HEADING)] = self.covariance[(HEADING, HEADING)].max(unknown);
+            for axis in 0..2 {
+                self.covariance[(axis, axis)] += d.xy().norm_squared();
+            }
+        }
         // A track that is turned clockwise by ψ goes d + ψ (d_n, −d_e).
         let across = Vector2::new(d.y, -d.x);
         let mut f = SMatrix::<f64, STATES, STATES>::identity();
@@ -93,7 +106,17 @@ impl TrackError {
         for axis in 0..3 {
             self.mean[axis] += stretch.jump_n_m[axis];
         }
-        self.mean[HEADING] += stretch.jump_heading_rad;
+        if stretch.jump_heading_rad.abs() < UNKNOWN_RAD {
+            self.mean[HEADING] += stretch.jump_heading_rad;
+            return;
+        }
+        // Markers have told how the walk is turned: what was thought of its heading is about another track.
+        self.mean[HEADING] = 0.0;
+        for state in 0..STATES {
+            self.covariance[(HEADING, state)] = 0.0;
+            self.covariance[(state, HEADING)] = 0.0;
+        }
+        self.covariance[(HEADING, HEADING)] = JUST_TURNED_RAD * JUST_TURNED_RAD;
     }
 
     /// The track's position was `off` from where it should have been (with this sigma on each axis).
@@ -160,5 +183,16 @@ mod tests {
         assert_eq!(corrected.covariance, error.covariance);
         assert_eq!(corrected.mean[0] - error.mean[0], -2.0);
         assert_eq!(corrected.mean[HEADING] - error.mean[HEADING], -0.01);
+    }
+
+    #[test]
+    fn a_heading_of_which_nothing_is_known_leaves_the_end_anywhere_on_a_circle_until_it_is_turned() {
+        let tuning = IdentificationTuning::default();
+        let mut error = TrackError::at_start(&tuning);
+        error.walk(&Stretch { heading_sigma_rad: 1.8, ..north(20.0) }, &tuning);
+        assert!((0..2).all(|axis| error.covariance[(axis, axis)].sqrt() > 19.0));
+        error.walk(&Stretch { jump_heading_rad: 2.0, ..north(0.0) }, &tuning);
+        assert_eq!(error.mean[HEADING], 0.0);
+        assert!(error.covariance[(HEADING, HEADING)].sqrt() < 0.11);
     }
 }

@@ -313,6 +313,23 @@ impl<const B: usize> BlockCovariance<B> {
         self.symmetrise(a);
     }
 
+    /// P ← E P E', where E turns each of these vectors by `r`.
+    pub(super) fn turn(&mut self, vectors: &[usize], r: &Matrix3<f64>) {
+        for i in 0..B {
+            for j in i..B {
+                let mut block = self.stored(i, j);
+                if vectors.contains(&i) {
+                    block = r * block;
+                }
+                if vectors.contains(&j) {
+                    block *= r.transpose();
+                }
+                self.set(i, j, &block);
+            }
+            self.symmetrise(i);
+        }
+    }
+
     /// Scales the error of vector i, axis by axis.
     #[inline]
     pub(super) fn scale(&mut self, i: usize, by: &Vector3<f64>) {

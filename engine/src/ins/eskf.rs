@@ -88,6 +88,18 @@ impl<const B: usize> Eskf<B> {
         self.tape.scale(i, by);
     }
 
+    /// The errors of these vectors are written in a frame that is turned by `r`. It is not taken down: what was recorded
+    /// before belongs to the other frame.
+    pub(crate) fn turn(&mut self, vectors: &[usize], r: &Matrix3<f64>) {
+        self.covariance.turn(vectors, r);
+        if let Some(aside) = &mut self.aside {
+            for vector in vectors {
+                let block = aside.row.block(*vector) * r.transpose();
+                aside.row.0[0][*vector] = [block[0], block[1], block[2]];
+            }
+        }
+    }
+
     /// Keeps the error Σ jacobian · error of that block as it is now: it will be measured later. What was
     /// kept before is forgotten.
     pub fn set_aside(&mut self, jacobians: &[(usize, RowVector3<f64>)]) {

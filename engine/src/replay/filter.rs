@@ -45,8 +45,11 @@ pub(crate) trait Replayed<const B: usize>: Clone + Debug {
     fn t_ns(&self) -> i64;
     /// Goes on by one input; outcomes are appended to `events`.
     fn step(&mut self, setting: &Self::Setting, input: &Self::Input, events: &mut Vec<Event>);
-    /// Weighs a visit at its moment.
-    fn weigh(&mut self, setting: &Self::Setting, visit: &Visit) -> VisitOutcome;
+    /// Weighs a visit at its moment; what else it shows is appended to `events`.
+    fn weigh(&mut self, setting: &Self::Setting, visit: &Visit, events: &mut Vec<Event>) -> VisitOutcome;
+    /// Puts into `start`, itself at an earlier moment, what it has found out since that no correction can bring back there; says
+    /// whether there was anything. Smoothing then runs on from there again.
+    fn teach(&self, setting: &Self::Setting, start: &mut Self) -> bool;
     /// How many of the session's visits have been weighed.
     fn visits_weighed(&self) -> usize;
     /// Sets that number.

@@ -202,6 +202,18 @@ impl<F: Replayed<B>, const B: usize> History<F, B> {
             self.record(last.epoch(), last.t_ns());
         }
         self.tell(events);
+        if let Some(smoothing) = self.smoothing.as_mut().filter(|smoothing| !smoothing.is_live()) {
+            let source = Source {
+                setting: &self.setting,
+                inputs: &self.inputs,
+                visits: &self.visits,
+                next: self.next,
+                closed: true,
+            };
+            if let Some(anew) = smoothing.anew(0, &self.filter, &source) {
+                *smoothing = anew;
+            }
+        }
         self.way_back = match &self.smoothing {
             Some(smoothing) if !smoothing.is_live() => {
                 Some((smoothing.stretches(), Box::new(WayBack::new())))
@@ -253,8 +265,20 @@ impl<F: Replayed<B>, const B: usize> History<F, B> {
         let mut way = WayBack::new();
         let mut pieces = Vec::new();
         let reached = |number: &usize| smoothing.first_input(*number).saturating_sub(1) >= in_memory;
-        let numbers: Vec<usize> = (0..smoothing.stretches()).rev().take_while(reached).collect();
-        for number in numbers {
+        let first = (0..smoothing.stretches()).rev().take_while(reached).last();
+        let Some(first) = first else { return };
+        let mut anew = smoothing.anew(first, &self.filter, &source);
+        let (smoothing, numbers) = match &mut anew {
+            Some(anew) => {
+                let numbers = 0..anew.stretches();
+                (anew, numbers)
+            }
+            None => {
+                let numbers = first..smoothing.stretches();
+                (smoothing, numbers)
+            }
+        };
+        for number in numbers.rev() {
             pieces.push(smoothing.go_back(number, &mut way, &source));
         }
         let points: Vec<TrackPoint> = pieces.into_iter().rev().flatten().collect();
@@ -317,7 +341,7 @@ impl<F: Replayed<B>, const B: usize> History<F, B> {
         if !F::uses_visits(&self.setting) {
             // Without the aid the visit still shows how far off the track is.
             let mut without = self.filter.clone();
-            let mut outcome = without.weigh(&self.setting, visit);
+            let mut outcome = without.weigh(&self.setting, visit, &mut Vec::new());
             outcome.accepted = false;
             outcome.after_minus_marker_n_m = outcome.before_minus_marker_n_m;
             outcome.reason = "markers are not among the aids of this run".to_owned();
@@ -325,10 +349,12 @@ impl<F: Replayed<B>, const B: usize> History<F, B> {
             self.weighed(number);
             return;
         }
-        let outcome = self.filter.weigh(&self.setting, visit);
+        let mut shown = Vec::new();
+        let outcome = self.filter.weigh(&self.setting, visit, &mut shown);
         self.trail_bends |= outcome.accepted;
         if !*reported {
             *reported = true;
+            events.append(&mut shown);
             events.push(Event::Visit(outcome));
         }
         self.weighed(number);

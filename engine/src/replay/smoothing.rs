@@ -19,6 +19,8 @@ use crate::visit::Visit;
 const STRETCH_NS: i64 = 60_000_000_000;
 /// So much is kept of recordings, which saves the run to make them again, bytes.
 const KEPT_BYTES: usize = 32 << 20;
+/// What is found out is put into the beginning at most so often.
+const MOST_TIMES_ANEW: usize = 3;
 /// So much of a live session's past is smoothed at a visit, ns.
 pub(super) const TRAIL_NS: i64 = 300_000_000_000;
 
@@ -123,6 +125,16 @@ impl<F: Replayed<B>, const B: usize> Smoothing<F, B> {
             afresh,
             recording: (!self.live).then(Recording::new),
         });
+        self.let_recordings_go();
+        while self.live && self.stretches.get(1).is_some_and(|second| first_ns - second.first_ns > TRAIL_NS) {
+            self.stretches.pop_front();
+        }
+        let oldest = self.stretches.front().map_or(0, |stretch| stretch.first_weighed);
+        self.weighed.forget_before(oldest);
+    }
+
+    /// Keeps the newest recordings, as far as there is room.
+    fn let_recordings_go(&mut self) {
         let mut kept_bytes = 0;
         for stretch in self.stretches.iter_mut().rev() {
             kept_bytes += stretch.recording.as_ref().map_or(0, Recording::bytes);
@@ -130,11 +142,6 @@ impl<F: Replayed<B>, const B: usize> Smoothing<F, B> {
                 stretch.recording = None;
             }
         }
-        while self.live && self.stretches.get(1).is_some_and(|second| first_ns - second.first_ns > TRAIL_NS) {
-            self.stretches.pop_front();
-        }
-        let oldest = self.stretches.front().map_or(0, |stretch| stretch.first_weighed);
-        self.weighed.forget_before(oldest);
     }
 
     /// A checkpoint was taken before the input `first`: a new stretch begins there, when it is time.
@@ -234,7 +241,7 @@ impl<F: Replayed<B>, const B: usize> Smoothing<F, B> {
         let Some(stretch) = self.stretches.get_mut(number) else { return Vec::new() };
         let kept = stretch.recording.take();
         let stretch = &self.stretches[number];
-        let recording = kept.unwrap_or_else(|| self.run_again(number, source));
+        let recording = kept.unwrap_or_else(|| self.run_again(number, (*stretch.filter).clone(), source).0);
         let points = recording.go_back(way, &stretch.filter, source.setting);
         if stretch.afresh {
             *way = WayBack::new();
@@ -242,7 +249,50 @@ impl<F: Replayed<B>, const B: usize> Smoothing<F, B> {
         points
     }
 
-    fn run_again(&self, number: usize, source: &Source<'_, F, B>) -> Recording<F, B> {
+    /// The stretches from number `from` on, with what `end`, the filter at their end, has found out put into their
+    /// beginnings, and run again; `None` where there is nothing of that kind.
+    ///
+    /// What is found out so may change what there is to be found: the walk runs on until there is no more.
+    pub(super) fn anew(&self, from: usize, end: &F, source: &Source<'_, F, B>) -> Option<Self> {
+        let mut filter = (*self.stretches.get(from)?.filter).clone();
+        if !end.teach(source.setting, &mut filter) {
+            return None;
+        }
+        let mut anew = None;
+        for _ in 0..MOST_TIMES_ANEW {
+            let start = filter.clone();
+            let (smoothing, end) = self.run_all(from, filter, source);
+            anew = Some(smoothing);
+            filter = start;
+            if !end.teach(source.setting, &mut filter) {
+                break;
+            }
+        }
+        anew
+    }
+
+    /// The same stretches from number `from` on, which begins as `filter`; and the filter at the end.
+    fn run_all(&self, from: usize, mut filter: F, source: &Source<'_, F, B>) -> (Self, F) {
+        let mut all =
+            Smoothing { stretches: VecDeque::new(), weighed: self.weighed.clone(), live: self.live };
+        for number in from..self.stretches.len() {
+            let of = &self.stretches[number];
+            let start = filter.clone();
+            let (recording, end) = self.run_again(number, filter, source);
+            filter = end;
+            all.stretches.push_back(Stretch {
+                filter: Box::new(start),
+                recording: Some(recording),
+                afresh: of.afresh,
+                ..*of
+            });
+            all.let_recordings_go();
+        }
+        (all, filter)
+    }
+
+    /// Runs over the stretch of that number, beginning as `filter`; gives it as it is at the end, too.
+    fn run_again(&self, number: usize, mut filter: F, source: &Source<'_, F, B>) -> (Recording<F, B>, F) {
         let stretch = &self.stretches[number];
         let (end, end_weighed, closed) = match self.stretches.get(number + 1) {
             Some(next) => (
@@ -252,7 +302,6 @@ impl<F: Replayed<B>, const B: usize> Smoothing<F, B> {
             ),
             None => (source.next, self.weighed.end_number(), source.closed),
         };
-        let mut filter = (*stretch.filter).clone();
         filter.eskf_mut().tape.set_recording(true);
         let mut recording = Recording::new();
         let mut events = Vec::new();
@@ -277,7 +326,7 @@ impl<F: Replayed<B>, const B: usize> Smoothing<F, B> {
                 events.clear();
             }
         }
-        recording
+        (recording, filter)
     }
 }
 
@@ -286,6 +335,6 @@ fn weigh_again<F: Replayed<B>, const B: usize>(filter: &mut F, source: &Source<'
     if F::uses_visits(source.setting)
         && let Some((visit, _)) = source.visits.get(number)
     {
-        filter.weigh(source.setting, visit);
+        filter.weigh(source.setting, visit, &mut Vec::new());
     }
 }

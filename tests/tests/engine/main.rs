@@ -9,6 +9,7 @@ mod height;
 mod honesty;
 mod instruments;
 mod memory;
+mod north;
 mod order_of_arrival;
 mod pole;
 mod recorded_walks;

@@ -44,6 +44,16 @@ impl Beyond {
         self.turned_about_n.get_or_insert(place_n);
     }
 
+    /// Something says again where north is.
+    pub(super) fn find_north(&mut self) {
+        self.turned_about_n = None;
+    }
+
+    /// What lies beyond the filter in plan, on each axis, m².
+    pub(super) fn plan_m2(&self) -> f64 {
+        self.plan_m * self.plan_m
+    }
+
     /// Variances on each axis of a position, m², and of the heading, rad².
     pub(super) fn variances(&self, p_n: &Vector3<f64>) -> ([f64; 3], f64) {
         let (mut plan, mut turned) = (self.plan_m * self.plan_m, self.heading_rad * self.heading_rad);

@@ -14,6 +14,8 @@ pub const FEET_CONTRADICT: AnomalyKind = AnomalyKind(Word::declared("feet_contra
 pub const HEIGHTS_DISAGREE: AnomalyKind = AnomalyKind(Word::declared("heights_disagree", 34));
 /// Fewer samples a second than a walking foot needs.
 pub const LOW_RATE: AnomalyKind = AnomalyKind(Word::declared("low_rate", 35));
+/// Markers disagree about how a walk is turned whose heading is unknown.
+pub const MARKERS_DISAGREE: AnomalyKind = AnomalyKind(Word::declared("markers_disagree", 37));
 /// Single samples that have nothing to do with their neighbours.
 pub const SPIKES: AnomalyKind = AnomalyKind(Word::declared("spikes", 36));
 
@@ -85,6 +87,21 @@ pub(crate) enum Contradiction {
         /// How far it is from both, rad/s.
         off_rad_s: f64,
     },
+    /// By two markers a walk whose heading is unknown is turned differently.
+    MarkersDisagree {
+        /// By how much, degrees, counterclockwise positive.
+        off_deg: f64,
+    },
+    /// The markers are where the walk would be seen in a mirror, as by no turn of it.
+    MarkersMirrored {
+        /// How many markers there have been.
+        markers: u32,
+    },
+    /// Later markers outvote one by which the walk was turned.
+    MarkersTurned {
+        /// By how much that one was off, degrees, counterclockwise positive.
+        off_deg: f64,
+    },
 }
 
 impl Cause for Contradiction {
@@ -100,6 +117,9 @@ impl Cause for Contradiction {
             | Contradiction::PressureAlone { .. } => HEIGHTS_DISAGREE,
             Contradiction::LowRate { .. } => LOW_RATE,
             Contradiction::Spike { .. } => SPIKES,
+            Contradiction::MarkersDisagree { .. }
+            | Contradiction::MarkersMirrored { .. }
+            | Contradiction::MarkersTurned { .. } => MARKERS_DISAGREE,
         }
     }
 
@@ -138,6 +158,17 @@ impl Cause for Contradiction {
             Contradiction::Spike { off_rad_s } => format!(
                 "a single sample is {off_rad_s:.0} rad/s from both of its neighbours; it is taken as lying between them"
             ),
+            Contradiction::MarkersDisagree { off_deg } => format!(
+                "the walk's heading is unknown, and by this marker it is turned by {:.0}° against what another one says: one of them is wrong. Until a third decides, the sigma is as large as the way",
+                off_deg.abs()
+            ),
+            Contradiction::MarkersMirrored { markers } => format!(
+                "the walk's heading is unknown, and {markers} markers are where it would be seen in a mirror: the markers' east and north are exchanged, or the axes of the sensors are left-handed. No turn is believed; check both"
+            ),
+            Contradiction::MarkersTurned { off_deg } => format!(
+                "the walk's heading is unknown, and most markers agree that it is turned by {:.0}° against what an earlier one said: that one is left out",
+                off_deg.abs()
+            ),
         }
     }
 
@@ -165,6 +196,9 @@ impl Cause for Contradiction {
                 figures([("rate_hz", rate_hz.into()), ("least_hz", least_hz.into())])
             }
             Contradiction::Spike { off_rad_s } => figures([("off_rad_s", off_rad_s.into())]),
+            Contradiction::MarkersDisagree { off_deg } => figures([("apart_deg", off_deg.abs().into())]),
+            Contradiction::MarkersMirrored { markers } => figures([("markers", f64::from(markers).into())]),
+            Contradiction::MarkersTurned { off_deg } => figures([("outvoted_deg", off_deg.abs().into())]),
         }
     }
 }
@@ -195,7 +229,10 @@ impl Contradiction {
                 Some(Contradiction::LowRate { rate_hz: 20.0, least_hz: 40.0 })
             }
             Contradiction::LowRate { .. } => Some(Contradiction::Spike { off_rad_s: 30.0 }),
-            Contradiction::Spike { .. } => None,
+            Contradiction::Spike { .. } => Some(Contradiction::MarkersDisagree { off_deg: 71.0 }),
+            Contradiction::MarkersDisagree { .. } => Some(Contradiction::MarkersMirrored { markers: 4 }),
+            Contradiction::MarkersMirrored { .. } => Some(Contradiction::MarkersTurned { off_deg: 48.0 }),
+            Contradiction::MarkersTurned { .. } => None,
         })
     }
 }

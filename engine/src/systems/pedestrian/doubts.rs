@@ -1,7 +1,7 @@
 //! Contradictions that show on the way: does a swing come to rest, do two feet stay together? What is contradicted
 //! is left out, or the sigmas take account of it (`beyond`).
 
-use nalgebra::Vector3;
+use nalgebra::{Matrix3, Vector3};
 use serde::{Deserialize, Serialize};
 
 use super::contradictions::Contradiction;
@@ -65,6 +65,12 @@ impl Doubts {
     pub(crate) fn at_rest(rest_m_s2: f64, gravity_m_s2: f64) -> Doubts {
         let off_share = (rest_m_s2 / gravity_m_s2 - 1.0).abs();
         Doubts { force_share: (off_share - BIAS_SHARE).clamp(0.0, 1.0), ..Doubts::default() }
+    }
+
+    /// Turns what is written in n about the vertical.
+    pub(super) fn turn(&mut self, r: &Matrix3<f64>) {
+        self.field_turn.turn(r);
+        self.heading_before_rad = wrap(self.heading_before_rad - libm::atan2(r[(1, 0)], r[(0, 0)]));
     }
 
     /// What a swing's way may be wrong by, as a share, beyond what sensors that belong together explain.

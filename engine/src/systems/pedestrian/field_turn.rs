@@ -26,6 +26,8 @@ const BETTER_SHARE2: f64 = 0.2;
 /// opposites do.
 const WAYS: usize = 24;
 
+/// A way that a wrong field has turned may end off by this share of it.
+const BENT_SHARE: f64 = 0.3;
 /// Turns about the vertical of the stance, by so many equal angles, in which a magnetometer of its own may be tied.
 const TURNS: usize = 12;
 
@@ -99,6 +101,13 @@ fn along(way: &Matrix3<f64>, stance_b_ut: &Vector3<f64>, turned: &[Matrix3<f64>;
 }
 
 impl FieldTurn {
+    /// Turns what is written in n about the vertical.
+    pub(super) fn turn(&mut self, r: &Matrix3<f64>) {
+        if let Some((_, c_nb)) = &mut self.at_lift_off {
+            *c_nb = r * *c_nb;
+        }
+    }
+
     /// The foot leaves the ground, where its field was this, if it is known.
     fn begin(&mut self, at_lift_off: Option<(Vector3<f64>, Matrix3<f64>)>) {
         self.at_lift_off = at_lift_off;
@@ -188,8 +197,11 @@ impl<const B: usize, const F: usize> Filter<B, F> {
         doubts.field_left_out = true;
         let off_deg = 2.0 * libm::asin((0.5 * off_share).min(1.0)).to_degrees();
         self.tell(setting, sensor, &Contradiction::FieldAgainstGyro { off_deg }, told);
+        // The way since then was bent by the field, nobody knows how far.
         let place_n = self.last_sure_place_n;
-        self.beyond.lose_north(place_n);
+        let way_m = (self.middle_p_n() - place_n).xy().norm();
+        let sigma_m = setting.tuning.marker_sigma_m + BENT_SHARE * way_m;
+        self.lose_north(place_n, sigma_m * sigma_m);
     }
 }
 

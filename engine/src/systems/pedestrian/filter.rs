@@ -11,6 +11,7 @@ use super::beyond::Beyond;
 use super::config::Config;
 use super::foot::{FootState, Step};
 use super::line::FootLine;
+use super::north::North;
 use super::side::Side;
 use super::slow_errors::{Slow, deviation, stride, surroundings};
 use super::swing::Following;
@@ -82,6 +83,8 @@ pub(crate) struct Filter<const B: usize, const F: usize> {
     pub(super) heading_uncertain: bool,
     /// What the position may be wrong by beyond the covariance.
     pub(super) beyond: Beyond,
+    /// How the walk is turned, where nothing says that from the start.
+    pub(super) north: Option<Box<North>>,
     /// Where the inspector was when it was last known, m.
     pub(super) last_sure_place_n: Vector3<f64>,
     /// When a contradiction of the heights was last told, ns.
@@ -107,6 +110,7 @@ impl<const B: usize, const F: usize> Filter<B, F> {
             turned_down: None,
             heading_uncertain: false,
             beyond: Beyond::default(),
+            north: None,
             last_sure_place_n: place_n,
             heights_told_ns: None,
             feet_out_of_step: false,

@@ -146,6 +146,18 @@ impl FootState {
     }
 }
 
+impl FootState {
+    /// Turns all that is written in n about the vertical through `about_n`.
+    pub(crate) fn turn(&mut self, r: &Matrix3<f64>, about_n: &Vector3<f64>) {
+        self.nav.c_nb = r * self.nav.c_nb;
+        self.nav.v_n = r * self.nav.v_n;
+        self.nav.p_n = about_n + r * (self.nav.p_n - about_n);
+        self.moved_n = r * self.moved_n;
+        self.swing.turn(r, about_n);
+        self.stance.first_c_nb = r * self.stance.first_c_nb;
+    }
+}
+
 impl Stance {
     /// The foot has come to stand at `t_ns`.
     pub(crate) fn begin(&mut self, t_ns: i64) {

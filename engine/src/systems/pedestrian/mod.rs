@@ -3,7 +3,7 @@
 //! The samples of each foot come down a `line` (health, standing start, stance); `start` turns the
 //! standing starts into the filter's first state; `filter` is the joint error filter with both
 //! strapdowns, one sample at a time, aided by `stance_aids` (a foot that stands), `two_feet` (what
-//! they know of each other) and `visits` (markers), with `lost` for a foot of which nothing was
+//! they know of each other) and `visits` (markers), with `north` (what they say of how a walk is turned), `lost` for a foot of which nothing was
 //! heard, `position` for its points and `inside` for what is only looked at. What sensors contradict (`contradictions` names it) is found at the
 //! start by `start_field` and on the way by `doubts`, `field_turn` and, of the height, `ride`; `beyond` is what it adds to the sigmas. `replayed` is what late visits and smoothing ask of it
 //! (`crate::replay`), on steps as `kept_step` keeps them. `foot` is what is kept of one foot, `walked` how far it
@@ -35,7 +35,9 @@ mod field_turn;
 pub mod foot_separation;
 mod inside;
 mod kept_step;
+mod known_places;
 mod lost;
+mod north;
 mod parameters;
 mod position;
 mod replayed;

@@ -46,8 +46,12 @@ impl<const B: usize, const F: usize> Replayed<B> for Filter<B, F> {
         self.take(setting, &input.step(), events);
     }
 
-    fn weigh(&mut self, setting: &Setting, visit: &Visit) -> VisitOutcome {
-        self.apply_visit(setting, visit, visit.moment_ns())
+    fn weigh(&mut self, setting: &Setting, visit: &Visit, events: &mut Vec<Event>) -> VisitOutcome {
+        self.apply_visit(setting, visit, visit.moment_ns(), events)
+    }
+
+    fn teach(&self, setting: &Setting, start: &mut Self) -> bool {
+        self.teach_north(setting, start)
     }
 
     fn visits_weighed(&self) -> usize {

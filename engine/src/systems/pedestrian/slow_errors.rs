@@ -159,7 +159,7 @@ impl<const B: usize, const F: usize> Filter<B, F> {
 pub(crate) struct Slow {
     /// Deflection of the field, rad; drift of the pressure, m; separation, m.
     pub(crate) surroundings: Vector3<f64>,
-    place_n: Vector3<f64>,
+    pub(super) place_n: Vector3<f64>,
     t_ns: i64,
 }
 

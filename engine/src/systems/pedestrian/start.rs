@@ -156,8 +156,9 @@ fn started<const B: usize, const F: usize>(
         }
     }
     if first.north_unknown {
-        let place_n = filter.last_sure_place_n;
-        filter.beyond.lose_north(place_n);
+        let place_n = filter.middle_p_n();
+        let sigma_m = libm::hypot(setting.tuning.first_position_sigma_m, FOOT_PLACE_SIGMA_M);
+        filter.lose_north(place_n, sigma_m * sigma_m);
     }
     filter
 }

@@ -1,6 +1,6 @@
 //! Where in a swing the swinging foot passes the standing one.
 
-use nalgebra::Vector3;
+use nalgebra::{Matrix3, Vector3};
 use serde::{Deserialize, Serialize};
 
 /// So much further than at the nearest, and the foot has passed, m² (0.2 m from beside the other).
@@ -105,6 +105,17 @@ impl Swing {
         let travelled_m = (p_n - self.start_p_n).xy().norm();
         let fast = self.velocity_then_n.xy().norm() > SLOWEST_PASSING_M_S;
         if fast && travelled_m > SHORTEST_SWING_M { Following::Passed } else { Following::Nothing }
+    }
+
+    /// Turns it about the vertical through `about_n`.
+    pub fn turn(&mut self, r: &Matrix3<f64>, about_n: &Vector3<f64>) {
+        self.start_p_n = about_n + r * (self.start_p_n - about_n);
+        self.velocity_then_n = r * self.velocity_then_n;
+    }
+
+    /// Moves it.
+    pub fn shift(&mut self, by_n: &Vector3<f64>) {
+        self.start_p_n += by_n;
     }
 
     /// Whether there has been a swing at all.

@@ -3,9 +3,11 @@
 use nalgebra::Vector3;
 
 use super::filter::{Filter, Setting};
-use crate::event::VisitOutcome;
+use super::north::Sought;
+use crate::event::{Event, VisitOutcome};
 use crate::ins::layout::ErrorState;
 use crate::measure::marker_position::marker_position;
+use crate::rotation::heading;
 use crate::visit::Visit;
 
 /// A visit is turned down beyond this: one in ten million of three normal squares.
@@ -13,10 +15,22 @@ const GATE_VISIT: f64 = 35.0;
 
 impl<const B: usize, const F: usize> Filter<B, F> {
     /// A visit, applied to the feet as they are now.
-    pub(crate) fn apply_visit(&mut self, setting: &Setting, visit: &Visit, t_ns: i64) -> VisitOutcome {
+    pub(crate) fn apply_visit(
+        &mut self,
+        setting: &Setting,
+        visit: &Visit,
+        t_ns: i64,
+        told: &mut Vec<Event>,
+    ) -> VisitOutcome {
         self.propagate_all(setting);
-        self.take_in_beyond();
         let (east_m, north_m, up_m) = visit.position_n_m;
+        let marker_n_m = Vector3::new(east_m, north_m, up_m.unwrap_or_default());
+        let untouched = self.middle_p_n();
+        let sought = self.seek_north(setting, t_ns, &marker_n_m, told);
+        let heading_before_rad = heading(&self.feet[0].nav.c_nb);
+        if matches!(sought, Sought::Weigh) {
+            self.take_in_beyond();
+        }
         let middle = self.middle_p_n();
         let marker_n_m = Vector3::new(east_m, north_m, up_m.unwrap_or(middle.z));
         let sigma = setting.tuning.marker_sigma_m;
@@ -27,7 +41,7 @@ impl<const B: usize, const F: usize> Filter<B, F> {
         let sigma_m = Vector3::new(sigma, sigma, sigma_up);
         let positions: Vec<(usize, Vector3<f64>)> =
             self.present().map(|sensor| (sensor, self.feet[sensor].nav.p_n)).collect();
-        let before = middle - marker_n_m;
+        let before = untouched - marker_n_m;
         let mut outcome = VisitOutcome {
             marker: visit.marker.clone(),
             t_ns,
@@ -38,6 +52,15 @@ impl<const B: usize, const F: usize> Filter<B, F> {
             accepted: false,
             reason: String::new(),
         };
+        if let Sought::Refuse(reason) = sought {
+            let (covariance, _) = self.told_covariance();
+            let variance = 0.5 * (covariance[(0, 0)] + covariance[(1, 1)]) + sigma * sigma;
+            outcome.nis = before.xy().norm_squared() / variance;
+            outcome.reason = reason;
+            self.note_for_north(heading_before_rad);
+            return outcome;
+        }
+        let before = middle - marker_n_m;
         let observation = marker_position(&positions, &marker_n_m, &sigma_m);
         let (nis, accepted) = self.update(&observation, GATE_VISIT);
         outcome.nis = nis;
@@ -61,6 +84,7 @@ impl<const B: usize, const F: usize> Filter<B, F> {
                 self.sigma_plan_m()
             );
         }
+        self.note_for_north(heading_before_rad);
         outcome.after_minus_marker_n_m = (self.middle_p_n() - marker_n_m).into();
         outcome
     }

@@ -1,7 +1,7 @@
 //! How far an inspector has walked, and which way the body faces.
 
 use crate::rotation::{azimuth, wrap};
-use nalgebra::Vector3;
+use nalgebra::{Matrix3, Vector3};
 use serde::{Deserialize, Serialize};
 
 /// Path length by stances, and the angle from the sensor's x axis to the direction of walking.
@@ -45,6 +45,13 @@ impl Walked {
     pub(crate) fn shift(&mut self, sensor: usize, by_n: &Vector3<f64>) {
         if let Some(p_n) = &mut self.last_stand_p_n[sensor] {
             *p_n += by_n;
+        }
+    }
+
+    /// The track was turned about the vertical through `about_n`.
+    pub(crate) fn turn(&mut self, r: &Matrix3<f64>, about_n: &Vector3<f64>) {
+        for p_n in self.last_stand_p_n.iter_mut().flatten() {
+            *p_n = about_n + r * (*p_n - about_n);
         }
     }
 
