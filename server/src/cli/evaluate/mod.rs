@@ -11,6 +11,7 @@ mod recordings;
 mod score;
 mod stance;
 mod text_table;
+mod worlds;
 
 use std::path::PathBuf;
 
@@ -82,6 +83,8 @@ enum Study {
     Ladder(ladder::LadderArgs),
     /// Errors over their own sigmas on simulated walks: does the filter know how wrong it is?
     Honesty(honesty::HonestyArgs),
+    /// The same over drawn worlds: other sensors, iron, gaits, mountings and weather for each seed
+    Worlds(worlds::WorldsArgs),
     /// Sensors that contradict each other: is each contradiction told, or covered by the sigma?
     Contradictions(contradictions::ContradictionsArgs),
     /// What the sensor's noise alone would leave of the errors of recorded walks
@@ -99,6 +102,7 @@ pub(super) fn evaluate(args: &EvaluateArgs) -> Result<()> {
     match &args.study {
         Some(Study::Ladder(args)) => return ladder::ladder(args),
         Some(Study::Honesty(args)) => return honesty::honesty(args),
+        Some(Study::Worlds(args)) => return worlds::worlds(args),
         Some(Study::Contradictions(args)) => return contradictions::contradictions(args),
         Some(Study::Bounds(args)) => return bounds::bounds(args),
         Some(Study::Stance(args)) => return stance::stance(args),
