@@ -58,7 +58,7 @@ impl Survey {
     async fn by_command_line(&self, more: &[&str]) -> Value {
         let of = |name: &str| self.path(name).to_str().unwrap().to_owned();
         let [imu, gnss, contact] = STREAMS.map(|(_, file)| of(file));
-        let options = [
+        let options: &[&str] = &[
             "process",
             "pole",
             "--imu",
@@ -74,7 +74,7 @@ impl Survey {
             "--report",
             &of("report.json"),
         ];
-        let done = run(&[&options[..], more].concat()).await;
+        let done = run(&[options, more].concat()).await;
         assert_eq!(done, ExitCode::SUCCESS);
         serde_json::from_slice(&self.bytes("report.json")).unwrap()
     }
