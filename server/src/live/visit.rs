@@ -141,11 +141,7 @@ impl Actor {
     }
 }
 
-async fn keep(
-    db: &mut Connection,
-    visit: Visit,
-    entry: Option<audit::Entry>,
-) -> Result<(), StoreError> {
+async fn keep(db: &mut Connection, visit: Visit, entry: Option<audit::Entry>) -> Result<(), StoreError> {
     // It is there already when it came by another way.
     if visits::insert(&mut *db, &visit).await?
         && let Some(entry) = entry
