@@ -58,6 +58,8 @@ pub async fn serve(
     let last_written = stale_uploads::last_written(&config);
     let app = open(config).await?;
     loopback_only(&app.config, address, app.auth.has_accounts())?;
+    // Not by one that may not serve.
+    app.store.take_over().await.context("could not make the database this server's own")?;
     stale_uploads::clear(&app, last_written).await.context("could not clear the folder of uploads")?;
     tokio::spawn(figures::fold(app.metrics.clone(), app.stopping.clone()));
     let worker = tokio::spawn(jobs::worker::work(Arc::clone(&app)));
@@ -162,7 +164,6 @@ pub(crate) async fn open(config: Config) -> Result<App> {
     let store = Store::open(&config.database(), config.readers)
         .await
         .with_context(|| format!("could not open the database {}", config.database_told()))?;
-    store.take_over().await.context("could not make the database this server's own")?;
     let input_file = InputFile::new_in(&config.data)
         .with_context(|| format!("could not make a file in the data folder {}", config.data.display()))?;
     let board = live::board_from_store(&store).await.context("could not read what the map shows")?;

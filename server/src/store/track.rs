@@ -391,6 +391,14 @@ pub async fn revise(
     Ok(())
 }
 
+#[cfg(not(feature = "cluster"))]
+const CLEAR_SOME: &str = "delete from track_points where session_id = $1 and (run, t_ns) in (
+    select run, t_ns from track_points where session_id = $1 and run in ($2, $3, $4) limit $5)";
+/// By where the rows lie: joined by their keys, PostgreSQL may go through all of them for each.
+#[cfg(feature = "cluster")]
+const CLEAR_SOME: &str = "delete from track_points where ctid = any (array(
+    select ctid from track_points where session_id = $1 and run in ($2, $3, $4) limit $5))";
+
 /// Removes so many points of a place, of whatever run; whether there were any.
 pub async fn clear_some(
     db: impl Executor<'_>,
@@ -400,15 +408,12 @@ pub async fn clear_some(
 ) -> Result<bool, StoreError> {
     let [main, filtered, without_markers] =
         [Run::Main, Run::Filtered, Run::WithoutMarkers].map(|run| place.run(run));
-    let query = sqlx::query(
-        "delete from track_points where session_id = $1 and (run, t_ns) in (
-            select run, t_ns from track_points where session_id = $1 and run in ($2, $3, $4) limit $5)",
-    )
-    .bind(session_id.to_string())
-    .bind(main)
-    .bind(filtered)
-    .bind(without_markers)
-    .bind(i64::from(at_most));
+    let query = sqlx::query(CLEAR_SOME)
+        .bind(session_id.to_string())
+        .bind(main)
+        .bind(filtered)
+        .bind(without_markers)
+        .bind(i64::from(at_most));
     Ok(query.execute(db).await?.rows_affected() > 0)
 }
 

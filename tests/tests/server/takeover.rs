@@ -54,6 +54,8 @@ async fn a_server_that_takes_over_goes_on_after_the_last_acknowledged_batch_and_
 
     let database = first.folder().join("lodestep.db").display().to_string();
     let second = TestServer::start_with(|config| config.database = Some(database)).await;
+    // It answers when it has taken over.
+    assert_eq!(second.get("/inspectors").await.0, 200);
     // The first knows nothing of it yet, as one that was frozen. What it takes from now on it never acknowledges.
     for (number, samples) in feet(&walk).skip(BEFORE).take(4) {
         for (side, samples) in Side::BOTH.into_iter().zip(samples) {
