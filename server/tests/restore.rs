@@ -9,6 +9,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Output;
 
+use lodestep_server::store::VERSION;
 use program::{accounts, add_account, lodestep, said, text};
 use sqlx::sqlite::{SqliteConnectOptions, SqliteJournalMode};
 use sqlx::{AssertSqlSafe, ConnectOptions, Connection, SqliteConnection};
@@ -196,8 +197,9 @@ async fn what_is_not_lodestep_s_in_a_backup_is_named_and_refused() {
             'create trigger sqlite_stat1 after insert on sign_ins begin update accounts set role = ''admin''; end')";
     let everybody = "create trigger everybody after insert on sign_ins begin
         update accounts set role = 'admin'; delete from audit; end";
+    let last = format!("step {VERSION}");
     for (statement, words) in [
-        (everybody, ["the trigger \"everybody\" is not Lodestep's", "step 22"]),
+        (everybody, ["the trigger \"everybody\" is not Lodestep's", last.as_str()]),
         ("create view seen as select name from accounts", ["the view \"seen\" is not Lodestep's", "dropped"]),
         ("create table extra (a)", ["the table \"extra\" is not Lodestep's", ""]),
         ("create index faster on sessions (title)", ["the index \"faster\" is not Lodestep's", ""]),
@@ -221,11 +223,14 @@ async fn what_is_not_lodestep_s_in_a_backup_is_named_and_refused() {
 #[tokio::test]
 async fn steps_that_were_not_gone_by_a_lodestep_are_refused() {
     let scene = Scene::new();
+    let (last, before) = (format!("step {VERSION}"), format!("step {}", VERSION - 1));
+    let unfinished = format!("update _sqlx_migrations set success = 0 where version = {VERSION}");
+    let without_the_last = format!("delete from _sqlx_migrations where version = {VERSION}");
     for (statement, words) in [
         ("update _sqlx_migrations set checksum = x'00' where version = 5", ["step 5", "different build"]),
-        ("update _sqlx_migrations set success = 0 where version = 22", ["step 22", "different build"]),
+        (unfinished.as_str(), [last.as_str(), "different build"]),
         ("delete from _sqlx_migrations where version = 5", ["step 6", "different build"]),
-        ("delete from _sqlx_migrations where version = 22", ["step 21", "found otherwise"]),
+        (without_the_last.as_str(), [before.as_str(), "found otherwise"]),
         ("delete from _sqlx_migrations", ["step 0", "is not Lodestep's"]),
         ("drop table _sqlx_migrations", ["it is not a database of Lodestep", ""]),
         (
