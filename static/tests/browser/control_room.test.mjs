@@ -92,10 +92,8 @@ describe("the control room", { skip }, () => {
     );
 
     await bar.locator("[data-step='-1']").click();
-    await becomes(
-      () => tab.page.url().includes(new Date(Date.parse(at) - 60_000).toISOString().slice(11, 16).replace(":", "%3A")),
-      true,
-    );
+    const before = new Date(Date.parse(at) - 60_000).toISOString().slice(11, 16).replace(":", "%3A");
+    await tab.page.waitForFunction((minute) => location.hash.includes(minute), before);
     const address = tab.page.url();
     await tab.page.goto("about:blank");
     await tab.page.goto(address);
