@@ -48,10 +48,20 @@ fn lost(
     now: OffsetDateTime,
 ) -> Option<Alarm> {
     let silent_for = now - heard.received_at;
+    if silent_for <= limits.lost_after {
+        return None;
+    }
+    // The last position is told by its own moment while it is streamed and by the stored track's after a restart: what was raised since it
+    // came is the same silence.
+    let is_it = |alarm: &&Alarm| {
+        of(alarm, heard.session_id) && alarm.kind == AlarmKind::Lost && alarm.raised_at >= heard.received_at
+    };
+    if let Some(raised) = standing.values().find(is_it) {
+        return Some(raised.clone());
+    }
     let mut alarm = of_session(heard, AlarmKind::Lost, heard.last_ns, now);
     alarm.since = heard.received_at;
-    let raised = standing.contains_key(&alarm.key);
-    (silent_for > limits.lost_after && (raised || silent_for <= limits.gone_after)).then_some(alarm)
+    (silent_for <= limits.gone_after).then_some(alarm)
 }
 
 /// Somebody is heard of and has not moved for long. Corrections move the moment at which they came there: it is one alarm all the same.
@@ -140,6 +150,13 @@ mod tests {
         assert_eq!(keys(&look(&heard(100, 95), &lost, 90_000)), keys(&lost), "raised ones stay");
         assert!(look(&heard(100, 95), &none, 90_000).is_empty(), "who left long ago raises none");
         assert!(look(&heard(200, 195), &lost, 201).is_empty());
+        assert_eq!(
+            keys(&look(&heard(99, 95), &lost, 170)),
+            keys(&lost),
+            "the same silence by the stored track"
+        );
+        let again = look(&heard(200, 195), &lost, 261);
+        assert_eq!(keys(&again), [format!("lost:{session}:200000000000")], "heard of, and lost once more");
     }
 
     #[test]
