@@ -87,7 +87,10 @@ async fn who_is_lost_is_told_once_over_a_restart_and_no_longer_once_heard_of() {
     assert_eq!(ask(server.client.post(server.api("/webhooks")).json(&hook)).await.status, 201);
     let (mut feed, _) = TestFeed::open(&server).await;
     let (mut device, session_id) = TestDevice::begin(&server, &server.inspector().await).await;
-    send(&mut device, 0, &at_rest(0, 5)).await;
+    // It stands for a while before it knows where it is.
+    for (number, from_s) in (0..20).step_by(5).enumerate() {
+        send(&mut device, number as u64, &at_rest(from_s, 5)).await;
+    }
     let raised = feed.change(of_kind("alarm_raised", &session_id)).await;
     let key = raised["alarm"]["key"].as_str().unwrap().to_owned();
     assert!(key.starts_with(&format!("lost:{session_id}:")), "{key}");
@@ -98,7 +101,7 @@ async fn who_is_lost_is_told_once_over_a_restart_and_no_longer_once_heard_of() {
     let (mut feed, snapshot) = TestFeed::open(&server).await;
     assert_eq!(snapshot["alarms"][0]["key"], json!(key), "the picture has those that stand");
     let (mut device, _) = TestDevice::go_on(&server, &session_id).await;
-    send(&mut device, 1, &at_rest(5, 5)).await;
+    send(&mut device, 4, &at_rest(20, 5)).await;
     // Silent once more, that is another one: the second that the webhook is told of, not the third. Both may be in one message.
     let mut seen = Vec::new();
     while !seen.iter().any(of_kind("alarm_raised", &session_id)) {
