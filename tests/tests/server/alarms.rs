@@ -84,7 +84,8 @@ async fn who_is_lost_is_told_once_over_a_restart_and_no_longer_once_heard_of() {
     let receiver = TestReceiver::start().await;
     let server = TestServer::start_with(|config| config.lost_after_s = 1).await;
     let hook = json!({ "name": "pager", "url": receiver.url, "events": ["alarm.raised"] });
-    assert_eq!(ask(server.client.post(server.api("/webhooks")).json(&hook)).await.status, 201);
+    let hook = ask(server.client.post(server.api("/webhooks")).json(&hook)).await;
+    assert_eq!(hook.status, 201, "{hook:?}");
     let (mut feed, _) = TestFeed::open(&server).await;
     let (mut device, session_id) = TestDevice::begin(&server, &server.inspector().await).await;
     // It stands for a while before it knows where it is.
@@ -95,6 +96,11 @@ async fn who_is_lost_is_told_once_over_a_restart_and_no_longer_once_heard_of() {
     let key = raised["alarm"]["key"].as_str().unwrap().to_owned();
     assert!(key.starts_with(&format!("lost:{session_id}:")), "{key}");
     receiver.wait_for(1).await;
+    // A server that stops before it has noted the answer sends it again.
+    let deliveries = format!("/webhooks/{}/deliveries", hook.id());
+    while server.look(&deliveries).await.body[0]["state"] != "delivered" {
+        tokio::time::sleep(std::time::Duration::from_millis(5)).await;
+    }
     drop(device);
 
     let server = server.restart_with(|config| config.lost_after_s = 1).await;
