@@ -81,6 +81,7 @@ describe("each role, on a real server", { skip }, () => {
           ? ["live", "sessions", "upload", "me", "faults", "markers"]
           : ["live", "sessions", "faults", "markers"];
         if (role === "engineer" || role === "admin") expected.push("lab");
+        if (may.administers) expected.push("admin");
         assert.deepEqual(places, expected);
 
         await visit("#/upload", "[data-testid=drop]");
