@@ -17,8 +17,10 @@ pub(crate) struct Beyond {
     plan_m: f64,
     /// In height, m.
     up_m: f64,
-    /// Of the heading, rad.
-    heading_rad: f64,
+    /// What turns may have been wrong by, counterclockwise positive, rad: those to the left make up for those to the right …
+    turned_wrongly_rad: f64,
+    /// … but not all of it, rad².
+    turned_wrongly_rad2: f64,
     /// Where the walk began of which nothing says how it is turned, m; `None` where something does.
     turned_about_n: Option<Vector3<f64>>,
     /// How far the feet were apart when it was last told, m.
@@ -26,11 +28,18 @@ pub(crate) struct Beyond {
 }
 
 impl Beyond {
-    /// A way of so many metres, of which a share may be wrong, and a turn by this angle, likewise.
-    pub(super) fn go_on(&mut self, share: f64, way_m: f64, turned_rad: f64) {
-        self.heading_rad = (self.heading_rad + share * turned_rad).min(UNKNOWN_NORTH_RAD);
-        self.plan_m += (share + self.heading_rad) * way_m;
+    /// A way of so many metres, of which a share may be wrong, and a turn that may be wrong by this angle.
+    pub(super) fn go_on(&mut self, share: f64, way_m: f64, wrong_rad: f64) {
+        self.turned_wrongly_rad += wrong_rad;
+        self.turned_wrongly_rad2 += wrong_rad * wrong_rad;
+        self.plan_m += (share + self.heading_rad()) * way_m;
         self.up_m += share * way_m;
+    }
+
+    /// Sigma of the heading, rad.
+    fn heading_rad(&self) -> f64 {
+        let squares = self.turned_wrongly_rad * self.turned_wrongly_rad + self.turned_wrongly_rad2;
+        squares.sqrt().min(UNKNOWN_NORTH_RAD)
     }
 
     /// The position may be wrong by so much at least, m.
@@ -56,7 +65,7 @@ impl Beyond {
 
     /// Variances on each axis of a position, m², and of the heading, rad².
     pub(super) fn variances(&self, p_n: &Vector3<f64>) -> ([f64; 3], f64) {
-        let (mut plan, mut turned) = (self.plan_m * self.plan_m, self.heading_rad * self.heading_rad);
+        let (mut plan, mut turned) = (self.plan_m * self.plan_m, self.heading_rad() * self.heading_rad());
         if let Some(about_n) = &self.turned_about_n {
             plan += (p_n - about_n).xy().norm_squared();
             turned += UNKNOWN_NORTH_RAD * UNKNOWN_NORTH_RAD;

@@ -35,8 +35,9 @@ const FASTEST_WALK_M_S: f64 = 6.0;
 const LONGEST_SWING_S: f64 = 1.2;
 /// Where a foot out of step may be, m.
 const OUT_OF_STEP_M: f64 = 0.5;
-/// A length of the specific force at rest that differs from gravity by less than this share is a matter of bias.
-const BIAS_SHARE: f64 = 0.017;
+/// A length of the specific force at rest that differs from gravity by less than this share is a matter of bias: three
+/// sigmas of it.
+const BIAS_SHARE: f64 = 0.0245;
 
 /// What the swings of one foot have said so far.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
@@ -64,7 +65,8 @@ impl Doubts {
     /// Of a foot whose force at rest has this length where gravity has that, m/s².
     pub(crate) fn at_rest(rest_m_s2: f64, gravity_m_s2: f64) -> Doubts {
         let off_share = (rest_m_s2 / gravity_m_s2 - 1.0).abs();
-        Doubts { force_share: (off_share - BIAS_SHARE).clamp(0.0, 1.0), ..Doubts::default() }
+        let beyond2 = off_share * off_share - BIAS_SHARE * BIAS_SHARE;
+        Doubts { force_share: beyond2.clamp(0.0, 1.0).sqrt(), ..Doubts::default() }
     }
 
     /// Turns what is written in n about the vertical.
@@ -73,14 +75,20 @@ impl Doubts {
         self.heading_before_rad = wrap(self.heading_before_rad - libm::atan2(r[(1, 0)], r[(0, 0)]));
     }
 
-    /// What a swing's way may be wrong by, as a share, beyond what sensors that belong together explain.
+    /// What a swing's way may be wrong by, as a share: a scale of the forces, and what does not close.
+    fn way_share(&self) -> f64 {
+        self.force_share.max(self.open_share())
+    }
+
+    /// What a swing fails to come to rest by, as a share, beyond what sensors that belong together explain: turns may be
+    /// wrong by as much, too.
     fn open_share(&self) -> f64 {
         if self.swings < OPEN_SWINGS {
-            return self.force_share;
+            return 0.0;
         }
         // What differs from swing to swing is not one way: a run is none the worse for it, unless it is beyond all measure.
         let every_time = if self.told_open { self.open_share2 } else { self.open_shares.norm_squared() };
-        self.force_share.max((every_time - CLOSES_SHARE * CLOSES_SHARE).max(0.0).sqrt())
+        (every_time - CLOSES_SHARE * CLOSES_SHARE).max(0.0).sqrt()
     }
 }
 
@@ -117,7 +125,7 @@ impl<const B: usize, const F: usize> Filter<B, F> {
         let foot = &mut self.feet[sensor];
         let (speed_m_s, fastest_m_s) = (foot.nav.v_n.norm(), foot.fastest_m_s);
         let heading_rad = heading(&foot.nav.c_nb);
-        let turned_rad = wrap(heading_rad - foot.doubts.heading_before_rad).abs();
+        let turned_rad = wrap(heading_rad - foot.doubts.heading_before_rad);
         foot.doubts.heading_before_rad = heading_rad;
         let way_n = foot.nav.p_n - foot.swing.start_p_n();
         let way_m = way_n.xy().norm();
@@ -134,13 +142,10 @@ impl<const B: usize, const F: usize> Filter<B, F> {
         doubts.open_share2 += (share * share - doubts.open_share2) / swings;
         doubts.open_shares += (Vector3::new(along, across, v_n.z) - doubts.open_shares) / swings;
         doubts.landing_m_s += (speed_m_s - doubts.landing_m_s) / swings;
-        let open = doubts.open_share();
+        let (open, way) = (doubts.open_share(), doubts.way_share());
         // Of two feet each makes half of the way of their middle.
-        self.beyond.go_on(
-            open,
-            way_m / F as f64,
-            if doubts.swings > 1 { turned_rad / F as f64 } else { 0.0 },
-        );
+        let turned_rad = if doubts.swings > 1 { turned_rad } else { 0.0 };
+        self.beyond.go_on(way, way_m / F as f64, open * turned_rad / F as f64);
         if doubts.open_share2.sqrt() > OPEN_SHARE && doubts.swings >= OPEN_SWINGS && !doubts.told_open {
             doubts.told_open = true;
             let landing_speed_m_s = doubts.landing_m_s;

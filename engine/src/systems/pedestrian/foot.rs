@@ -4,6 +4,7 @@ use nalgebra::{Matrix3, Vector3};
 use serde::{Deserialize, Serialize};
 
 use super::doubts::Doubts;
+use super::field_reach::FieldReach;
 use super::filter::seconds;
 use super::ride::Ride;
 use super::stance_magnetics::StanceMagnetics;
@@ -12,8 +13,8 @@ use super::tuning::Tuning;
 use crate::ins::error_model::Transition;
 use crate::ins::nav_state::NavState;
 
-/// A walk of fewer stances says little of the field that it goes through: so many count as undisturbed before the first.
-const UNSEEN_STANCES: f64 = 10.0;
+/// A stance or two say little of the field that a walk goes through: so many count as undisturbed before the first.
+const UNSEEN_STANCES: f64 = 2.0;
 
 /// A sample with the decision about its stance, ready for the filter.
 #[derive(Clone, Copy, Debug, Serialize, Deserialize)]
@@ -69,6 +70,8 @@ pub(crate) struct FootState {
     pub(crate) field_spread_rad2: f64,
     /// Stances in that mean, up to those that it goes back to.
     pub(crate) field_stances: f64,
+    /// How far such a field reaches.
+    pub(crate) field_reach: FieldReach,
     /// Height in the filter less pressure height when the altimeter's zero was taken, m.
     pub(crate) altimeter_zero_m: Option<f64>,
     /// The fastest that the foot has been in this swing, m/s.
@@ -133,6 +136,7 @@ impl FootState {
             usual_field_ut: None,
             field_spread_rad2: 0.0,
             field_stances: UNSEEN_STANCES,
+            field_reach: FieldReach::default(),
             altimeter_zero_m: None,
             fastest_m_s: 0.0,
             sure_contact: false,

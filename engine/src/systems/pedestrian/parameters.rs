@@ -377,6 +377,14 @@ pub(crate) const TABLE: &[Parameter] = &[
         "Deflection of the field by what stands around."
     ),
     at!(
+        "slow_errors.first_deflection_rad",
+        "rad",
+        "heading",
+        0.0001..0.5,
+        tuning.slow_errors.first_deflection_rad,
+        "The same while nothing has shown how quiet the field is."
+    ),
+    at!(
         "slow_errors.deflection_length_m",
         "m",
         "heading",

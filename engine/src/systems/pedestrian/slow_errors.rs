@@ -17,7 +17,8 @@ use nalgebra::{Matrix3, RowVector3, Vector3};
 use serde::{Deserialize, Serialize};
 
 use super::filter::{Filter, Setting, seconds};
-use super::tuning::Tuning;
+use super::foot::FootState;
+use super::tuning::{SlowErrorsTuning, Tuning};
 use crate::ins::layout::{BLOCKS_A_SENSOR, ErrorState};
 
 /// Blocks of one foot: those of its strapdown, deviation and stride.
@@ -62,6 +63,8 @@ pub(crate) const DEFLECTION: usize = 0;
 pub(crate) const PRESSURE_DRIFT: usize = 1;
 pub(crate) const SEPARATION: usize = 2;
 
+/// What is assumed of a field of which nothing is known counts as so many components that were seen, more than two.
+const FIRST_COMPONENTS: f64 = 4.0;
 /// So much at least is kept of a deflection on the way between two stances, however long.
 const LEAST_KEPT: f64 = 1e-3;
 
@@ -86,7 +89,8 @@ impl<const B: usize, const F: usize> Filter<B, F> {
         let shared = slow.common_deviation_rad * slow.common_deviation_rad;
         let both: [usize; F] = std::array::from_fn(|sensor| deviation(sensor, F));
         self.eskf.add_noise(&both, &Vector3::new(shared, 0.0, 0.0));
-        let first = squares(slow.deflection_rad, slow.first_pressure_sigma_m, tuning.separation_spread_m);
+        let deflection_rad = slow.first_deflection_rad.max(slow.deflection_rad);
+        let first = squares(deflection_rad, slow.first_pressure_sigma_m, tuning.separation_spread_m);
         self.eskf.covariance.set_diagonal(surroundings(F), first);
     }
 
@@ -115,13 +119,30 @@ impl<const B: usize, const F: usize> Filter<B, F> {
         self.eskf.add_multiple(position, stride(sensor, F), &stride_matrix(&moved_n));
     }
 
-    /// Variance of the field's deflection, rad²: at least as assumed, and as large as the field of this walk says.
+    /// Variance of the field's deflection, rad²: as large as the field of this walk says, and at least as assumed; as is
+    /// assumed of a field of which nothing is known, until enough places have been seen.
     ///
     /// What stands around bends the field any way. Two of the three components show, in the strength of the horizontal
     /// and of the vertical part from stance to stance; the third, which turns it, is as large as each of those on the mean.
-    fn deflection_rad2(&self, assumed_rad: f64) -> f64 {
+    fn deflection_rad2(&self, slow: &SlowErrorsTuning) -> f64 {
         let seen = self.feet.iter().map(|foot| 0.5 * foot.field_spread_rad2).fold(0.0, f64::max);
-        seen.max(assumed_rad * assumed_rad)
+        let shown = seen.max(slow.deflection_rad * slow.deflection_rad);
+        let first = shown.max(slow.first_deflection_rad * slow.first_deflection_rad);
+        let places = self.feet.iter().map(|foot| foot.field_reach.places(slow.deflection_length_m));
+        // Each place shows two components. Of a variance that is only estimated from n of them, what comes next has one
+        // that is larger by n/(n − 2).
+        let components = 2.0 * places.fold(0.0, f64::max);
+        (FIRST_COMPONENTS * first + components * shown) / (FIRST_COMPONENTS + components - 2.0)
+    }
+
+    /// How far a deflection lasts, m: what shows in this walk as far as it does; what is only assumed, as is assumed.
+    fn deflection_length_m(&self, slow: &SlowErrorsTuning) -> f64 {
+        let (assumed_rad, assumed_m) = (slow.deflection_rad, slow.deflection_length_m);
+        let shown = |foot: &FootState| 0.5 * foot.field_spread_rad2;
+        let most = self.feet.iter().max_by(|a, b| shown(a).total_cmp(&shown(b)));
+        let Some(foot) = most else { return assumed_m };
+        let share = shown(foot) / (shown(foot) + assumed_rad * assumed_rad);
+        assumed_m + share * (foot.field_reach.length_m(assumed_m) - assumed_m)
     }
 
     /// The slow errors go on by what a foot, now standing, has walked since the last stance of any.
@@ -133,12 +154,12 @@ impl<const B: usize, const F: usize> Filter<B, F> {
         let elapsed_s = seconds(t_ns - self.slow.t_ns).max(0.0);
         self.slow.place_n = place_n;
         self.slow.t_ns = t_ns;
-        let kept = libm::exp(-walked_m / slow.deflection_length_m).max(LEAST_KEPT);
+        let kept = libm::exp(-walked_m / self.deflection_length_m(slow)).max(LEAST_KEPT);
         self.slow.surroundings[DEFLECTION] *= kept;
         let block = surroundings(F);
         self.eskf.scale(block, &Vector3::new(kept, 1.0, 1.0));
         let grown = |density: f64| density * density * elapsed_s;
-        let deflection = self.deflection_rad2(slow.deflection_rad) * (1.0 - kept * kept);
+        let deflection = self.deflection_rad2(slow) * (1.0 - kept * kept);
         let drift =
             Vector3::new(deflection, grown(slow.pressure_drift_m_sqrt_s) * self.pressure_unrest(), 0.0);
         self.eskf.add_noise(&[block], &drift);
@@ -210,12 +231,15 @@ mod tests {
             let mut filter =
                 Filter::<{ blocks(1) }, 1>::new([FootState::new(nav.clone(), 0, Vector3::zeros())]);
             for k in 0..400 {
+                filter.feet[0].nav.p_n.x += 2.0;
                 let wave = |frequency: f64| 2.0_f64.sqrt() * libm::sin(f64::from(k) * frequency);
                 let off_ut = Vector3::new(wave(0.71), wave(0.53), wave(0.37)) * disturbance_ut;
                 filter.weigh_field(0, &(Vector3::new(0.0, 37.0, -30.0) + off_ut));
             }
-            let (learnt_rad, drawn_rad) = (filter.deflection_rad2(0.02).sqrt(), disturbance_ut / 37.0);
-            assert!((learnt_rad / drawn_rad.max(0.02) - 1.0).abs() < 0.3, "{learnt_rad} {drawn_rad}");
+            let slow = SlowErrorsTuning::default();
+            let (learnt_rad, drawn_rad) = (filter.deflection_rad2(&slow).sqrt(), disturbance_ut / 37.0);
+            let expected_rad = drawn_rad.max(slow.deflection_rad);
+            assert!((learnt_rad / expected_rad - 1.0).abs() < 0.3, "{learnt_rad} {drawn_rad}");
         }
     }
 

@@ -1,7 +1,7 @@
 //! What a standing foot gives the filter: zero velocity at every moment, and at the end of the stance
 //! its rates, its heading, its height, and whether the sensor still hangs right.
 
-use nalgebra::{Matrix3, Vector3};
+use nalgebra::{Matrix3, Vector2, Vector3};
 
 use super::aids;
 use super::causes::WalkCause;
@@ -28,8 +28,9 @@ const HEADING_UNCERTAIN_RAD: f64 = 0.5;
 pub(super) const SHORTEST_STAND_S: f64 = 0.2;
 /// So many stances in a row in a field that cannot be the site's, and it is told.
 const ODD_FIELD_STANCES: u32 = 5;
-/// How much a stance counts in what field is usual for a foot.
-const USUAL_FIELD_SHARE: f64 = 0.03;
+/// How much a stance counts in what field is usual for a foot: a hundred of them are a way that no crate and hardly a hall is
+/// as long as.
+const USUAL_FIELD_SHARE: f64 = 0.01;
 /// Beyond this from the usual a field counts less, µT: more than a foot's own iron does in a turn.
 const STRANGE_FIELD_UT: f64 = 2.0;
 /// Below this a horizontal field tells no direction, µT.
@@ -228,6 +229,7 @@ impl<const B: usize, const F: usize> Filter<B, F> {
         foot.field_stances = (foot.field_stances + 1.0).min(1.0 / USUAL_FIELD_SHARE);
         foot.field_spread_rad2 +=
             (disturbed_rad.min(1.0).powi(2) - foot.field_spread_rad2) / foot.field_stances;
+        foot.field_reach.take(&foot.nav.p_n, Vector2::new(off_horizontal_ut, off_up_ut));
         disturbed_rad
     }
 

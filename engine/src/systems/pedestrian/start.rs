@@ -151,7 +151,8 @@ fn started<const B: usize, const F: usize>(
         if let Some((c_nb, mag_b_ut)) = seen {
             filter.take_first_heading(setting, sensor, c_nb, mag_b_ut);
         }
-        if let (Some(_), Some(site)) = (disturbed_rad, &session.site_field) {
+        // By the site's own field the very first stance shows how far this place is disturbed.
+        if let (Some(_), Some(site)) = (seen, &session.site_field) {
             filter.feet[sensor].usual_field_ut = Some((site.horizontal_ut(), -site.down_ut()));
         }
     }

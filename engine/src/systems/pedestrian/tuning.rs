@@ -110,9 +110,11 @@ pub struct SlowErrorsTuning {
     pub hard_iron_deviation_rad: f64,
     /// Random walk of all of them, rad/√s.
     pub deviation_walk_rad_sqrt_s: f64,
-    /// Deflection of the field by what stands around, 1σ, rad.
+    /// Deflection of the field by what stands around, 1σ, rad: at least, however quiet the field of a walk shows itself.
     pub deflection_rad: f64,
-    /// After so long a way another deflection is met, m.
+    /// The same while nothing has shown how quiet the field is, 1σ, rad.
+    pub first_deflection_rad: f64,
+    /// After so long a way another deflection is met, m, while nothing has shown how far one reaches.
     pub deflection_length_m: f64,
     /// What a stride reads too much along and across, 1σ, as a share of its length.
     pub stride_share: f64,
@@ -137,7 +139,8 @@ impl Default for SlowErrorsTuning {
             hard_iron_deviation_rad: 0.016,
             deviation_walk_rad_sqrt_s: 1e-4,
             deflection_rad: 0.023,
-            deflection_length_m: 2.0,
+            first_deflection_rad: 0.09,
+            deflection_length_m: 6.0,
             stride_share: 0.0025,
             stride_up_share: 0.005,
             stride_walk_sqrt_s: 2e-5,

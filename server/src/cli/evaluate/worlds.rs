@@ -79,8 +79,9 @@ fn drawn(seed: u64) -> World {
         barometer.drift_m_rts *= factor();
     }
     model.field_anomalies.strength_ut *= factor();
-    model.field_anomalies.every_m *= factor();
-    model.field_anomalies.width_m *= factor();
+    // What stands around is a manhole's cover or a hall of steel, and stands alone or close together.
+    model.field_anomalies.width_m *= 2.0 * factor() * factor() * factor();
+    model.field_anomalies.every_m *= 0.5 * factor() * factor();
     model.mounting_spread_deg *= 2.0 * factor();
     let usual = Walker::default();
     let pace = 1.0 + 0.25 * (factor() - 1.0);
