@@ -26,6 +26,8 @@ pub(crate) struct Preview {
     format: Option<LogFormat>,
     /// Which of its columns is which channel, where it is a table of another's making.
     mapping: Option<Mapping>,
+    /// Which column is which channel by names, units and values, to be checked, where the format is not known.
+    suggestion: Option<Mapping>,
     /// What should be known about it.
     notes: Vec<Note>,
     /// What stands between the fields of its table.
@@ -86,6 +88,7 @@ pub(crate) fn preview(
             Kind::Values => reader.clock_ns().map(|_| LogFormat::Canonical),
         },
         mapping: recognised.and_then(|recognised| recognised.mapping.clone()),
+        suggestion: reader.suggested(),
         field_in_counts: field_unsaid && notes.contains(&Note::FieldWithoutUnit),
         notes,
         delimiter: table.as_ref().map(|table| table.delimiter),
@@ -105,6 +108,7 @@ impl Preview {
         Preview {
             format: None,
             mapping: None,
+            suggestion: None,
             notes: Vec::new(),
             delimiter: None,
             columns: Vec::new(),
