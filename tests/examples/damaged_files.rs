@@ -3,6 +3,8 @@
 //!
 //!     cargo run -p lodestep-tests --example damaged_files -- 1000
 
+#![allow(clippy::print_stdout, reason = "its output is what it is for")]
+
 use lodestep_engine::event::{Event, TrackPoint};
 use lodestep_engine::geo::Site;
 use lodestep_engine::session::{Session, SessionConfig};

@@ -1,5 +1,5 @@
 use super::*;
-use crate::parse::mapping::{FieldUnit, PressureUnit, Scalar, TimeSource};
+use crate::parse::mapping::{FieldUnit, ForceUnit, PressureUnit, RateUnit, Scalar, TimeSource};
 
 fn mapping(time: TimeSource) -> Mapping {
     let axes = |name: &str| ["x", "y", "z"].map(|axis| format!("{name}{axis}"));

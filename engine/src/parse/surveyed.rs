@@ -94,7 +94,7 @@ fn dashes_out(text: &str) -> Option<String> {
     let digits =
         |part: &&str| !part.is_empty() && part.bytes().all(|b| b.is_ascii_digit() || b == b'.' || b == b',');
     let [_, _, ..] = parts[..] else { return None };
-    (parts.len() <= 3 && parts.iter().all(|part| digits(&part))).then(|| format!("{sign}{}", parts.join(" ")))
+    (parts.len() <= 3 && parts.iter().all(digits)).then(|| format!("{sign}{}", parts.join(" ")))
 }
 
 /// How angles are written as one number that is no decimal of degrees.
