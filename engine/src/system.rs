@@ -16,8 +16,8 @@ use crate::visit::Visit;
 pub use crate::replay::Solution;
 pub use config::{ConfigError, NotRestored, OfOneType, SessionConfig, SystemConfig};
 pub use declaration::{
-    AidRule, ChartRule, Column, Declaration, InstrumentRule, Level, Parameter, PartRule, Simulated,
-    SimulatedStream, StreamRule,
+    AidRule, ChartRule, ClockAhead, Column, Declaration, InstrumentRule, Level, LogClocks, Parameter,
+    PartRule, Simulated, SimulatedStream, StreamRule,
 };
 pub use pose::{BodyPose, ChartValue, Pose, PoseState};
 pub use summary::{Progress, SensorState, Summary};

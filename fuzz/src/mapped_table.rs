@@ -32,22 +32,32 @@ fn chosen([parted, time, rate, force, field, pressure, wraps, _]: &[u8; 8]) -> R
         TimeUnit::Ns,
         TimeUnit::Samples,
         TimeUnit::DateTime,
+        TimeUnit::Ticks,
+        TimeUnit::Days,
     ];
-    let fields = [FieldUnit::Ut, FieldUnit::Gauss, FieldUnit::Mgauss, FieldUnit::Counts];
+    let fields = [FieldUnit::Ut, FieldUnit::Gauss, FieldUnit::Mgauss, FieldUnit::Counts, FieldUnit::Nt];
+    let rates = [RateUnit::RadS, RateUnit::DegS, RateUnit::MdegS];
+    let forces = [ForceUnit::MS2, ForceUnit::G, ForceUnit::Mg];
+    let one_is = (force & 8 != 0).then_some(0.01);
     let mapping = Mapping {
-        delimiter: Delimiter::ALL[pick(parted, 3)],
+        delimiter: Delimiter::ALL[pick(parted, 5)],
         time: TimeSource {
             column: (*time < 0x80).then(|| "t".to_owned()),
             unit: units[pick(time, units.len())],
             rate_hz: (rate & 2 != 0).then_some(200.0),
             wraps_at: [None, Some(1_000), Some(u64::from(u32::MAX)), Some(u64::MAX)][pick(wraps, 4)],
         },
-        gyr: Axes { columns: axes(["a", "b", "c"]), unit: [RateUnit::RadS, RateUnit::DegS][pick(rate, 2)] },
-        acc: Axes { columns: axes(["d", "e", "f"]), unit: [ForceUnit::MS2, ForceUnit::G][pick(force, 2)] },
-        mag: (field & 4 != 0).then(|| Axes { columns: axes(["g", "h", "i"]), unit: fields[pick(field, 4)] }),
+        gyr: Axes { columns: axes(["a", "b", "c"]), unit: rates[pick(rate, 3)], one_is },
+        acc: Axes { columns: axes(["d", "e", "f"]), unit: forces[pick(force, 3)], one_is },
+        mag: (field & 4 != 0).then(|| Axes {
+            columns: axes(["g", "h", "i"]),
+            unit: fields[pick(field, 5)],
+            one_is: None,
+        }),
         pressure: (pressure & 4 != 0).then(|| Scalar {
             column: "p".to_owned(),
-            unit: [PressureUnit::Hpa, PressureUnit::Pa, PressureUnit::Kpa][pick(pressure, 3)],
+            unit: [PressureUnit::Hpa, PressureUnit::Pa, PressureUnit::Kpa, PressureUnit::Mmhg]
+                [pick(pressure, 4)],
         }),
         skip_rows_without_inertial: force & 2 != 0,
     };

@@ -180,7 +180,9 @@ fn refused(content: &[u8]) -> String {
 #[test]
 fn every_wrong_log_has_its_sentence() {
     let log = standing(12);
-    let mut damaged = gzip(log.as_bytes());
+    // Of less than a second: more is read as far as it goes.
+    let few: String = log.split_inclusive('\n').take(80).collect();
+    let mut damaged = gzip(few.as_bytes());
     // In the checksum at the end.
     let at = damaged.len() - 6;
     damaged[at] ^= 0xFF;
@@ -190,7 +192,7 @@ fn every_wrong_log_has_its_sentence() {
         ("a header alone", format!("{HEADER}\n").into(), "a header and no row"),
         ("no header", log.lines().skip(1).collect::<Vec<_>>().join("\n").into(), "expected a header"),
         ("a wrong column", log.replacen("gyr_x_rad_s", "gyr_x", 1).into(), "\"gyr_x\" is meant"),
-        ("a truncated gzip", gzip(log.as_bytes())[..600].to_vec(), "cut off"),
+        ("a truncated gzip", gzip(few.as_bytes())[..200].to_vec(), "cut off"),
         ("a damaged gzip", damaged, "damaged"),
         (
             "too short to align",

@@ -1,5 +1,6 @@
 //! What the tests share: a real server in a folder of its own, and those who speak with it.
 
+pub mod damage;
 pub mod described;
 pub mod device;
 pub mod every_route;

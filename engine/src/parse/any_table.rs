@@ -19,6 +19,8 @@ pub struct AnyTable {
     pub decimal_comma: bool,
     /// The names of the columns; some may be empty.
     pub columns: Vec<String>,
+    /// What a row of units below the names says of each; empty where there is none.
+    pub units: Vec<String>,
     /// Its rows; each has a cell for every column.
     pub rows: Vec<AnyRow>,
 }
@@ -43,9 +45,18 @@ pub fn read(bytes: &[u8]) -> Result<AnyTable, ParseError> {
     let text = TableText::read(bytes)?;
     let (encoding, decimal_comma) = (text.encoding, text.decimal_comma);
     let mut columns = Vec::new();
-    let at = |line: u64| line + text.above;
+    // Columns without names are called by their numbers, in a line of their own.
+    let mut named: Vec<u8> = Vec::new();
+    if let Some(width) = text.headless {
+        let numbers: Vec<String> = (1..=width).map(|number| format!("#{number}")).collect();
+        named.extend(numbers.join(&char::from(text.delimiter).to_string()).into_bytes());
+        named.push(b'\n');
+    }
+    let above = text.above.wrapping_sub(u64::from(text.headless.is_some()));
+    let at = |line: u64| line.wrapping_add(above);
+    named.extend_from_slice(text.header_onward());
     let rows = table::read_parted(
-        text.header_onward(),
+        &named,
         text.delimiter,
         EXAMPLE,
         |header| {
@@ -59,9 +70,10 @@ pub fn read(bytes: &[u8]) -> Result<AnyTable, ParseError> {
         },
     );
     let mut rows = rows.map_err(|error| ParseError { line: error.line.map(at), ..error })?;
-    if text.units_below && !rows.is_empty() {
-        rows.remove(0);
+    for row in &mut rows {
+        row.cells.resize(columns.len(), String::new());
     }
+    let units = if text.units_below && !rows.is_empty() { rows.remove(0).cells } else { Vec::new() };
     rows.retain(|row| row.cells.iter().any(|cell| !cell.is_empty()));
     if rows.len() > MOST_ROWS {
         return Err(ParseError::new(
@@ -71,7 +83,7 @@ pub fn read(bytes: &[u8]) -> Result<AnyTable, ParseError> {
             "split the table",
         ));
     }
-    Ok(AnyTable { encoding, decimal_comma, columns, rows })
+    Ok(AnyTable { encoding, decimal_comma, columns, units, rows })
 }
 
 #[cfg(test)]
@@ -121,10 +133,15 @@ mod tests {
 
     #[test]
     fn what_is_no_table_is_told() {
+        let headless = read(b"A10,33.609,12.189,2.135\nA11,41.833,-30.393,4.484\n").unwrap();
+        assert_eq!((headless.columns.join(" "), headless.rows.len()), ("#1 #2 #3 #4".to_owned(), 2));
+        assert_eq!((headless.rows[0].line, &*headless.rows[0].cells[0]), (1, "A10"));
+        let blanks =
+            read(b"Pt   N      E     H\nA10  33.609 12.189 2.135\nA11  41.833 -30.393 4.484\n").unwrap();
+        assert_eq!((blanks.columns.join(" "), &*blanks.rows[1].cells[2]), ("Pt N E H".to_owned(), "-30.393"));
         for (text, code) in [
             ("", "empty_file"),
-            ("a,b\n1\n", "wrong_field_count"),
-            ("a,a\n1,2\n", "repeated_column"),
+            ("a,b\n1,2,3\n", "wrong_field_count"),
             ("1,2\n3,4\n", "missing_header"),
             ("\u{89}PNG\r\n\u{1a}\n\0\0", "not_text"),
         ] {

@@ -92,10 +92,44 @@ pub(super) fn utf16(head: &[u8]) -> Option<&'static encoding_rs::Encoding> {
     }
 }
 
+/// Text that is neither UTF-8 nor UTF-16: Chinese in GBK, or western letters. Chinese letters are two bytes each and stand
+/// together; a degree, a micro or an umlaut stands alone. `None` where it is neither.
+pub(super) fn legacy(bytes: &[u8]) -> Option<&'static encoding_rs::Encoding> {
+    let (mut alone, mut together) = (0, 0);
+    for run in bytes.split(|byte| byte.is_ascii()).filter(|run| !run.is_empty()) {
+        if run.len() == 1 { alone += 1 } else { together += 1 }
+    }
+    if alone > together {
+        return Some(encoding_rs::WINDOWS_1252);
+    }
+    let gbk = encoding_rs::GBK.decode_without_bom_handling_and_without_replacement(bytes);
+    gbk.map(|_| encoding_rs::GBK)
+}
+
 fn decoded(decoder: &mut encoding_rs::Decoder, bytes: &[u8], last: bool) -> Vec<u8> {
     let room = decoder.max_utf8_buffer_length(bytes.len()).unwrap_or(bytes.len() * 3 + 16);
     let mut out = vec![0; room];
     let (_, _, written, _) = decoder.decode_to_utf8(bytes, &mut out, last);
     out.truncate(written);
     out
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn chinese_and_western_text_without_a_mark_are_told_apart() {
+        for (text, encoding) in [
+            ("加速度X(g),角速度X(°/s)", encoding_rs::GBK),
+            ("点号,X(北),Y(东)", encoding_rs::GBK),
+            ("GYROSCOPE X (°/s),MAGNETIC FIELD X (µT),ACC (m/s²)", encoding_rs::WINDOWS_1252),
+            ("Drehrate längs,Höhe", encoding_rs::WINDOWS_1252),
+        ] {
+            let (bytes, _, unmappable) = encoding.encode(text);
+            assert!(!unmappable);
+            assert_eq!(legacy(&bytes), Some(encoding), "{text}");
+        }
+        assert_eq!(legacy(b"\xFF\xFFx"), None);
+    }
 }

@@ -31,6 +31,8 @@ pub enum ParseErrorKind {
     RadiansNotDegrees,
     /// Forces said to be in g that can only be metres per second squared.
     MetresNotG,
+    /// Values in another unit than was said: counts, mg, gauss, pascals.
+    OtherUnit,
     /// A table or a dump in none of the known formats.
     UnknownFormat,
     /// A known format of which the file does not say in which units, or at which rate.
@@ -117,6 +119,7 @@ impl ParseError {
             ParseErrorKind::GNotMetres => "g_not_metres",
             ParseErrorKind::RadiansNotDegrees => "radians_not_degrees",
             ParseErrorKind::MetresNotG => "metres_not_g",
+            ParseErrorKind::OtherUnit => "other_unit",
             ParseErrorKind::UnknownFormat => "unknown_format",
             ParseErrorKind::MappingNeeded => "mapping_needed",
             ParseErrorKind::BadMapping => "bad_mapping",

@@ -13,6 +13,20 @@ pub(super) struct Header {
 impl Header {
     /// Reads the header; `head` is the start of the file and `example` the header that belongs there.
     pub(super) fn read(record: &Record<'_>, head: &[u8], example: &str) -> Result<Header, ParseError> {
+        let header = Header::any(record, head, example)?;
+        let twice =
+            header.names.iter().enumerate().find(|(i, n)| !n.is_empty() && header.names[..*i].contains(n));
+        if let Some((_, name)) = twice {
+            return Err(header
+                .wrong(ParseErrorKind::RepeatedColumn, "every column once".to_owned())
+                .in_column(name.clone())
+                .advise("remove or rename one of the two"));
+        }
+        Ok(header)
+    }
+
+    /// The same, where columns may be called alike.
+    pub(super) fn any(record: &Record<'_>, head: &[u8], example: &str) -> Result<Header, ParseError> {
         let mut names = Vec::with_capacity(record.len());
         for field in record.fields() {
             if let Some(error) = not_text(head, field) {
@@ -25,14 +39,6 @@ impl Header {
             return Err(header
                 .wrong(ParseErrorKind::MissingHeader, format!("a header such as \"{example}\""))
                 .advise("put the names of the columns into the first line"));
-        }
-        let twice =
-            header.names.iter().enumerate().find(|(i, n)| !n.is_empty() && header.names[..*i].contains(n));
-        if let Some((_, name)) = twice {
-            return Err(header
-                .wrong(ParseErrorKind::RepeatedColumn, "every column once".to_owned())
-                .in_column(name.clone())
-                .advise("remove or rename one of the two"));
         }
         if header.names.len() == 1 && header.names[0].contains([';', '\t']) {
             return Err(header
@@ -92,6 +98,12 @@ impl Header {
         self.check_width(record).map_err(|error| {
             error.advise("complete the line: a cell for every column, empty or in quotes where it holds what parts cells")
         })
+    }
+
+    /// The same where cells that hold nothing may be left out at the end of a row, or follow it.
+    pub(super) fn check_longest(&self, record: &Record<'_>) -> Result<(), ParseError> {
+        let more = (self.len()..record.len()).any(|at| !record.field(at).trim_ascii().is_empty());
+        if more { self.check_row(record) } else { Ok(()) }
     }
 
     fn wrong(&self, kind: ParseErrorKind, expected: String) -> ParseError {

@@ -5,7 +5,7 @@ use crate::parse::error::{ParseError, no_rows};
 use crate::parse::header::Header;
 use crate::parse::left_out::{self, Decimals, LeftOut};
 use crate::parse::lines::{Line, Lines};
-use crate::parse::number::{need_number, need_time_ns, optional_number};
+use crate::parse::number::{is_missing, need_number, need_time_ns, optional_number};
 use crate::parse::records::{Record, not_text};
 use crate::parse::units_check::{Said, UnitsCheck};
 use crate::sample::ImuSample;
@@ -38,7 +38,7 @@ impl ImuCsv {
             lines: Lines::parted_by(b','),
             rows: Rows {
                 header: None,
-                units: UnitsCheck::new(Said { canonical: true, ..Said::default() }),
+                units: UnitsCheck::new(Said::CANONICAL),
                 samples: 0,
                 left_out: LeftOut::default(),
                 decimals: Decimals::default(),
@@ -144,10 +144,14 @@ impl Rows {
             self.header = Some((header, places));
             return Ok(());
         };
-        let sample = match header.check_width(record).and_then(|()| places.sample(record)) {
+        let mut odd = None;
+        let sample = match header.check_width(record).and_then(|()| places.sample(record, &mut odd)) {
             Ok(sample) => sample,
-            Err(error) => return self.left_out.line(error),
+            Err(error) => return self.no_row(record, error),
         };
+        if let Some(odd) = odd {
+            self.left_out.value(odd);
+        }
         if self.decimals.cut(record.field(record.len() - 1), record.ended) {
             return self.left_out.line(left_out::cut(record.line));
         }
@@ -156,6 +160,24 @@ impl Rows {
         self.left_out.row();
         out.push(sample);
         Ok(())
+    }
+
+    /// A line that is no row: one of a lost packet, the names once more, or one that cannot be read.
+    fn no_row(&mut self, record: &Record<'_>, error: ParseError) -> Result<(), ParseError> {
+        let Some((header, places)) = &self.header else { return Ok(()) };
+        if record.len() == header.len() && places.inertial.iter().all(|at| is_missing(record.field(*at))) {
+            self.left_out.empty_row();
+            return Ok(());
+        }
+        if record.fields().any(|field| field.trim_ascii() == COLUMNS[0].as_bytes())
+            && let Ok(again) = Header::read(record, &[], &COLUMNS[..7].join(","))
+            && let Ok(places) = Places::find(&again)
+        {
+            self.header = Some((again, places));
+            self.left_out.header();
+            return Ok(());
+        }
+        self.left_out.line(error)
     }
 }
 
@@ -172,25 +194,30 @@ impl Places {
         Ok(Places { time: need(0)?, inertial, mag, pressure: header.find(COLUMNS[10]) })
     }
 
-    fn sample(&self, record: &Record<'_>) -> Result<ImuSample, ParseError> {
+    /// A row as a sample; a field or a pressure that is none stands in `odd`.
+    fn sample(&self, record: &Record<'_>, odd: &mut Option<ParseError>) -> Result<ImuSample, ParseError> {
         let mut inertial = [0.0; 6];
         for (i, value) in inertial.iter_mut().enumerate() {
             *value = need_number(record, self.inertial[i], COLUMNS[1 + i])?;
         }
         let [gx, gy, gz, ax, ay, az] = inertial;
+        let mut optional = |index: usize, column: &str| match optional_number(record, index, column) {
+            Ok(value) => value,
+            Err(error) => {
+                odd.get_or_insert(error);
+                None
+            }
+        };
         let mag_b_ut = match self.mag {
             Some([x, y, z]) => {
-                let x = optional_number(record, x, COLUMNS[7])?;
-                let y = optional_number(record, y, COLUMNS[8])?;
-                let z = optional_number(record, z, COLUMNS[9])?;
+                let x = optional(x, COLUMNS[7]);
+                let y = optional(y, COLUMNS[8]);
+                let z = optional(z, COLUMNS[9]);
                 x.zip(y).zip(z).map(|((x, y), z)| [x, y, z])
             }
             None => None,
         };
-        let pressure_hpa = match self.pressure {
-            Some(index) => optional_number(record, index, COLUMNS[10])?,
-            None => None,
-        };
+        let pressure_hpa = self.pressure.and_then(|index| optional(index, COLUMNS[10]));
         Ok(ImuSample {
             t_ns: need_time_ns(record, self.time, COLUMNS[0])?,
             w_ib_b_rad_s: [gx, gy, gz],

@@ -17,6 +17,11 @@ pub(super) struct LeftOut {
     reasons: Vec<ParseError>,
     /// Rows without any value, as stand for lost packets.
     empty_rows: u64,
+    /// Readings of field and pressure that could not be read, and why not, for the first ones.
+    values: u64,
+    value_reasons: Vec<ParseError>,
+    /// The table began again with its names.
+    headers: u64,
 }
 
 impl LeftOut {
@@ -28,6 +33,19 @@ impl LeftOut {
     /// A row has no value.
     pub(super) fn empty_row(&mut self) {
         self.empty_rows += 1;
+    }
+
+    /// A reading beside rate and force could not be read: it costs itself alone.
+    pub(super) fn value(&mut self, error: ParseError) {
+        self.values += 1;
+        if self.value_reasons.len() < REASONS {
+            self.value_reasons.push(error);
+        }
+    }
+
+    /// The names stand in the table again, as where recordings were put together.
+    pub(super) fn header(&mut self) {
+        self.headers += 1;
     }
 
     /// Whether there was a row.
@@ -88,6 +106,16 @@ impl LeftOut {
                 first_line: first.line.unwrap_or_default() as f64,
                 reasons: self.reasons.iter().map(ToString::to_string).collect(),
             });
+        }
+        if let Some(first) = self.value_reasons.first() {
+            causes.push(LogCause::ValuesLeftOut {
+                values: self.values as f64,
+                first_line: first.line.unwrap_or_default() as f64,
+                reasons: self.value_reasons.iter().map(ToString::to_string).collect(),
+            });
+        }
+        if self.headers > 0 {
+            causes.push(LogCause::Recordings { recordings: (self.headers + 1) as f64 });
         }
         if filling_bytes > 0 {
             causes.push(LogCause::Filling { filling_bytes: filling_bytes as f64 });

@@ -45,7 +45,8 @@ impl Lines {
         for odd in FILLING.into_iter().chain([b'"']) {
             classes[usize::from(odd)] = Class::Odd;
         }
-        classes[usize::from(delimiter)] = Class::Delimiter;
+        // Blanks part fields as many as there are: that takes a closer look.
+        classes[usize::from(delimiter)] = if delimiter == b' ' { Class::Odd } else { Class::Delimiter };
         classes[usize::from(b'\n')] = Class::LineFeed;
         Lines {
             delimiter,
@@ -171,6 +172,9 @@ impl Lines {
         while matches!(begun.last(), Some(&(TORN | b'\r'))) {
             begun.pop();
         }
+        if self.delimiter == b' ' {
+            squeeze(&mut begun);
+        }
         self.ends.clear();
         let (bytes, gap) = if begun.contains(&b'"') {
             (unquoted(&begun, self.delimiter, &mut self.ends), 0)
@@ -189,6 +193,20 @@ impl Lines {
         self.begun = bytes;
         self.begun.clear();
         told
+    }
+}
+
+/// Leaves one blank for every run of them, and none at the ends.
+fn squeeze(line: &mut Vec<u8>) {
+    let mut after_blank = true;
+    line.retain(|byte| {
+        let blank = *byte == b' ';
+        let kept = !(blank && after_blank);
+        after_blank = blank;
+        kept
+    });
+    if line.last() == Some(&b' ') {
+        line.pop();
     }
 }
 

@@ -9,6 +9,7 @@ use crate::parse::imu_csv::ImuCsv;
 use crate::parse::log_format::{self, LogFormat, Note, Recognised};
 use crate::parse::mapped_csv::MappedCsv;
 use crate::parse::mapping::{FieldUnit, Mapping};
+use crate::parse::suggestion::{by_content, suggestion};
 use crate::parse::table_head::{TableHead, TextHead};
 use crate::parse::times::Times;
 use crate::parse::wit_serial::WitSerial;
@@ -55,6 +56,8 @@ pub struct LogReader {
     recognised: Option<Recognised>,
     decoder: Decoder,
     parser: Option<Parser>,
+    /// Its lines end in carriage returns alone, as old programs wrote them.
+    ends_in_returns: bool,
     times: Times,
     /// The log is one that counts from the session's start.
     counts_from_start: bool,
@@ -90,6 +93,7 @@ impl LogReader {
             head: Vec::new(),
             recognised: None,
             parser: None,
+            ends_in_returns: false,
             counts_from_start: false,
             zero_ns: None,
             first_ns: None,
@@ -114,7 +118,11 @@ impl LogReader {
 
     fn push_text(&mut self, bytes: &[u8], samples: &mut Vec<ImuSample>) -> Result<(), ParseError> {
         if self.parser.is_some() {
-            return self.parse(bytes, samples);
+            return if self.ends_in_returns {
+                self.parse(&with_line_feeds(bytes), samples)
+            } else {
+                self.parse(bytes, samples)
+            };
         }
         let more = bytes.len().min(HEAD_BYTES - self.head.len());
         self.head.extend_from_slice(&bytes[..more]);
@@ -122,7 +130,7 @@ impl LogReader {
             return Ok(());
         }
         self.begin(false, samples)?;
-        self.parse(&bytes[more..], samples)
+        self.push_text(&bytes[more..], samples)
     }
 
     /// The log is over: appends the last samples and says what is wrong with it as a whole.
@@ -185,7 +193,22 @@ impl LogReader {
     pub fn table(&self) -> Option<TableHead> {
         match self.recognised.as_ref().and_then(|recognised| recognised.table.clone()) {
             Some(table) => Some(table),
-            None => TextHead::read(&self.head, self.head.len() < HEAD_BYTES)?.table(),
+            None => {
+                let text = TextHead::read(&self.head, self.head.len() < HEAD_BYTES)?;
+                text.table().or_else(|| text.headless().map(|(table, _)| table))
+            }
+        }
+    }
+
+    /// The mapping that a table suggests which nobody knows, to be checked.
+    pub fn suggested(&self) -> Option<Mapping> {
+        if self.recognised.is_some() {
+            return None;
+        }
+        let text = TextHead::read(&self.head, self.head.len() < HEAD_BYTES)?;
+        match text.table() {
+            Some(table) => suggestion(&table),
+            None => text.headless().and_then(|(table, rows)| by_content(&table, &rows)),
         }
     }
 
@@ -195,6 +218,12 @@ impl LogReader {
         if let Some(error) = impossible(rate_hz, field_ut_per_count) {
             return Err(error);
         }
+        // A head of binary packets may hold either byte: only text is turned.
+        self.ends_in_returns =
+            self.head.contains(&b'\r') && !self.head.iter().any(|byte| matches!(byte, b'\n' | 0));
+        if self.ends_in_returns {
+            self.head = with_line_feeds(&self.head);
+        }
         let recognised = match mapping {
             Some(mapping) => by_mapping(mapping.clone(), &self.head, whole),
             None => log_format::recognise(&self.head, whole, rate_hz)?,
@@ -203,6 +232,7 @@ impl LogReader {
             (LogFormat::WitSerial, _) => {
                 Parser::WitSerial(Box::new(WitSerial::new(rate_hz, field_ut_per_count)))
             }
+            (LogFormat::Canonical, Some(mapping)) => Parser::Mapped(Box::new(MappedCsv::canonical(mapping)?)),
             (_, Some(mapping)) => Parser::Mapped(Box::new(MappedCsv::new(mapping, field_ut_per_count)?)),
             (_, None) => Parser::Canonical(Box::default()),
         });
@@ -246,6 +276,11 @@ impl LogReader {
     }
 }
 
+/// The same text with line feeds for its carriage returns.
+fn with_line_feeds(text: &[u8]) -> Vec<u8> {
+    text.iter().map(|byte| if *byte == b'\r' { b'\n' } else { *byte }).collect()
+}
+
 /// Whether a time can only be counted from some year, such as 1970: a session has not been going on for three years.
 pub fn is_of_a_calendar(t_ns: i64) -> bool {
     const THREE_YEARS_NS: u64 = 94_672_800_000_000_000;
@@ -253,7 +288,8 @@ pub fn is_of_a_calendar(t_ns: i64) -> bool {
 }
 
 fn by_mapping(mapping: Mapping, head: &[u8], whole: bool) -> Recognised {
-    let counts = mapping.mag.as_ref().is_some_and(|mag| mag.unit == FieldUnit::Counts);
+    let counts =
+        mapping.mag.as_ref().is_some_and(|mag| mag.unit == FieldUnit::Counts && mag.one_is.is_none());
     Recognised {
         format: LogFormat::Mapped,
         mapping: Some(mapping),

@@ -5,12 +5,12 @@ use std::borrow::Cow;
 
 use crate::anomaly::Anomaly;
 use crate::parse::clock_text::{self, DAY_NS};
+use crate::parse::encoding::legacy;
 use crate::parse::error::{ParseError, ParseErrorKind, quoted};
 use crate::parse::left_out::{self, Decimals, LeftOut};
 use crate::parse::lines::{Line, Lines};
-use crate::parse::mapping::{Axes, Factor, Mapping, RateUnit, TimeUnit};
-use crate::parse::mapping::{Delimiter, FieldUnit, ForceUnit};
-use crate::parse::number::{bad_number, number, seconds_to_ns};
+use crate::parse::mapping::{Axes, Delimiter, Factor, FieldUnit, Mapping, TimeUnit};
+use crate::parse::number::{bad_number, is_missing, number, seconds_to_ns};
 use crate::parse::records::{Record, not_text};
 use crate::parse::units_check::{Said, UnitsCheck};
 use crate::sample::ImuSample;
@@ -39,6 +39,8 @@ struct Rows {
     samples: u64,
     left_out: LeftOut,
     decimals: Decimals,
+    /// The names have stood in the table again: a row of their units may follow.
+    units_row_follows: bool,
 }
 
 /// Where the channels stand in a row.
@@ -66,16 +68,28 @@ impl MappedCsv {
     ///
     /// When the mapping does not hold together.
     pub(super) fn new(mapping: Mapping, field_ut_per_count: Option<f64>) -> Result<MappedCsv, ParseError> {
+        MappedCsv::of(mapping, field_ut_per_count, false)
+    }
+
+    /// The same for the canonical log, which a spreadsheet has written anew.
+    pub(super) fn canonical(mapping: Mapping) -> Result<MappedCsv, ParseError> {
+        MappedCsv::of(mapping, None, true)
+    }
+
+    fn of(
+        mapping: Mapping,
+        field_ut_per_count: Option<f64>,
+        canonical: bool,
+    ) -> Result<MappedCsv, ParseError> {
         mapping.check()?;
-        let field_factor = match mapping.mag.as_ref().map(|mag| mag.unit) {
-            Some(FieldUnit::Counts) => field_ut_per_count,
+        let field_factor = match &mapping.mag {
+            // What a 1 is may stand in the mapping itself.
+            Some(Axes { unit: FieldUnit::Counts, one_is, .. }) => {
+                field_ut_per_count.or_else(|| one_is.map(|_| 1.0))
+            }
             _ => Some(1.0),
         };
-        let said = Said {
-            canonical: false,
-            degrees: mapping.gyr.unit == RateUnit::DegS,
-            g: mapping.acc.unit == ForceUnit::G,
-        };
+        let said = Said::by(&mapping, canonical);
         Ok(MappedCsv {
             lines: Lines::parted_by(mapping.delimiter.byte()),
             rows: Rows {
@@ -90,6 +104,7 @@ impl MappedCsv {
                 samples: 0,
                 left_out: LeftOut::default(),
                 decimals: Decimals::default(),
+                units_row_follows: false,
             },
         })
     }
@@ -136,24 +151,45 @@ impl Rows {
         if self.places.is_none() {
             return self.look_for_header(record, out);
         }
-        // A row of units stands between the names and the numbers, and a table may begin again with its header.
-        if self.left_out.has_rows() || self.rows > 0 || !self.is_of_words(record) {
-            self.take_row(record, out)?;
+        // A row of units stands between the names and the numbers, and a table may begin again with its names.
+        if !self.is_of_words(record) {
+            return self.take_row(record, out);
         }
+        if self.begins_again(record) {
+            self.left_out.header();
+        } else if self.left_out.has_rows() && !self.units_row_follows {
+            return self.take_row(record, out);
+        }
+        self.units_row_follows = self.left_out.has_rows() && !self.units_row_follows;
         Ok(())
     }
 
-    /// Whether no channel of a row is a number.
+    /// Whether the names of the mapping stand in a row again, perhaps in another order, which holds from here on.
+    fn begins_again(&mut self, record: &Record<'_>) -> bool {
+        if !self.left_out.has_rows() {
+            return false;
+        }
+        let names: Vec<String> = record.fields().map(|field| name_of(field).into_owned()).collect();
+        let Some(places) = Places::find(&names, &self.mapping) else { return false };
+        self.fields = 1 + places.all().max().unwrap_or(0);
+        self.places = Some(places);
+        true
+    }
+
+    /// Whether no channel of a row is a number, and none says that there is no value.
     fn is_of_words(&self, record: &Record<'_>) -> bool {
         let Some(places) = &self.places else { return false };
+        // All but a few rows are told by their first channel.
+        if record.len() < self.fields || record.field(places.gyr[0]).first().is_some_and(u8::is_ascii_digit) {
+            return false;
+        }
         let row = Row { record, decimal_comma: true };
         let mut channels = places.gyr.iter().chain(&places.acc);
-        record.len() >= self.fields
-            && channels
-                .all(|&at| number(&row.text(at)).is_none() && !record.field(at).trim_ascii().is_empty())
+        channels.all(|&at| number(&row.text(at)).is_none() && !is_missing(record.field(at)))
     }
 
     fn take_row(&mut self, record: &Record<'_>, out: &mut Vec<ImuSample>) -> Result<(), ParseError> {
+        self.units_row_follows = false;
         let sample = match self.sample(record) {
             Ok(Some(sample)) => sample,
             Ok(None) => return Ok(()),
@@ -199,18 +235,24 @@ impl Rows {
         }
         let w_ib_b_rad_s = row.axes(places.gyr, &self.mapping.gyr)?;
         let f_b_m_s2 = row.axes(places.acc, &self.mapping.acc)?;
+        let mut odd = None;
         let mag_b_ut = match (places.mag, &self.mapping.mag, self.field_factor) {
             (Some(at), Some(axes), Some(factor)) if !at.iter().any(|&i| row.missing(i)) => {
-                Some(row.axes(at, axes)?.map(|value| value * factor))
+                let field = row.axes(at, axes).map_err(|error| odd = Some(error)).ok();
+                field.map(|field| field.map(|value| value * factor))
             }
             _ => None,
         };
         let pressure_hpa = match (places.pressure, &self.mapping.pressure) {
             (Some(at), Some(scalar)) if !row.missing(at) => {
-                Some(row.number(at, &scalar.column)? * scalar.unit.factor())
+                let pressure = row.number(at, &scalar.column).map_err(|error| odd = Some(error)).ok();
+                pressure.map(|pressure| pressure * scalar.unit.factor())
             }
             _ => None,
         };
+        if let Some(odd) = odd {
+            self.left_out.value(odd);
+        }
         let t_ns = self.clock.tell(&row, places.time, &self.mapping, self.rows - 1)?;
         Ok(Some(ImuSample {
             t_ns,
@@ -273,7 +315,8 @@ impl Places {
     fn by_number(record: &Record<'_>, mapping: &Mapping) -> Option<Places> {
         let names: Vec<String> = (1..=record.len()).map(|number| number.to_string()).collect();
         let places = Places::find(&names, mapping)?;
-        let is_number = |at: usize| number(record.field(at)).is_some();
+        let row = Row { record, decimal_comma: mapping.delimiter != Delimiter::Comma };
+        let is_number = |at: usize| number(&row.text(at)).is_some();
         places.gyr.iter().chain(&places.acc).all(|at| is_number(*at)).then_some(places)
     }
 
@@ -314,8 +357,7 @@ struct Row<'a> {
 impl Row<'_> {
     /// Whether a field says that there is no value.
     fn missing(&self, index: usize) -> bool {
-        let field = self.record.field(index).trim_ascii();
-        field.is_empty() || field.eq_ignore_ascii_case(b"nan") || field.eq_ignore_ascii_case(b"null")
+        is_missing(self.record.field(index))
     }
 
     fn text(&self, index: usize) -> Cow<'_, [u8]> {
@@ -331,7 +373,7 @@ impl Row<'_> {
     }
 
     fn axes<U: Factor>(&self, at: [usize; 3], axes: &Axes<U>) -> Result<[f64; 3], ParseError> {
-        let factor = axes.unit.factor();
+        let factor = axes.unit.factor() * axes.one_is.unwrap_or(1.0);
         let mut values = [0.0; 3];
         for ((value, index), column) in values.iter_mut().zip(at).zip(&axes.columns) {
             *value = self.number(index, column)? * factor;
@@ -383,6 +425,10 @@ impl Clock {
         }
         match source.unit.ns() {
             Some(unit_ns) => scaled_ns(&field, unit_ns).ok_or_else(finite),
+            None if source.unit == TimeUnit::Ticks => match number(&field).map(of_rate) {
+                Some(ns) if ns.abs() < 9e18 => Ok(ns.round() as i64),
+                _ => Err(finite()),
+            },
             None => match number(&field).filter(|samples| samples.abs() < 9e9) {
                 Some(samples) => Ok(of_rate(samples).round() as i64),
                 None => Err(finite()),
@@ -429,12 +475,12 @@ fn scaled_ns(field: &[u8], unit_ns: i64) -> Option<i64> {
     (ns.abs() < 9e18).then_some(ns.round() as i64)
 }
 
-/// The name of a column: UTF-8 or GBK, without the blanks around it.
+/// The name of a column: UTF-8, GBK or western letters, without the blanks around it.
 pub(super) fn name_of(field: &[u8]) -> Cow<'_, str> {
     let field = field.strip_prefix(BOM).unwrap_or(field);
     let text = match std::str::from_utf8(field) {
         Ok(text) => Cow::Borrowed(text),
-        Err(_) => encoding_rs::GBK.decode_without_bom_handling(field).0,
+        Err(_) => legacy(field).unwrap_or(encoding_rs::GBK).decode_without_bom_handling(field).0,
     };
     match text {
         Cow::Borrowed(text) => Cow::Borrowed(text.trim()),

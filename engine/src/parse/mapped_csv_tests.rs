@@ -1,13 +1,13 @@
 use super::*;
-use crate::parse::mapping::{FieldUnit, PressureUnit, Scalar, TimeSource};
+use crate::parse::mapping::{FieldUnit, ForceUnit, PressureUnit, RateUnit, Scalar, TimeSource};
 
 fn mapping(time: TimeSource) -> Mapping {
     let axes = |name: &str| ["x", "y", "z"].map(|axis| format!("{name}{axis}"));
     Mapping {
         delimiter: Delimiter::Comma,
         time,
-        gyr: Axes { columns: axes("g"), unit: RateUnit::RadS },
-        acc: Axes { columns: axes("a"), unit: ForceUnit::MS2 },
+        gyr: Axes::of(axes("g"), RateUnit::RadS),
+        acc: Axes::of(axes("a"), ForceUnit::MS2),
         mag: None,
         pressure: None,
         skip_rows_without_inertial: false,
@@ -56,7 +56,7 @@ fn rows_may_be_counted_instead() {
 #[test]
 fn the_header_may_stand_below_other_lines_and_its_columns_in_any_order() {
     let mut wanted = mapping(clock(TimeUnit::S));
-    wanted.mag = Some(Axes { columns: ["my", "mx", "mz"].map(str::to_owned), unit: FieldUnit::Mgauss });
+    wanted.mag = Some(Axes::of(["my", "mx", "mz"].map(str::to_owned), FieldUnit::Mgauss));
     wanted.pressure = Some(Scalar { column: "p".to_owned(), unit: PressureUnit::Kpa });
     let text = "Site 7\r\n\r\nseven,lines,of,this,and,that,az\r\nnote,p,mx,my,mz,az,ay,ax,gz,gy,gx,t\r\nhi,90.15,100,200,300,3,2,1,6,5,4,0.5\r\nhi,,,,,3,2,1,6,5,4,0.6\r\n";
     let samples = read(wanted, text).unwrap();

@@ -51,11 +51,16 @@ pub enum Delimiter {
     Semicolon,
     /// A tabulator.
     Tab,
+    /// A vertical bar.
+    Bar,
+    /// Blanks, as many as there are.
+    Blanks,
 }
 
 impl Delimiter {
     /// All of them, the usual one first.
-    pub const ALL: [Delimiter; 3] = [Delimiter::Comma, Delimiter::Tab, Delimiter::Semicolon];
+    pub const ALL: [Delimiter; 5] =
+        [Delimiter::Comma, Delimiter::Tab, Delimiter::Semicolon, Delimiter::Bar, Delimiter::Blanks];
 
     /// The byte.
     pub const fn byte(self) -> u8 {
@@ -63,6 +68,8 @@ impl Delimiter {
             Delimiter::Comma => b',',
             Delimiter::Semicolon => b';',
             Delimiter::Tab => b'\t',
+            Delimiter::Bar => b'|',
+            Delimiter::Blanks => b' ',
         }
     }
 }
@@ -80,7 +87,7 @@ pub struct TimeSource {
     /// How that column tells time.
     #[serde(default)]
     pub unit: TimeUnit,
-    /// Samples a second, Hz, where the column counts samples or there is none.
+    /// Samples a second, Hz, where the column counts samples or there is none; ticks a second, where it counts ticks.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub rate_hz: Option<f64>,
     /// The value at which the device's counter begins again at 0.
@@ -107,6 +114,10 @@ pub enum TimeUnit {
     Ns,
     /// A number that grows by one with every sample.
     Samples,
+    /// Ticks of a clock, of which `rate_hz` are a second.
+    Ticks,
+    /// Days, as a spreadsheet keeps dates.
+    Days,
     /// A date and time of day, or a time of day.
     DateTime,
 }
@@ -120,13 +131,14 @@ impl TimeUnit {
             TimeUnit::Ticks10Khz => Some(100_000),
             TimeUnit::Us => Some(1_000),
             TimeUnit::Ns => Some(1),
-            TimeUnit::Samples | TimeUnit::DateTime => None,
+            TimeUnit::Days => Some(86_400_000_000_000),
+            TimeUnit::Samples | TimeUnit::Ticks | TimeUnit::DateTime => None,
         }
     }
 }
 
 /// Three columns of one quantity, in the sensor's own axes.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 #[cfg_attr(feature = "schema", schemars(rename = "{U}Axes"))]
@@ -136,6 +148,17 @@ pub struct Axes<U> {
     pub columns: [String; 3],
     /// Their unit.
     pub unit: U,
+    /// How many of the unit a 1 in the columns is, where they are in counts of the sensor or in a share of the unit.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[cfg_attr(feature = "schema", schemars(example = 0.061))]
+    pub one_is: Option<f64>,
+}
+
+impl<U: Copy> Axes<U> {
+    /// Columns in this unit.
+    pub(super) fn of(columns: [String; 3], unit: U) -> Axes<U> {
+        Axes { columns, unit, one_is: None }
+    }
 }
 
 /// What columns may be called; a function, for a derive by itself reads no arrays.
@@ -166,6 +189,8 @@ pub enum RateUnit {
     RadS,
     /// Degrees a second.
     DegS,
+    /// Thousandths of a degree a second.
+    MdegS,
 }
 
 /// The unit of a specific force.
@@ -177,6 +202,8 @@ pub enum ForceUnit {
     MS2,
     /// Standard gravities.
     G,
+    /// Thousandths of a standard gravity.
+    Mg,
 }
 
 /// The unit of a magnetic flux density.
@@ -190,6 +217,8 @@ pub enum FieldUnit {
     Gauss,
     /// Milligauss: 0.1 µT.
     Mgauss,
+    /// Nanotesla.
+    Nt,
     /// Counts, or shares of the field where it was calibrated: left out unless it is said how much one is
     /// (see [`Reading`](crate::parse::log_reader::Reading)).
     Counts,
@@ -206,6 +235,8 @@ pub enum PressureUnit {
     Pa,
     /// Kilopascal.
     Kpa,
+    /// Millimetres of mercury.
+    Mmhg,
 }
 
 /// A unit that is a multiple of the engine's own.
@@ -219,6 +250,7 @@ impl Factor for RateUnit {
         match self {
             RateUnit::RadS => 1.0,
             RateUnit::DegS => std::f64::consts::PI / 180.0,
+            RateUnit::MdegS => std::f64::consts::PI / 180_000.0,
         }
     }
 }
@@ -228,6 +260,7 @@ impl Factor for ForceUnit {
         match self {
             ForceUnit::MS2 => 1.0,
             ForceUnit::G => STANDARD_GRAVITY_M_S2,
+            ForceUnit::Mg => 1e-3 * STANDARD_GRAVITY_M_S2,
         }
     }
 }
@@ -238,6 +271,7 @@ impl Factor for FieldUnit {
             FieldUnit::Ut => 1.0,
             FieldUnit::Gauss => 100.0,
             FieldUnit::Mgauss => 0.1,
+            FieldUnit::Nt => 1e-3,
             FieldUnit::Counts => 1.0,
         }
     }
@@ -249,6 +283,7 @@ impl Factor for PressureUnit {
             PressureUnit::Hpa => 1.0,
             PressureUnit::Pa => 0.01,
             PressureUnit::Kpa => 10.0,
+            PressureUnit::Mmhg => 1.333_223_684,
         }
     }
 }
@@ -291,8 +326,25 @@ impl Mapping {
                 );
             }
         }
+        let scales = [self.gyr.one_is, self.acc.one_is, self.mag.as_ref().and_then(|mag| mag.one_is)];
+        if let Some(one_is) =
+            scales.into_iter().flatten().find(|one_is| !(1e-9..=1e9).contains(&one_is.abs()))
+        {
+            return wrong(
+                "how many of its unit a 1 in a column is, other than 0",
+                format!("{one_is}"),
+                "give a number such as 0.061, by the sensor's data sheet, or leave one_is out",
+            );
+        }
+        let ticks = self.time.column.is_some() && self.time.unit == TimeUnit::Ticks;
         let needs_rate = self.time.column.is_none() || self.time.unit == TimeUnit::Samples;
         match self.time.rate_hz {
+            None if ticks => wrong(
+                "how many ticks of the time's column are a second",
+                "nothing".to_owned(),
+                "give rate_hz, such as 32768",
+            ),
+            Some(rate_hz) if ticks && (1.0..=1e10).contains(&rate_hz) => Ok(()),
             Some(rate_hz) if !(1.0..=10_000.0).contains(&rate_hz) => wrong(
                 "a rate of 1 to 10,000 samples a second",
                 format!("{rate_hz}"),
@@ -322,8 +374,8 @@ mod tests {
                 rate_hz: None,
                 wraps_at: None,
             },
-            gyr: Axes { columns: axes("g"), unit: RateUnit::DegS },
-            acc: Axes { columns: axes("a"), unit: ForceUnit::G },
+            gyr: Axes::of(axes("g"), RateUnit::DegS),
+            acc: Axes::of(axes("a"), ForceUnit::G),
             mag: None,
             pressure: None,
             skip_rows_without_inertial: false,
@@ -355,6 +407,14 @@ mod tests {
         let mut no_rate = example();
         no_rate.time = TimeSource { column: None, unit: TimeUnit::S, rate_hz: None, wraps_at: None };
         assert!(no_rate.check().unwrap_err().advice.contains("in Hz"));
+        no_rate.time.rate_hz = Some(32_768.0);
+        assert_eq!(no_rate.check().unwrap_err().code(), "bad_mapping");
+        let ticks =
+            TimeSource { column: Some("t".to_owned()), unit: TimeUnit::Ticks, ..no_rate.time.clone() };
+        Mapping { time: ticks, ..example() }.check().unwrap();
+        let mut nothing = example();
+        nothing.acc.one_is = Some(0.0);
+        assert!(nothing.check().unwrap_err().expected.contains("a 1 in a column"));
         no_rate.time.rate_hz = Some(0.0);
         assert_eq!(no_rate.check().unwrap_err().code(), "bad_mapping");
     }
@@ -363,6 +423,7 @@ mod tests {
     fn units_are_worth_what_they_are() {
         assert!((RateUnit::DegS.factor() * 180.0 - std::f64::consts::PI).abs() < 1e-15);
         assert_eq!(FieldUnit::Gauss.factor(), 1e3 * FieldUnit::Mgauss.factor());
+        assert_eq!(ForceUnit::G.factor(), 1e3 * ForceUnit::Mg.factor());
         assert_eq!(PressureUnit::Kpa.factor(), 1e3 * PressureUnit::Pa.factor());
     }
 }

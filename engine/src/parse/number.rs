@@ -8,6 +8,31 @@ pub(super) fn number(field: &[u8]) -> Option<f64> {
     fast_float2::parse(field).or_else(|_| fast_float2::parse(field.trim_ascii())).ok()
 }
 
+/// Whether a field says that there is no value, in the words of spreadsheets and of programs.
+pub(super) fn is_missing(field: &[u8]) -> bool {
+    if field.first().is_some_and(u8::is_ascii_digit) {
+        return false;
+    }
+    let text = field.trim_ascii();
+    let words: [&[u8]; 14] = [
+        b"",
+        b"nan",
+        b"null",
+        b"none",
+        b"nil",
+        b"n/a",
+        b"na",
+        b"#n/a",
+        b"-",
+        b"--",
+        b"-nan",
+        b"-nan(ind)",
+        b"1.#qnan",
+        b"-1.#ind",
+    ];
+    words.iter().any(|word| text.eq_ignore_ascii_case(word)) || text == "无".as_bytes()
+}
+
 /// A field that has to be a number.
 pub(super) fn need_number(record: &Record<'_>, index: usize, column: &str) -> Result<f64, ParseError> {
     number(record.field(index)).ok_or_else(|| bad_number(record, index, column))
@@ -34,7 +59,7 @@ pub(super) fn optional_number(
     }
     match number(field) {
         Some(value) => Ok((!value.is_nan()).then_some(value)),
-        None if field.trim_ascii().is_empty() => Ok(None),
+        None if is_missing(field) => Ok(None),
         None => Err(bad_number(record, index, column)),
     }
 }

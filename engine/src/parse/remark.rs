@@ -65,6 +65,27 @@ pub enum LogCause {
         /// Why, for the first ones, as sentences.
         reasons: Vec<String>,
     },
+    /// Readings beside rate and force that are none.
+    ValuesLeftOut {
+        /// How many.
+        values: f64,
+        /// The line of the first of them.
+        first_line: f64,
+        /// Why, for the first ones, as sentences.
+        reasons: Vec<String>,
+    },
+    /// The file holds several recordings, each below its names.
+    Recordings {
+        /// How many.
+        recordings: f64,
+    },
+    /// The clock began again at its end, as a counter of some bits does.
+    ClockWraps {
+        /// How often.
+        wraps: f64,
+        /// After how long, s.
+        after_s: f64,
+    },
     /// Bytes of zero or other filling between or behind the rows.
     Filling {
         /// How many.
@@ -102,8 +123,10 @@ impl Cause for LogCause {
             | LogCause::TimesByRate { .. }
             | LogCause::TimesReplaced { .. }
             | LogCause::RowsReordered { .. } => TIMES_PUT_RIGHT,
-            LogCause::ClockSet { .. } => CLOCK_SET,
+            LogCause::ClockSet { .. } | LogCause::ClockWraps { .. } => CLOCK_SET,
             LogCause::LinesLeftOut { .. }
+            | LogCause::ValuesLeftOut { .. }
+            | LogCause::Recordings { .. }
             | LogCause::Filling { .. }
             | LogCause::EmptyRows { .. }
             | LogCause::Packing { .. }
@@ -140,6 +163,18 @@ impl Cause for LogCause {
                 "lines that could not be read and were left out: {lines}, the first is line {first_line}: {}",
                 reasons.join("; ")
             ),
+            LogCause::ValuesLeftOut { values, first_line, reasons } => format!(
+                "readings of field or pressure that are none and were left out: {values}, the first in line {first_line}: {}",
+                reasons.join("; ")
+            ),
+            LogCause::Recordings { recordings } => {
+                format!(
+                    "the names of the columns stand in the file again: {recordings} recordings were read one after the other"
+                )
+            }
+            LogCause::ClockWraps { wraps, after_s } => format!(
+                "the clock began again {wraps} times, after {after_s:.3} s each: the rows go on without a gap"
+            ),
             LogCause::Filling { filling_bytes } => {
                 format!("{filling_bytes} bytes of filling, such as zeros, were left out")
             }
@@ -173,6 +208,15 @@ impl Cause for LogCause {
                 ("first_line", (*first_line).into()),
                 ("reasons", reasons.join("; ").as_str().into()),
             ]),
+            LogCause::ValuesLeftOut { values, first_line, reasons } => figures([
+                ("values", (*values).into()),
+                ("first_line", (*first_line).into()),
+                ("reasons", reasons.join("; ").as_str().into()),
+            ]),
+            LogCause::Recordings { recordings } => figures([("recordings", (*recordings).into())]),
+            LogCause::ClockWraps { wraps, after_s } => {
+                figures([("wraps", (*wraps).into()), ("after_s", (*after_s).into())])
+            }
             LogCause::Filling { filling_bytes } => figures([("filling_bytes", (*filling_bytes).into())]),
             LogCause::EmptyRows { empty_rows } => figures([("empty_rows", (*empty_rows).into())]),
             LogCause::Packing { packing } => figures([("packing", (*packing).into())]),
@@ -199,6 +243,13 @@ impl LogCause {
                 first_line: 7.0,
                 reasons: vec!["line 7 was cut".to_owned()],
             },
+            LogCause::ValuesLeftOut {
+                values: 2.0,
+                first_line: 7.0,
+                reasons: vec!["line 7: no number".to_owned()],
+            },
+            LogCause::Recordings { recordings: 2.0 },
+            LogCause::ClockWraps { wraps: 3.0, after_s: 65.536 },
             LogCause::Filling { filling_bytes: 60_000.0 },
             LogCause::EmptyRows { empty_rows: 3.0 },
             LogCause::Packing { packing: "ends in the middle" },

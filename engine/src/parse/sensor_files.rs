@@ -13,6 +13,8 @@
 
 use std::fmt::Write as _;
 
+use crate::parse::clock_text;
+use crate::parse::column_name::ColumnName;
 use crate::parse::encoding::Decoder;
 use crate::parse::error::{ParseError, ParseErrorKind};
 use crate::parse::imu_csv;
@@ -83,12 +85,27 @@ struct Readings {
 pub fn join(files: &[SensorFile<'_>]) -> Result<Joined, ParseError> {
     let mut found: Vec<Readings> =
         files.iter().flat_map(read).filter(|readings| !readings.rows.is_empty()).collect();
+    let uncalibrated = |readings: &Readings| readings.file.to_lowercase().contains("uncalibrated");
+    let of_rates: Vec<&str> = found
+        .iter()
+        .filter(|readings| readings.quantity == Quantity::Rate && !uncalibrated(readings))
+        .map(|readings| readings.file.as_str())
+        .collect();
+    if of_rates.len() > 1 {
+        return Err(ParseError::new(
+            ParseErrorKind::UnknownFormat,
+            "the files of one sensor",
+            format!("{} files of angular rates: {}", of_rates.len(), of_rates.join(", ")),
+            "send the files of each sensor in an archive, or a folder, of their own",
+        ));
+    }
     let mut take = |quantity: Quantity| {
         let most = found
             .iter()
             .enumerate()
             .filter(|(_, readings)| readings.quantity == quantity)
-            .max_by_key(|(_, readings)| readings.rows.len())?
+            // What the phone has calibrated itself is better, where it is there.
+            .max_by_key(|(_, readings)| (!uncalibrated(readings), readings.rows.len()))?
             .0;
         Some(found.swap_remove(most))
     };
@@ -146,7 +163,8 @@ pub fn join(files: &[SensorFile<'_>]) -> Result<Joined, ParseError> {
         ));
     }
     let all = [Some(&rates), Some(&forces), field.as_ref(), pressure.as_ref()];
-    let used: Vec<&str> = all.iter().flatten().map(|readings| readings.file.as_str()).collect();
+    let mut used: Vec<&str> = all.iter().flatten().map(|readings| readings.file.as_str()).collect();
+    used.dedup();
     note.insert(0, format!("{} were joined by time", used.join(", ")));
     if without > 0 {
         note.push(format!("{without} rows have no force near in time and were left out"));
@@ -214,22 +232,19 @@ fn read(file: &SensorFile<'_>) -> Vec<Readings> {
 
 /// A column's name without blanks and marks, and its unit, both in small letters.
 fn name_and_unit(column: &str) -> (String, String) {
-    let lower = column.to_lowercase().replace(['µ', 'μ'], "u").replace('²', "2").replace("^2", "2");
-    let (name, unit) = match lower.split_once(['(', '[']) {
-        Some((name, unit)) => {
-            (name.to_owned(), unit.trim_end_matches([')', ']']).replace(' ', "").replace("°/s", "deg/s"))
-        }
-        None => (lower, String::new()),
-    };
+    let ColumnName { name, unit } = ColumnName::of(column, "");
     (name.chars().filter(|c| c.is_alphanumeric()).collect(), unit)
 }
 
 /// The column of the time: by the wall clock, where there is one, so that two sensors can be brought together.
 fn time_column(columns: &[(String, String)]) -> Option<usize> {
-    ["time", "timestamp", "t", "unixtime", "systemtime", "secondselapsed", "elapsed"]
+    ["time", "timestamp", "t", "unixtime", "systemtime", "secondselapsed", "elapsed", "seconds", "ms"]
         .iter()
         .find_map(|word| columns.iter().position(|(name, _)| name == word))
-        .or_else(|| columns.iter().position(|(name, _)| name.starts_with("time")))
+        .or_else(|| {
+            let words = ["time", "zeit", "temps", "tiempo", "tempo", "时间", "時間", "время"];
+            columns.iter().position(|(name, _)| words.iter().any(|word| name.starts_with(word)))
+        })
 }
 
 /// The columns of x, y and z among those of which this holds.
@@ -241,19 +256,44 @@ fn axes(columns: &[(String, String)], of: impl Fn(&str) -> bool) -> Option<[usiz
 /// What a name of a column or a file speaks of.
 fn of_column(name: &str) -> Option<Quantity> {
     let has = |words: &[&str]| words.iter().any(|word| name.contains(word));
-    if has(&["uncalibrated", "bias"]) {
+    if has(&["bias", "accuracy", "magnitude", "absolute", "orientation"]) {
         None
-    } else if has(&["linear", "useracc", "freeacc"]) {
+    } else if has(&[
+        "linear",
+        "lineaire",
+        "lineal",
+        "useracc",
+        "freeacc",
+        "线性加速度",
+        "线加速度",
+        "ohneg",
+        "withoutg",
+    ]) {
         Some(Quantity::Linear)
-    } else if has(&["gravity"]) {
+    } else if has(&["gravity", "schwerkraft", "gravite", "gravedad", "重力"]) && !has(&["acceleration"]) {
         Some(Quantity::Gravity)
-    } else if has(&["gyr", "angularvel", "angularrate", "rotationrate"]) {
+    } else if has(&[
+        "gyr",
+        "giro",
+        "angularvel",
+        "angularrate",
+        "rotationrate",
+        "winkelgeschwindigkeit",
+        "drehrate",
+        "vitesseangulaire",
+        "velocidadangular",
+        "角速度",
+        "陀螺",
+        "ジャイロ",
+        "гироскоп",
+    ]) {
         Some(Quantity::Rate)
-    } else if has(&["acc"]) {
+    } else if has(&["acc", "beschleunigung", "acel", "加速度", "加计", "ускорение", "акселерометр"])
+    {
         Some(Quantity::Force)
-    } else if has(&["mag"]) {
+    } else if has(&["mag", "champ", "campo", "磁", "магн"]) {
         Some(Quantity::Field)
-    } else if has(&["press", "baro"]) {
+    } else if has(&["press", "presion", "baro", "druck", "气压", "気圧", "压力", "давление"]) {
         Some(Quantity::Pressure)
     } else {
         None
@@ -261,7 +301,9 @@ fn of_column(name: &str) -> Option<Quantity> {
 }
 
 fn of_file(stem: &str, logger: bool) -> Option<Quantity> {
-    let name: String = stem.chars().filter(|c| c.is_alphanumeric()).collect();
+    // In brackets stands what kind it is, as in «acceleration (without g)».
+    let (name, rest) = name_and_unit(stem);
+    let name = name + &rest;
     match of_column(&name) {
         Some(Quantity::Force) if logger && !name.contains("total") => Some(Quantity::Linear),
         other => other,
@@ -277,18 +319,33 @@ fn rows(
     at: [usize; 3],
 ) -> (Vec<(i64, [f64; 3])>, usize) {
     let (mut found, mut left_out) = (Vec::new(), 0);
+    // Whether the time is a date and time of day.
+    let mut dated = None;
     for line in text.split(|byte| *byte == b'\n') {
         let fields: Vec<&[u8]> = line.split(|byte| *byte == delimiter.byte()).map(unquoted).collect();
         let value = |index: usize| fields.get(index).and_then(|field| cell(field, delimiter));
-        let row = value(time).zip(value(at[0]).zip(value(at[1])).zip(value(at[2])));
+        let clock = || fields.get(time).and_then(|field| clock_text::read(field)).map(|ns| ns as f64);
+        let t = match dated {
+            None => value(time).map(|t| (t, false)).or_else(|| clock().map(|t| (t, true))),
+            Some(false) => value(time).map(|t| (t, false)),
+            Some(true) => clock().map(|t| (t, true)),
+        };
+        if found.is_empty() {
+            dated = t.map(|(_, dated)| dated);
+        }
+        let row = t.map(|(t, _)| t).zip(value(at[0]).zip(value(at[1])).zip(value(at[2])));
         match row {
-            Some((t, ((x, y), z))) => found.push((exact(fields[time]).unwrap_or(t), [x, y, z])),
+            Some((t, ((x, y), z))) => {
+                let exact = if dated == Some(true) { None } else { exact(fields[time]) };
+                found.push((exact.unwrap_or(t), [x, y, z]));
+            }
             None if !found.is_empty() && !line.trim_ascii().is_empty() => left_out += 1,
             None => {}
         }
     }
     let ns = match time_unit {
-        "s" | "sec" => 1e9,
+        _ if dated == Some(true) => 1.0,
+        "s" | "sec" | "seconds" => 1e9,
         "ms" => 1e6,
         "us" => 1e3,
         "ns" => 1.0,

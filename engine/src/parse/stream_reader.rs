@@ -4,6 +4,7 @@ use crate::anomaly::Anomaly;
 use crate::parse::error::{ParseError, ParseErrorKind};
 use crate::parse::log_format::{LogFormat, Recognised};
 use crate::parse::log_reader::{LogReader, Reading};
+use crate::parse::mapping::Mapping;
 use crate::parse::remark::LogCause;
 use crate::parse::table_head::{TableHead, TextHead};
 use crate::parse::values_csv::ValuesCsv;
@@ -139,6 +140,14 @@ impl StreamReader {
                 const FEWEST_COLUMNS: usize = 2;
                 TextHead::read(&reader.head, reader.head.len() < HEAD_BYTES)?.table_of(FEWEST_COLUMNS)
             }
+        }
+    }
+
+    /// The mapping that a table of an inertial sensor suggests which nobody knows, to be checked.
+    pub fn suggested(&self) -> Option<Mapping> {
+        match self {
+            StreamReader::Imu(reader) => reader.suggested(),
+            StreamReader::Values(_) => None,
         }
     }
 

@@ -27,10 +27,11 @@ pub fn number(text: &str, decimal_comma: bool) -> Option<f64> {
     decimal.parse::<f64>().ok().filter(|value| value.is_finite())
 }
 
-/// An angle in degrees: decimal, or `25°39′11.69″N`, `25 39 11.69`, `N25:39:11.69`, `25度39分11.69秒`.
+/// An angle in degrees: decimal, or `25°39′11.69″N`, `25 39 11.69`, `N25:39:11.69`, `25-39-11.69`, `25d39m11.69s`,
+/// `25 deg 39 min 11.69 sec`, `25度39分11.69秒`.
 pub fn angle_deg(text: &str, decimal_comma: bool) -> Option<f64> {
-    let narrow = narrow(text);
-    let text = narrow.trim();
+    let spelt = marks(&narrow(text));
+    let text = spelt.trim();
     let mut negative = false;
     let mut bare = String::new();
     for letter in text.chars() {
@@ -42,7 +43,8 @@ pub fn angle_deg(text: &str, decimal_comma: bool) -> Option<f64> {
     }
     let decimal = || number(&bare, decimal_comma).map(|value| if negative { -value } else { value });
     let parted: String =
-        bare.chars().map(|c| if "°º˚度′'’‘分″\"”“秒:D".contains(c) { ' ' } else { c }).collect();
+        bare.chars().map(|c| if "°º˚∘⁰゜度′'’‘ʹ´`分″\"”“ʺ秒:D".contains(c) { ' ' } else { c }).collect();
+    let parted = dashes_out(&parted).unwrap_or(parted);
     let parts: Vec<&str> = parted.split_whitespace().collect();
     let (degrees, minutes, seconds) = match parts[..] {
         [degrees, minutes] => (degrees, minutes, "0"),
@@ -53,6 +55,82 @@ pub fn angle_deg(text: &str, decimal_comma: bool) -> Option<f64> {
     };
     let Some(angle) = sexagesimal(degrees, minutes, seconds, decimal_comma) else { return decimal() };
     Some(if negative != degrees.starts_with('-') { -angle } else { angle })
+}
+
+/// The words and letters for degrees, minutes and seconds as their marks.
+fn marks(text: &str) -> String {
+    let mut spelt = text.to_lowercase();
+    for (word, mark) in [
+        ("degrees", "°"),
+        ("degree", "°"),
+        ("deg", "°"),
+        ("minutes", "′"),
+        ("minute", "′"),
+        ("min", "′"),
+        ("seconds", "″"),
+        ("second", "″"),
+        ("sec", "″"),
+    ] {
+        if spelt.contains(word) {
+            spelt = spelt.replace(word, mark);
+        }
+    }
+    // An s behind d and m is no south.
+    if let (Some(d), Some(m)) = (spelt.find('d'), spelt.find('m'))
+        && d < m
+    {
+        spelt = spelt.replacen('d', "°", 1).replacen('m', "′", 1).replacen('s', "″", 1);
+    }
+    spelt
+}
+
+/// `25-39-11.69` with blanks for its dashes.
+fn dashes_out(text: &str) -> Option<String> {
+    let (sign, rest) = match text.trim().strip_prefix('-') {
+        Some(rest) => ("-", rest),
+        None => ("", text.trim()),
+    };
+    let parts: Vec<&str> = rest.split('-').map(str::trim).collect();
+    let digits =
+        |part: &&str| !part.is_empty() && part.bytes().all(|b| b.is_ascii_digit() || b == b'.' || b == b',');
+    let [_, _, ..] = parts[..] else { return None };
+    (parts.len() <= 3 && parts.iter().all(digits)).then(|| format!("{sign}{}", parts.join(" ")))
+}
+
+/// How angles are written as one number that is no decimal of degrees.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Packed {
+    /// `25.391169`: degrees, and minutes and seconds as decimals.
+    DegreesPointMinutesSeconds,
+    /// `253911.69`.
+    DegreesMinutesSeconds,
+    /// `2539.195`: degrees and minutes, as NMEA has them.
+    DegreesMinutes,
+}
+
+impl Packed {
+    /// All of them.
+    pub const ALL: [Packed; 3] =
+        [Packed::DegreesPointMinutesSeconds, Packed::DegreesMinutesSeconds, Packed::DegreesMinutes];
+
+    /// The angle in degrees; `None` where minutes or seconds are sixty or more.
+    pub fn degrees(self, value: f64) -> Option<f64> {
+        let of = match self {
+            Packed::DegreesPointMinutesSeconds => value.abs() * 10_000.0,
+            Packed::DegreesMinutesSeconds => value.abs(),
+            Packed::DegreesMinutes => {
+                let (degrees, minutes) = ((value.abs() / 100.0).floor(), value.abs() % 100.0);
+                return (minutes < 60.0).then(|| (degrees + minutes / 60.0).copysign(value));
+            }
+        };
+        // What a float cannot hold is no sixtieth second.
+        let of = (of * 1e6).round() / 1e6;
+        let seconds = of % 100.0;
+        let minutes = (of / 100.0).floor() % 100.0;
+        let degrees = (of / 10_000.0).floor();
+        (minutes < 60.0 && seconds < 60.0)
+            .then(|| (degrees + minutes / 60.0 + seconds / 3600.0).copysign(value))
+    }
 }
 
 /// Degrees, minutes and seconds together, without the sign.
@@ -122,6 +200,12 @@ mod tests {
             "北纬25度39分11.6906秒",
             "２５°３９′１１．６９０６″",
             "25º39’11.6906”",
+            "25-39-11.6906",
+            "25d39m11.6906s",
+            "25d 39m 11.6906s N",
+            "25 deg 39 min 11.6906 sec",
+            "25∘39ʹ11.6906ʺ",
+            "25°39'11.6906''N",
         ] {
             assert!((angle_deg(text, false).unwrap() - degrees).abs() < 1e-12, "{text}");
         }
@@ -129,6 +213,19 @@ mod tests {
         assert_eq!(angle_deg("12°30′S", false), Some(-12.5));
         assert_eq!(angle_deg("-0°30′", false), Some(-0.5));
         assert_eq!(angle_deg("12,5°W", true), Some(-12.5));
+        assert_eq!(
+            (angle_deg("-12-30-00", false), angle_deg("12d30m00s S", false)),
+            (Some(-12.5), Some(-12.5))
+        );
+        for (packed, value) in [
+            (Packed::DegreesPointMinutesSeconds, 25.391_169_06),
+            (Packed::DegreesMinutesSeconds, 253_911.690_6),
+            (Packed::DegreesMinutes, 2_539.194_843_333),
+        ] {
+            assert!((packed.degrees(value).unwrap() - degrees).abs() < 1e-9, "{packed:?}");
+            assert!((packed.degrees(-value).unwrap() + degrees).abs() < 1e-9, "{packed:?}");
+        }
+        assert_eq!(Packed::DegreesMinutes.degrees(2_570.0), None);
         for wrong in ["", "25°60′1″", "25 39 11 4", "north", "25°x"] {
             assert_eq!(angle_deg(wrong, false), None, "{wrong}");
         }

@@ -13,14 +13,29 @@ pub(super) fn read<P, T>(
     places: impl FnMut(&Header) -> Result<P, ParseError>,
     row: impl FnMut(&P, &Record<'_>) -> Result<T, ParseError>,
 ) -> Result<Vec<T>, ParseError> {
-    read_parted(bytes, b',', example, places, row)
+    read_with(bytes, b',', example, (Header::read, Header::check_row), places, row)
 }
 
-/// The same for a table whose fields are parted by another byte.
+/// The same for a table of anybody's, whose fields are parted by another byte: columns may be called alike, and the last cells
+/// of a row left out.
 pub(super) fn read_parted<P, T>(
     bytes: &[u8],
     delimiter: u8,
     example: &str,
+    places: impl FnMut(&Header) -> Result<P, ParseError>,
+    row: impl FnMut(&P, &Record<'_>) -> Result<T, ParseError>,
+) -> Result<Vec<T>, ParseError> {
+    read_with(bytes, delimiter, example, (Header::any, Header::check_longest), places, row)
+}
+
+type ReadHeader = fn(&Record<'_>, &[u8], &str) -> Result<Header, ParseError>;
+type CheckRow = fn(&Header, &Record<'_>) -> Result<(), ParseError>;
+
+fn read_with<P, T>(
+    bytes: &[u8],
+    delimiter: u8,
+    example: &str,
+    (read_header, check_row): (ReadHeader, CheckRow),
     mut places: impl FnMut(&Header) -> Result<P, ParseError>,
     mut row: impl FnMut(&P, &Record<'_>) -> Result<T, ParseError>,
 ) -> Result<Vec<T>, ParseError> {
@@ -29,12 +44,12 @@ pub(super) fn read_parted<P, T>(
     let mut each = |record: &Record<'_>| {
         match &header {
             None => {
-                let found = Header::read(record, &bytes[..bytes.len().min(8)], example)?;
+                let found = read_header(record, &bytes[..bytes.len().min(8)], example)?;
                 let places = places(&found)?;
                 header = Some((found, places));
             }
             Some((header, places)) => {
-                header.check_row(record)?;
+                check_row(header, record)?;
                 rows.push(row(places, record)?);
             }
         }

@@ -1,7 +1,9 @@
 //! The beginning of a text table, looked at before it is known how to read it.
 
+use crate::parse::clock_text;
 use crate::parse::mapped_csv::name_of;
 use crate::parse::mapping::{Axes, Delimiter, Scalar};
+use crate::parse::surveyed::narrow;
 
 /// Lines of the beginning that are looked at.
 const MOST_LINES: usize = 200;
@@ -71,6 +73,10 @@ impl TextHead {
     fn candidates_of(&self, fewest: usize) -> impl Iterator<Item = Candidate<'_>> {
         self.lines.iter().enumerate().flat_map(move |(line, text)| {
             Delimiter::ALL.into_iter().filter_map(move |delimiter| {
+                // What other delimiters part is not parted by the blanks in it.
+                if delimiter == Delimiter::Blanks && text.contains([',', ';', '\t', '|']) {
+                    return None;
+                }
                 let all: Vec<&str> = fields(text, delimiter).collect();
                 (all.len() >= fewest).then(|| Candidate {
                     line,
@@ -100,6 +106,7 @@ impl TextHead {
     /// The same where a table may have as few columns as that.
     pub(super) fn table_of(&self, fewest: usize) -> Option<TableHead> {
         let numeric = |field: &&str| field.replace(',', ".").parse::<f64>().is_ok();
+        let timed = |field: &&str| clock_text::is_time(field.as_bytes());
         self.candidates_of(fewest)
             .filter(|header| {
                 // A row of decimal commas, cut at its commas, is no row of names either.
@@ -111,12 +118,47 @@ impl TextHead {
                 // A row of units may stand between the names and the numbers.
                 let below =
                     self.lines[header.line + 1..].iter().filter(|line| !line.trim().is_empty()).take(2);
-                below
-                    .map(|line| fields(line, header.delimiter).collect::<Vec<_>>())
-                    .any(|row| row.len() >= fewest && row.iter().filter(|f| numeric(f)).count() >= fewest)
+                below.map(|line| fields(line, header.delimiter).collect::<Vec<_>>()).any(|row| {
+                    row.len() >= fewest && row.iter().filter(|f| numeric(f) || timed(f)).count() >= fewest
+                })
             })
             .max_by_key(|header| (header.names.all.len(), std::cmp::Reverse(header.line)))
             .map(|header| self.shown(&header))
+    }
+
+    /// A table of numbers without names: its columns are called by their numbers, from 1; and all of its rows that are here.
+    pub(super) fn headless(&self) -> Option<(TableHead, Vec<Vec<f64>>)> {
+        /// A time, rates and forces.
+        const FEWEST: usize = 7;
+        Delimiter::ALL.into_iter().find_map(|delimiter| {
+            let decimal_comma = delimiter != Delimiter::Comma;
+            let value = |field: &str| match decimal_comma {
+                true => field.replace(',', ".").parse::<f64>().ok(),
+                false => field.parse::<f64>().ok(),
+            };
+            let lines: Vec<&String> = self.lines.iter().filter(|line| !line.trim().is_empty()).collect();
+            let blanks = delimiter == Delimiter::Blanks;
+            if blanks && lines.iter().any(|line| line.contains([',', ';', '\t', '|'])) {
+                return None;
+            }
+            let cells = |line: &&String| fields(line, delimiter).map(str::to_owned).collect::<Vec<_>>();
+            let width = lines.first().map_or(0, |line| fields(line, delimiter).count());
+            let rows: Vec<Vec<f64>> = lines
+                .iter()
+                .map(|line| fields(line, delimiter).map(|field| value(field).unwrap_or(f64::NAN)).collect())
+                .filter(|row: &Vec<f64>| row.len() == width)
+                .collect();
+            let numbers = |row: &Vec<f64>| row.iter().filter(|value| !value.is_nan()).count();
+            let all = width >= FEWEST
+                && rows.len() >= 2
+                && rows.len() * 10 >= lines.len() * 9
+                && rows.iter().all(|row| numbers(row) + 1 >= FEWEST);
+            all.then(|| {
+                let columns = (1..=width.min(COLUMNS_SHOWN)).map(|number| number.to_string()).collect();
+                let shown = lines.iter().take(ROWS_SHOWN).map(cells).collect();
+                (TableHead { delimiter, columns, rows: shown }, rows)
+            })
+        })
     }
 
     /// The header and what is below it, for people to see.
@@ -137,7 +179,8 @@ impl TextHead {
 impl Names<'_> {
     /// Where the first of these names stands; the patterns are spelt as [`alike`] spells.
     pub(super) fn find(&self, pattern: &str) -> Option<usize> {
-        self.alike.iter().position(|name| name == pattern)
+        let pattern = alike(pattern);
+        self.alike.iter().position(|name| *name == pattern)
     }
 
     /// The three columns of the first pattern that is there; `{}` stands for the axis.
@@ -147,7 +190,7 @@ impl Names<'_> {
                 let index = self.find(&pattern.replace("{}", axis))?;
                 Some(self.all[index].to_owned())
             };
-            Some(Axes { columns: [column("x")?, column("y")?, column("z")?], unit: *unit })
+            Some(Axes::of([column("x")?, column("y")?, column("z")?], *unit))
         })
     }
 
@@ -172,24 +215,47 @@ impl Names<'_> {
 }
 
 fn fields(line: &str, delimiter: Delimiter) -> impl Iterator<Item = &str> {
-    line.split(char::from(delimiter.byte())).map(|field| field.trim().trim_matches('"').trim())
+    line.split(char::from(delimiter.byte()))
+        .map(|field| field.trim().trim_matches('"').trim())
+        .filter(move |field| delimiter != Delimiter::Blanks || !field.is_empty())
 }
 
 /// A name in one spelling: lower case, no blanks, `deg/s`, `ut`, `m/s2`.
-fn alike(name: &str) -> String {
-    let mut out: String = name
+pub(super) fn alike(name: &str) -> String {
+    let mut out: String = narrow(name)
         .chars()
         .filter(|c| !c.is_whitespace() && *c != 'Â')
         .flat_map(char::to_lowercase)
         .map(|c| match c {
             '\u{b5}' | '\u{3bc}' => 'u',
             '²' => '2',
-            '（' => '(',
-            '）' => ')',
+            '（' | '[' | '【' => '(',
+            '）' | ']' | '】' => ')',
+            '／' => '/',
+            'º' | '˚' | '∘' => '°',
             other => other,
         })
         .collect();
-    for (from, to) in [("°/s", "deg/s"), ("dps", "deg/s"), ("m/s^2", "m/s2"), ("m/s/s", "m/s2")] {
+    for (from, to) in [
+        ("/second", "/s"),
+        ("/sec", "/s"),
+        ("/秒", "/s"),
+        ("度/s", "deg/s"),
+        ("degrees/s", "deg/s"),
+        ("radians/s", "rad/s"),
+        ("°/s", "deg/s"),
+        // A degree of another encoding.
+        ("(\u{fffd}/s", "(deg/s"),
+        ("mdps", "mdeg/s"),
+        ("dps", "deg/s"),
+        ("m/s^2", "m/s2"),
+        ("m/s/s", "m/s2"),
+        ("m/s\u{fffd}", "m/s2"),
+        ("m/s**2", "m/s2"),
+        ("m.s-2", "m/s2"),
+        ("m·s-2", "m/s2"),
+        ("microtesla", "ut"),
+    ] {
         if out.contains(from) {
             out = out.replace(from, to);
         }

@@ -2,7 +2,7 @@
 
 use std::borrow::Cow;
 
-use crate::parse::encoding::utf16;
+use crate::parse::encoding::{legacy, utf16};
 use crate::parse::error::{ParseError, ParseErrorKind};
 use crate::parse::records::not_text;
 use crate::parse::surveyed;
@@ -24,9 +24,11 @@ pub(super) struct TableText<'a> {
     pub(super) decimal_comma: bool,
     /// Whether a row of units follows the header.
     pub(super) units_below: bool,
+    /// The number of columns of a table without names, whose first line is a row.
+    pub(super) headless: Option<usize>,
 }
 
-/// Text in UTF-8, UTF-16 or GBK, without mark and without filling at its end.
+/// Text in UTF-8, UTF-16, GBK or western letters, without mark and without filling at its end.
 pub(super) fn decode(bytes: &[u8]) -> Result<(&'static str, Cow<'_, str>), ParseError> {
     if let Some(encoding) = utf16(bytes) {
         let (text, _, broken) = encoding.decode(bytes);
@@ -45,8 +47,11 @@ pub(super) fn decode(bytes: &[u8]) -> Result<(&'static str, Cow<'_, str>), Parse
     if let Ok(text) = std::str::from_utf8(bytes) {
         return Ok(("UTF-8", Cow::Borrowed(text)));
     }
-    let gbk = encoding_rs::GBK.decode_without_bom_handling_and_without_replacement(bytes);
-    gbk.map(|text| ("GBK", text)).ok_or_else(|| {
+    let decoded = legacy(bytes).and_then(|encoding| {
+        let name = if encoding == encoding_rs::GBK { "GBK" } else { "windows-1252" };
+        Some((name, encoding.decode_without_bom_handling_and_without_replacement(bytes)?))
+    });
+    decoded.ok_or_else(|| {
         let end = std::str::from_utf8(bytes).map_or_else(|error| error.valid_up_to(), |_| bytes.len());
         let line = 1 + bytes[..end].iter().filter(|byte| **byte == b'\n').count() as u64;
         ParseError::new(
@@ -66,6 +71,7 @@ impl TableText<'_> {
             false if text.contains('\r') => Cow::Owned(text.replace('\r', "\n")),
             _ => text,
         };
+        let text = parted_by_blanks(&text).map_or(text, Cow::Owned);
         let (mut above, said) = match text.lines().next().map(str::trim) {
             Some(first) if first.len() == 5 && first.to_ascii_lowercase().starts_with("sep=") => {
                 (1, first.bytes().last())
@@ -100,6 +106,12 @@ impl TableText<'_> {
                 && rows[k + 1..].iter().filter(|row| filled(row) > 0).take(2).any(|row| numbers(row) >= 2)
         });
         let mut units_below = false;
+        // A name and two coordinates in the first line that is as wide as the table: nobody has named the columns.
+        let first_row = rows.iter().position(|row| filled(row) * 3 >= width * 2 && filled(row) >= 3);
+        let headless = first_row.filter(|&row| header.is_none() && numbers(&rows[row]) >= 2).map(|row| {
+            above += row;
+            rows[row].len()
+        });
         if let Some(header) = header {
             above += header;
             let below: Vec<&Vec<String>> =
@@ -111,7 +123,7 @@ impl TableText<'_> {
                     && units.iter().any(|unit| is_unit(unit));
             }
         }
-        Ok(TableText { encoding, above: above as u64, delimiter, decimal_comma, units_below, text })
+        Ok(TableText { encoding, above: above as u64, delimiter, decimal_comma, units_below, headless, text })
     }
 
     /// The bytes from the header on.
@@ -124,12 +136,43 @@ impl TableText<'_> {
     }
 }
 
+/// The table with tabulators, where nothing but blanks parts its columns, as surveyors' programs line them up.
+fn parted_by_blanks(text: &str) -> Option<String> {
+    let lines = || text.lines().filter(|line| !line.trim().is_empty()).take(JUDGED_BY);
+    if lines().any(|line| line.contains([',', ';', '\t', '|'])) {
+        return None;
+    }
+    let widths: Vec<usize> = lines().map(|line| line.split_whitespace().count()).collect();
+    let most = usual(widths.iter().copied());
+    let agree = widths.iter().filter(|width| **width == most).count();
+    if most < 3 || agree * 10 < widths.len() * 7 {
+        return None;
+    }
+    Some(text.lines().map(|line| line.split_whitespace().collect::<Vec<_>>().join("\t") + "\n").collect())
+}
+
 /// Whether a cell names a unit.
 fn is_unit(cell: &str) -> bool {
     let bare = cell.trim_matches(['(', ')', '[', ']', '（', '）']).to_lowercase();
     matches!(
         bare.as_str(),
-        "m" | "deg" | "°" | "米" | "度" | "metre" | "metres" | "meter" | "meters" | "mm" | "degrees"
+        "m" | "deg"
+            | "°"
+            | "米"
+            | "度"
+            | "metre"
+            | "metres"
+            | "meter"
+            | "meters"
+            | "mm"
+            | "毫米"
+            | "cm"
+            | "厘米"
+            | "km"
+            | "千米"
+            | "公里"
+            | "ft"
+            | "degrees"
     )
 }
 

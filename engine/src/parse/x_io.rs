@@ -34,6 +34,8 @@ pub(super) fn recognise(
         (None, Some(packets)) if rate_hz.is_some() => {
             TimeSource { column: Some(packets.column), unit: TimeUnit::Samples, rate_hz, wraps_at: None }
         }
+        // Another program's, that tells the time otherwise.
+        _ if names.all.iter().any(|name| name.to_lowercase().contains("time")) => return None,
         _ => return Some(Err(without_time(header))),
     };
     let mag = names.axes(&[

@@ -48,7 +48,7 @@ pub(super) fn recognise(
     let mapping = Mapping {
         delimiter: header.delimiter,
         time,
-        gyr: Axes { columns: gyr.columns, unit },
+        gyr: Axes::of(gyr.columns, unit),
         acc,
         mag: names.axes(&[("mag_{}", FieldUnit::Counts)]),
         pressure: names.one(&[("pressure", PressureUnit::Pa), ("baro", PressureUnit::Pa)]),

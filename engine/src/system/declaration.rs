@@ -6,7 +6,7 @@ use crate::anomaly::Anomaly;
 use crate::event::AidKind;
 use crate::geo::Site;
 use crate::identify::Identification;
-use crate::stream::{FormerKeys, Kind, Stream, StreamId};
+use crate::stream::{FormerKeys, Kind, Reading, Stream, StreamId};
 
 /// A system as it declares itself.
 #[derive(Debug)]
@@ -43,10 +43,35 @@ pub struct Declaration {
     pub anomalies: fn() -> Vec<Anomaly>,
     /// The anomaly of a stream that a stored session should have and has not.
     pub not_stored: fn(StreamId) -> Anomaly,
+    /// Compares the clocks of its streams' logs, where these can show by what they hold that they differ.
+    pub log_clocks: Option<fn() -> Box<dyn LogClocks>>,
     /// Its configuration by default.
     pub config: fn() -> Box<dyn SystemConfig>,
     /// A session that never was, with its truth: from a seed, at a site.
     pub simulate: Option<fn(u64, &Site) -> Simulated>,
+}
+
+/// Takes the readings of logs, stream by stream, and tells how far their clocks are apart.
+pub trait LogClocks {
+    /// Takes the next reading of a stream.
+    fn take(&mut self, stream: StreamId, reading: Reading<'_>);
+
+    /// Whether more of this stream would not say more.
+    fn has_enough(&self, stream: StreamId) -> bool;
+
+    /// The clock that is ahead of the others, where one is.
+    fn ahead(&self) -> Option<ClockAhead>;
+}
+
+/// A log whose clock is ahead of that of the other logs of its session.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ClockAhead {
+    /// Its stream.
+    pub stream: StreamId,
+    /// By how much, s; less than zero: behind.
+    pub ahead_by_s: f64,
+    /// How sure that is, s.
+    pub sigma_s: f64,
 }
 
 /// A rule for streams of one role.

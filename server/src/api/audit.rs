@@ -60,7 +60,8 @@ async fn export(
     Query(query): Query<ListQuery>,
 ) -> Result<With<Attachment, File<Csv>>> {
     let entries = audit::list(app.store.read(), &query.wanted(MOST_IN_A_FILE, MOST_IN_A_FILE)).await?;
-    let mut text = String::from("id,at,who,address,action,subject,before,after\n");
+    // By its mark a spreadsheet knows UTF-8.
+    let mut text = String::from("\u{feff}id,at,who,address,action,subject,before,after\n");
     for entry in entries {
         let at = entry.at.format(&time::format_description::well_known::Rfc3339);
         let at = at.map_err(|error| Error::Internal(error.into()))?;

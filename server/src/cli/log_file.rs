@@ -138,34 +138,47 @@ impl Clocks {
 pub(super) fn clocks_of_feet(paths: [&Path; 2], reading: &Reading) -> Result<Clocks> {
     /// Swings by which clocks are compared, and the rows in which they are looked for.
     const MOST_ROWS: u64 = 1_000_000;
+    /// Canonical logs count from the session's start: such as begin within this of each other do, ns.
+    const TOGETHER_NS: u64 = 60_000_000_000;
     let mut first_ns = [0; 2];
     let mut swings = [Swings::default(), Swings::default()];
+    // The clock as it is: counted from no zero.
+    let as_is = || Reading { clock_zero_ns: Some(0), ..reading.clone() };
+    let mut from_start = false;
     for foot in 0..2 {
-        // The clock as it is: counted from no zero.
-        let as_is = Reading { clock_zero_ns: Some(0), ..reading.clone() };
-        let mut log = LogFile::open_as(paths[foot], as_is, &ProgressBar::hidden())?;
+        let mut log = LogFile::open_as(paths[foot], as_is(), &ProgressBar::hidden())?;
+        while log.reader.clock_ns().is_none() && !log.ended {
+            log.next_piece()?;
+        }
+        first_ns[foot] = log.reader.clock_ns().map_or(0, |(first, _)| first);
+        let canonical = log.reader.recognised().is_none_or(|r| r.format == LogFormat::Canonical);
+        from_start |= canonical && !is_of_a_calendar(first_ns[foot]);
+    }
+    if from_start && first_ns[0].abs_diff(first_ns[1]) < TOGETHER_NS {
+        return Ok(Clocks::default());
+    }
+    for foot in 0..2 {
+        let mut log = LogFile::open_as(paths[foot], as_is(), &ProgressBar::hidden())?;
         let mut rows = 0;
         while !log.ended && !swings[foot].are_enough() && rows < MOST_ROWS {
             let piece = log.next_piece()?;
-            let canonical = log.reader.recognised().is_none_or(|r| r.format == LogFormat::Canonical);
-            if canonical && log.reader.clock_ns().is_some_and(|(first, _)| !is_of_a_calendar(first)) {
-                return Ok(Clocks::default());
-            }
             rows += piece.len() as u64;
             if let Readings::Imu(samples) = piece {
                 samples.iter().for_each(|sample| swings[foot].take(sample));
             }
         }
-        first_ns[foot] = log.reader.clock_ns().map_or(0, |(first, _)| first);
     }
     match FeetClocks::between(&swings[0], &swings[1]) {
+        FeetClocks::Together if from_start => Ok(Clocks::default()),
         FeetClocks::Together => {
             let zero_ns = common_zero_ns(first_ns);
             Ok(Clocks { zero_ns: [zero_ns; 2], anomaly: None })
         }
         FeetClocks::Apart { ahead_by_s, sigma_s } => {
             let ahead_ns = (ahead_by_s * 1e9).round() as i64;
-            let zero_ns = first_ns[0].min(first_ns[1].saturating_sub(ahead_ns));
+            // What was keyed in counts from where the session's own logs do.
+            let earliest_ns = first_ns[0].min(first_ns[1].saturating_sub(ahead_ns));
+            let zero_ns = if from_start { 0 } else { earliest_ns };
             let cause = LogCause::ClocksApart { ahead_by_s, sigma_s };
             Ok(Clocks {
                 zero_ns: [Some(zero_ns), Some(zero_ns.saturating_add(ahead_ns))],

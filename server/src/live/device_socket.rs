@@ -7,8 +7,10 @@ use axum::extract::State;
 use axum::extract::ws::{CloseFrame, Message, WebSocket, WebSocketUpgrade, close_code};
 use bytes::Bytes;
 use futures_util::SinkExt;
+use lodestep_engine::parse::batch::Batch;
 use lodestep_engine::parse::frame;
 use lodestep_engine::parse::live_message::{Answer, DeviceMessage};
+use lodestep_engine::parse::live_units::{LiveCheck, LiveUnits};
 use lodestep_engine::systems::catalogue::{former_keys, former_keys_of};
 use serde_json::Value;
 use tokio::sync::mpsc;
@@ -48,7 +50,8 @@ pub(crate) async fn open(State(app): State<App>, caller: Caller, upgrade: WebSoc
     Upgraded(upgrade.on_upgrade(|socket| async move {
         let devices = metrics::gauge!("lodestep_live_devices");
         devices.increment(1);
-        Connection { app, caller, socket }.serve().await;
+        let (units, check) = (LiveUnits::default(), LiveCheck::default());
+        Connection { app, caller, socket, units, check }.serve().await;
         devices.decrement(1);
     }))
 }
@@ -58,6 +61,9 @@ struct Connection {
     /// Who shows what: known by the handshake, else by the hello.
     caller: Caller,
     socket: WebSocket,
+    /// In which units the device says that it sends, and what its first samples show.
+    units: LiveUnits,
+    check: LiveCheck,
 }
 
 /// Goes on, or has said its last.
@@ -113,6 +119,8 @@ impl Connection {
             };
             return match DeviceMessage::from_json(text.as_str(), &former_keys()) {
                 Ok(DeviceMessage::Hello(hello)) => {
+                    self.units =
+                        LiveUnits::of_hello(text.as_str()).map_err(|error| device::wrong_message(&error))?;
                     if let Some(token) = token_in(text.as_str()) {
                         self.caller = by_token(&self.app, &token, &self.caller.address).await?;
                     }
@@ -190,12 +198,12 @@ impl Connection {
         let command = match message {
             Some(Ok(Message::Binary(bytes))) => {
                 let batch = frame::decode(&bytes).map_err(|error| device::wrong_message(&error))?;
-                Command::Batch(batch, utc::now())
+                Command::Batch(self.in_units(batch)?, utc::now())
             }
             Some(Ok(Message::Text(text))) => {
                 let message = DeviceMessage::from_json(text.as_str(), &former_keys());
                 match message.map_err(|error| device::wrong_message(&error))? {
-                    DeviceMessage::Batch(batch) => Command::Batch(batch, utc::now()),
+                    DeviceMessage::Batch(batch) => Command::Batch(self.in_units(batch)?, utc::now()),
                     DeviceMessage::Visit(visit) => Command::Visit(visit, self.caller.clone()),
                     DeviceMessage::Fault(fault) => Command::Fault(fault, self.caller.clone()),
                     DeviceMessage::Finish => Command::Finish,
@@ -226,6 +234,13 @@ impl Connection {
             // It has ended and will have said why.
             Err(_) => Ok(Flow::Continue(())),
         }
+    }
+
+    /// The batch in the engine's units, where its times and values can be such.
+    fn in_units(&mut self, batch: Batch) -> Result<Batch> {
+        let batch = self.units.converted(batch);
+        self.check.check(&batch).map_err(|error| device::wrong_message(&error))?;
+        Ok(batch)
     }
 
     async fn send(&mut self, answer: Answer) -> Flow {

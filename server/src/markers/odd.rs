@@ -58,6 +58,14 @@ pub(super) enum Odd {
     NationalGrid { grid: String, central_meridian_deg: f64, distance_m: f64 },
     /// X and Y in a table of Chinese surveyors: X is taken to go north.
     AxesByCustom,
+    /// Heights above the sea where those above the ellipsoid are needed.
+    HeightsAboveTheSea { column: String },
+    /// Heights above the sea or the ellipsoid where those above the site's origin are needed.
+    AbsoluteHeights { typical_m: f64, origin_m: f64 },
+    /// Angles written as one number that is no decimal of degrees, read as what they are.
+    PackedAngles { found: String, degrees: f64 },
+    /// A line that is no marker: a title, a sum, who made the table.
+    NoMarker { found: String },
     /// A name with letters that cannot be seen, or in another form of its letters.
     CleanedName { letters: usize, kept_letters: usize },
     /// Columns whose names say nothing.
@@ -107,6 +115,10 @@ impl Odd {
             Odd::OtherSite { .. } | Odd::OtherGrid { .. } => "wrong_frame",
             Odd::NationalGrid { .. } => "national_grid",
             Odd::AxesByCustom => "axes_by_custom",
+            Odd::HeightsAboveTheSea { .. } => "heights_above_the_sea",
+            Odd::AbsoluteHeights { .. } => "absolute_heights",
+            Odd::PackedAngles { .. } => "packed_angles",
+            Odd::NoMarker { .. } => "no_marker",
             Odd::CleanedName { .. } => "cleaned_name",
             Odd::ColumnsUnknown => "columns_unknown",
             Odd::SwappedRow { .. } => "swapped_row",
@@ -140,6 +152,14 @@ impl Odd {
                 ("central_meridian_deg", (*central_meridian_deg).into()),
                 ("distance_m", (*distance_m).into()),
             ]),
+            Odd::HeightsAboveTheSea { column } => figures([("column", column.as_str().into())]),
+            Odd::AbsoluteHeights { typical_m, origin_m } => {
+                figures([("typical_m", (*typical_m).into()), ("origin_m", (*origin_m).into())])
+            }
+            Odd::PackedAngles { found, degrees } => {
+                figures([("found", found.as_str().into()), ("degrees", (*degrees).into())])
+            }
+            Odd::NoMarker { found } => figures([("found", found.as_str().into())]),
             Odd::CleanedName { letters, kept_letters } => figures([
                 ("letters", (*letters as f64).into()),
                 ("kept_letters", (*kept_letters as f64).into()),
@@ -241,6 +261,18 @@ impl Odd {
             Odd::AxesByCustom => {
                 "expected to be told which axis goes north, found X and Y alone: read with X to the north, as surveyors in China have it; change the two columns over where it is not so".to_owned()
             }
+            Odd::HeightsAboveTheSea { column } => format!(
+                "expected heights above the ellipsoid, found column {column:?}, which says that they are above the sea: the two differ by tens of metres; take a column of ellipsoidal heights, or leave the heights out"
+            ),
+            Odd::AbsoluteHeights { typical_m, origin_m } => format!(
+                "expected heights above the site's origin, found some about {typical_m:.0} m, near the {origin_m:.0} m of the origin itself: subtract the origin's height in the same datum, or leave the heights out"
+            ),
+            Odd::PackedAngles { found, degrees } => format!(
+                "expected degrees with decimals, found angles such as {found:?}, which puts nothing at the site; read as degrees, minutes and seconds, {degrees:.6}°: check one of them"
+            ),
+            Odd::NoMarker { found } => format!(
+                "expected a name and its place, found {found:?} alone in the line: it was left out"
+            ),
             Odd::CleanedName { letters, kept_letters } => format!(
                 "expected a name of letters that can be seen, found one of {letters} of which {kept_letters} are kept: check that it still says what it should"
             ),
@@ -324,7 +356,13 @@ mod tests {
                     Odd::NationalGrid { grid: text(), central_meridian_deg: 108.0, distance_m: 12.0 }
                 }
                 Odd::NationalGrid { .. } => Odd::AxesByCustom,
-                Odd::AxesByCustom => Odd::CleanedName { letters: 4, kept_letters: 3 },
+                Odd::AxesByCustom => Odd::HeightsAboveTheSea { column: text() },
+                Odd::HeightsAboveTheSea { .. } => {
+                    Odd::AbsoluteHeights { typical_m: 1112.0, origin_m: 1110.0 }
+                }
+                Odd::AbsoluteHeights { .. } => Odd::PackedAngles { found: text(), degrees: 25.653_247 },
+                Odd::PackedAngles { .. } => Odd::NoMarker { found: text() },
+                Odd::NoMarker { .. } => Odd::CleanedName { letters: 4, kept_letters: 3 },
                 Odd::CleanedName { .. } => Odd::ColumnsUnknown,
                 Odd::ColumnsUnknown => Odd::SwappedRow { largest_move_m: 1.0, moved_m: 90.0, swapped_m: 0.1 },
                 Odd::SwappedRow { .. } => Odd::FarMove { largest_move_m: 1.0, moved_m: 1.5 },

@@ -5,12 +5,13 @@ use std::collections::HashMap;
 use lodestep_engine::geo::LocalFrame;
 use lodestep_engine::parse::any_table::{AnyRow, AnyTable};
 use lodestep_engine::parse::markers_csv::MarkerPlace;
+use lodestep_engine::parse::surveyed::Packed;
 use lodestep_engine::parse::{names, surveyed};
 
 use super::edit::{FARTHEST_M, NAME_LENGTH, checked_name};
 use super::finding::{Findings, Level};
 use super::grid;
-use super::mapping::Mapping;
+use super::mapping::{Mapping, metres_in};
 use super::odd::Odd;
 use crate::store::markers::Place;
 
@@ -46,6 +47,7 @@ pub(super) fn rows(
         findings.of_file(Level::Error, &Odd::NoRows, None);
     }
     let grid = grid::of(table, mapping, frame);
+    let packed = packed_angles(table, mapping, frame);
     match &grid {
         Some(grid) => {
             // A mapping that has the axes the other way round is put right by the grid itself.
@@ -57,17 +59,39 @@ pub(super) fn rows(
                 return Vec::new();
             }
         }
+        None if packed.is_some() => {
+            let (_, [first, _], _) = mapping.columns();
+            let shown_of = table.rows.iter().find_map(|row| {
+                Some((shown(row.cells.get(first)?), packed?.degrees(value_of(table, row, first)?)?))
+            });
+            if let Some((found, degrees)) = shown_of {
+                findings.of_file(Level::Warning, &Odd::PackedAngles { found, degrees }, None);
+            }
+        }
         None if wrong_frame(table, mapping, frame, findings) => return Vec::new(),
         None if mapping.is_by_custom(&table.columns) => {
             findings.of_file(Level::Warning, &Odd::AxesByCustom, Some(mapping.swapped()));
         }
         None => {}
     }
+    let absolute = grid.is_some() || matches!(mapping, Mapping::Geographic { .. });
+    if absolute && mapping.has_heights_above_the_sea(&table.columns) {
+        let column = mapping.columns().2.and_then(|at| table.columns.get(at)).cloned().unwrap_or_default();
+        let odd = Odd::HeightsAboveTheSea { column };
+        findings.of_file(Level::Warning, &odd, Some(mapping.without_heights()));
+    } else if !absolute && let Some(odd) = absolute_heights(table, mapping, frame) {
+        findings.of_file(Level::Warning, &odd, Some(mapping.without_heights()));
+    }
     let mut looks: HashMap<String, String> = HashMap::new();
     let mut rows = Vec::with_capacity(table.rows.len());
     let mut lines: HashMap<String, u64> = HashMap::new();
     for row in &table.rows {
-        let Some(read) = one(row, table, mapping, (frame, grid.as_ref()), findings) else { continue };
+        let mut filled = row.cells.iter().filter(|cell| !cell.is_empty());
+        if let (Some(alone), None, true) = (filled.next(), filled.next(), row.cells.len() > 2) {
+            findings.of_line(Level::Warning, row.line, "", &Odd::NoMarker { found: shown(alone) });
+            continue;
+        }
+        let Some(read) = one(row, table, mapping, (frame, grid.as_ref(), packed), findings) else { continue };
         if let Some(line) = lines.insert(read.name.clone(), read.line) {
             findings.of_line(Level::Error, read.line, &read.name, &Odd::RepeatedName { first_line: line });
             continue;
@@ -84,7 +108,7 @@ fn one(
     row: &AnyRow,
     table: &AnyTable,
     mapping: Mapping,
-    (frame, grid): (&LocalFrame, Option<&grid::Grid>),
+    (frame, grid, packed): (&LocalFrame, Option<&grid::Grid>, Option<Packed>),
     findings: &mut Findings,
 ) -> Option<Row> {
     let (name, plan, height) = mapping.columns();
@@ -105,8 +129,11 @@ fn one(
     }
     let comma = table.decimal_comma;
     let read = |index: usize, text: &str| match mapping {
-        Mapping::Geographic { .. } if plan.contains(&index) => surveyed::angle_deg(text, comma),
-        _ => surveyed::number(text, comma),
+        Mapping::Geographic { .. } if plan.contains(&index) => {
+            let angle = surveyed::angle_deg(text, comma)?;
+            packed.map_or(Some(angle), |packed| packed.degrees(angle))
+        }
+        _ => Some(surveyed::number(text, comma)? * metres_of(table, index)),
     };
     let mut value = |index: usize, most: f64| {
         let text = cell(index);
@@ -154,6 +181,55 @@ fn one(
         _ => None,
     };
     Some(Row { line: row.line, name, place: Place { e_m, n_m, u_m }, sigma_m })
+}
+
+/// How many metres a 1 in a column is.
+fn metres_of(table: &AnyTable, column: usize) -> f64 {
+    let below = table.units.get(column).map_or("", String::as_str);
+    metres_in(&table.columns[column], below)
+}
+
+/// How the angles of a table are written that are no decimals of degrees, where that puts nearly all of them at the site, and
+/// decimals none.
+fn packed_angles(table: &AnyTable, mapping: Mapping, frame: &LocalFrame) -> Option<Packed> {
+    let Mapping::Geographic { latitude_deg, longitude_deg, .. } = mapping else { return None };
+    let origin = frame.origin();
+    let pairs: Vec<[f64; 2]> = table
+        .rows
+        .iter()
+        .filter_map(|row| Some([value_of(table, row, latitude_deg)?, value_of(table, row, longitude_deg)?]))
+        .collect();
+    /// Within a kilometre or two: minutes taken for decimals are off by more at nearly every place.
+    const NEAR_DEG: f64 = 0.02;
+    let near = |of: &dyn Fn(f64) -> Option<f64>| {
+        let at_site = |[latitude, longitude]: &&[f64; 2]| {
+            of(*latitude).is_some_and(|deg| (deg - origin.latitude_deg).abs() < NEAR_DEG)
+                && of(*longitude).is_some_and(|deg| (deg - origin.longitude_deg).abs() < NEAR_DEG)
+        };
+        pairs.iter().filter(at_site).count() as f64 >= MOST * pairs.len() as f64
+    };
+    if pairs.is_empty() || near(&|deg| Some(deg)) {
+        return None;
+    }
+    Packed::ALL.into_iter().find(|packed| near(&|value| packed.degrees(value)))
+}
+
+/// Whether the heights of a table in the site's own frame are near the height of its origin, where that is far from 0.
+fn absolute_heights(table: &AnyTable, mapping: Mapping, frame: &LocalFrame) -> Option<Odd> {
+    let (_, _, Some(column)) = mapping.columns() else { return None };
+    /// The site's ground is not farther above or below its origin, m.
+    const FARTHEST_M: f64 = 300.0;
+    let origin_m = frame.origin().height_m;
+    let mut heights: Vec<f64> = table
+        .rows
+        .iter()
+        .filter_map(|row| surveyed::number(row.cells.get(column)?, table.decimal_comma))
+        .map(|height| height * metres_of(table, column))
+        .collect();
+    heights.sort_by(f64::total_cmp);
+    let typical_m = *heights.get(heights.len() / 2)?;
+    let absolute = (typical_m - origin_m).abs() < FARTHEST_M && typical_m.abs() > FARTHEST_M;
+    absolute.then_some(Odd::AbsoluteHeights { typical_m, origin_m })
 }
 
 /// Whether nearly all rows say that the columns mean something else, so that each of them need not.
@@ -271,6 +347,36 @@ mod tests {
                 ("not_a_number", 7)
             ]
         );
+    }
+
+    #[test]
+    fn heights_of_another_kind_angles_in_one_number_and_lines_that_are_no_marker_are_told() {
+        for (text, code) in [
+            ("点名,纬度,经度,正常高\nA1,25.6529,106.8567,1120\n", "heights_above_the_sea"),
+            ("name,e_m,n_m,高程\nA1,1,2,1120\nA2,3,4,1121\n", "absolute_heights"),
+            ("name,lat,lon\nA1,25.391059838,106.512400120\n", "packed_angles"),
+            ("name,lat,lon\nA1,253910.59838,1065124.00120\n", "packed_angles"),
+            ("name,lat,lon\nA1,2539.1766397,10651.400020\n", "packed_angles"),
+            ("name,e_m,n_m,u_m\nRing A,,,\nA1,1,2,3\n", "no_marker"),
+        ] {
+            assert_eq!(codes(text), [code], "{text}");
+            let (rows, findings) = read(text);
+            assert!(!findings.has(Level::Error) && !rows.is_empty(), "{text}");
+            assert!(rows.iter().all(|row| row.place.e_m.hypot(row.place.n_m) < 30.0), "{text}: {rows:?}");
+        }
+        assert_eq!(codes("name,lat,lon,大地高\nA1,25.6529,106.8567,1120\n"), [""; 0]);
+        assert_eq!(codes("name,e_m,n_m,高程\nA1,1,2,12\n"), [""; 0]);
+    }
+
+    #[test]
+    fn millimetres_are_no_metres() {
+        for text in [
+            "name,E (mm),N (mm)\nA1,1500,-2500\n",
+            "name,e,n\n,mm,mm\nA1,1500,-2500\n",
+            "name,e_cm,n_cm\nA1,150,-250\n",
+        ] {
+            assert_eq!(read(text).0[0].place, Place { e_m: 1.5, n_m: -2.5, u_m: None }, "{text}");
+        }
     }
 
     #[test]

@@ -57,8 +57,9 @@ pub(crate) fn write_points(form: Form, points: &[FilePoint]) -> String {
 // A string takes whatever is written to it: what `write!` gives back below says nothing.
 
 fn csv(points: &[FilePoint]) -> String {
+    // By its mark a spreadsheet knows UTF-8.
     let mut text =
-        "name,lat_deg,lon_deg,height_m,e_m,n_m,u_m,sigma_e_m,sigma_n_m,sigma_u_m,Code\n".to_owned();
+        "\u{feff}name,lat_deg,lon_deg,height_m,e_m,n_m,u_m,sigma_e_m,sigma_n_m,sigma_u_m,Code\n".to_owned();
     for point in points {
         let ([lat, lon, height], [e, n, u], [se, sn, su]) = (point.wgs84, point.place_m, point.sigma_m);
         let _ = writeln!(

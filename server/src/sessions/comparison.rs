@@ -219,7 +219,8 @@ impl Comparison {
     /// A row a run: who and what, then each figure with its difference beside it.
     pub(crate) fn to_csv(&self) -> Result<String> {
         let mut text =
-            String::from("session_id,title,inspector,started_at,run_id,run,parameters,aids,comparable");
+            // By its mark a spreadsheet knows UTF-8.
+            String::from("\u{feff}session_id,title,inspector,started_at,run_id,run,parameters,aids,comparable");
         for figure in &self.figures {
             let _ = write!(text, ",{0},{0}_difference", figure.name);
         }

@@ -2,9 +2,11 @@
 
 use std::io::Read;
 
+use lodestep_engine::anomaly::Cause as _;
 use lodestep_engine::parse::log_format::{LogFormat, Note};
 use lodestep_engine::parse::log_survey::{LogSurvey, Survey};
 use lodestep_engine::parse::mapping::{Delimiter, Mapping};
+use lodestep_engine::parse::remark::LogCause;
 use lodestep_engine::parse::{ParseError, Reading, StreamReader};
 use lodestep_engine::stream::Kind;
 use lodestep_engine::system::StreamRule;
@@ -26,6 +28,8 @@ pub(crate) struct Preview {
     format: Option<LogFormat>,
     /// Which of its columns is which channel, where it is a table of another's making.
     mapping: Option<Mapping>,
+    /// Which column is which channel by names, units and values, to be checked, where the format is not known.
+    suggestion: Option<Mapping>,
     /// What should be known about it.
     notes: Vec<Note>,
     /// What stands between the fields of its table.
@@ -72,8 +76,12 @@ pub(crate) fn preview(
         Err(error) => return Ok(Preview::of_nothing(part, error)),
     };
     let read = read_through(source, limits, part, &mut reader, &mut survey);
+    let mut remarks: Vec<String> = reader.anomalies().into_iter().map(|anomaly| anomaly.detail).collect();
     let problem = match read {
-        Ok(()) => None,
+        Ok(odd_end) => {
+            remarks.extend(odd_end.map(|packing| LogCause::Packing { packing }.sentence()));
+            None
+        }
         Err(Trouble::Parse(error)) => Some(problem(error)),
         Err(Trouble::Unpack(error)) => return Err(error),
     };
@@ -86,6 +94,7 @@ pub(crate) fn preview(
             Kind::Values => reader.clock_ns().map(|_| LogFormat::Canonical),
         },
         mapping: recognised.and_then(|recognised| recognised.mapping.clone()),
+        suggestion: reader.suggested(),
         field_in_counts: field_unsaid && notes.contains(&Note::FieldWithoutUnit),
         notes,
         delimiter: table.as_ref().map(|table| table.delimiter),
@@ -93,7 +102,7 @@ pub(crate) fn preview(
         rows: table.map_or_else(Vec::new, |table| table.rows),
         clock_ns: reader.clock_ns().map(|(first, last)| [first, last]),
         part,
-        remarks: reader.anomalies().into_iter().map(|anomaly| anomaly.detail).collect(),
+        remarks,
         survey: survey.finish(),
         problem,
     })
@@ -105,6 +114,7 @@ impl Preview {
         Preview {
             format: None,
             mapping: None,
+            suggestion: None,
             notes: Vec::new(),
             delimiter: None,
             columns: Vec::new(),
@@ -130,11 +140,11 @@ fn read_through(
     part: bool,
     reader: &mut StreamReader,
     survey: &mut LogSurvey,
-) -> Result<(), Trouble> {
+) -> Result<Option<&'static str>, Trouble> {
     let mut unpack = match Unpack::new(source, limits) {
         Ok(unpack) => unpack,
         // What is in an archive stands at its end, which is not there.
-        Err(UnpackError::Archive { .. }) if part => return Ok(()),
+        Err(UnpackError::Archive { .. }) if part => return Ok(None),
         Err(error) => return Err(Trouble::Unpack(error)),
     };
     let mut piece = vec![0; PIECE_BYTES];
@@ -155,7 +165,8 @@ fn read_through(
         readings.iter().for_each(|reading| survey.take(reading));
         parsed.map_err(Trouble::Parse)?;
         if read == 0 {
-            return Ok(());
+            // Where a part was cut is known.
+            return Ok(unpack.odd_end().filter(|_| !part));
         }
     }
 }
@@ -198,10 +209,10 @@ mod tests {
         assert!(seen.problem.is_none() && seen.part);
         assert!(seen.survey.samples > 5_000 && seen.survey.samples < 15_000, "{}", seen.survey.samples);
         assert_eq!((seen.format, seen.survey.rate_hz), (Some(LogFormat::Canonical), Some(100.0)));
-        assert!(matches!(
-            preview(half, foot(), LIMITS, Reading::default(), false),
-            Err(UnpackError::Truncated { .. })
-        ));
+        // Of a whole file the same is told.
+        let whole = preview(half, foot(), LIMITS, Reading::default(), false).unwrap();
+        assert!(whole.problem.is_none() && whole.survey.samples >= seen.survey.samples);
+        assert!(whole.remarks.iter().any(|remark| remark.contains("cut off")), "{:?}", whole.remarks);
     }
 
     #[test]

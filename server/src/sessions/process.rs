@@ -121,6 +121,8 @@ fn compute(
     progress: &mut Progress,
 ) -> Result<((Computed, Provenance), Vec<TrackPoint>), ProcessError> {
     let begun = Instant::now();
+    let clocks_told = walk.clocks_told(store, runtime);
+    walk.anomalies.extend(clocks_told);
     make_automatically(store, runtime, walk, cell_ns, progress)?;
     let mut main = walk.begin(Run::Main)?;
     main.record();

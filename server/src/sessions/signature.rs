@@ -29,8 +29,6 @@ const FOREIGN: &[(&[u8], &str, &str)] = &[
     (b"BZh", "a bzip2 archive", SEND_GZIP),
     (b"7z\xbc\xaf\x27\x1c", "a 7z archive", SEND_GZIP),
     (b"Rar!", "a RAR archive", SEND_GZIP),
-    (b"\xff\xfe", "UTF-16 text", "Save it as UTF-8"),
-    (b"\xfe\xff", "UTF-16 text", "Save it as UTF-8"),
     (GZIP, "a gzip file inside a packed one", "Pack it once only"),
     (ZSTD, "a zstd file inside a packed one", "Pack it once only"),
 ];

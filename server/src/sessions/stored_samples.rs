@@ -42,11 +42,18 @@ pub(crate) struct StoredSamples {
     runtime: Handle,
     origin: Origin,
     next_sequence: u64,
+    /// Taken off its times: its clock is ahead by so much, ns.
+    ahead_ns: i64,
 }
 
 impl StoredSamples {
     pub(crate) fn new(store: Store, runtime: Handle, origin: Origin) -> StoredSamples {
-        StoredSamples { store, runtime, origin, next_sequence: 0 }
+        StoredSamples { store, runtime, origin, next_sequence: 0, ahead_ns: 0 }
+    }
+
+    /// The same, of a log whose clock is ahead of the session's.
+    pub(crate) fn ahead_by(self, ahead_ns: i64) -> StoredSamples {
+        StoredSamples { ahead_ns, ..self }
     }
 }
 
@@ -61,6 +68,10 @@ impl StreamReadings for StoredSamples {
                 Some(piece) => piece.append(chunk.readings),
             }
         }
-        Ok(piece.unwrap_or_else(|| Readings::none_of(Kind::Imu, 0)))
+        let mut piece = piece.unwrap_or_else(|| Readings::none_of(Kind::Imu, 0));
+        if let (Readings::Imu(samples), 1.. | ..=-1) = (&mut piece, self.ahead_ns) {
+            samples.iter_mut().for_each(|sample| sample.t_ns = sample.t_ns.saturating_sub(self.ahead_ns));
+        }
+        Ok(piece)
     }
 }

@@ -1,17 +1,19 @@
 //! A walk as the store has it: samples, visits and how it is to be computed.
 
 use std::collections::HashMap;
+use std::sync::OnceLock;
 
-use lodestep_engine::anomaly::Anomaly;
+use lodestep_engine::anomaly::{Anomaly, Cause as _};
 use lodestep_engine::event::{AidKind, TrackPoint, VisitOutcome};
-use lodestep_engine::parse::remark;
+use lodestep_engine::parse::remark::{self, LogCause};
 use lodestep_engine::session::{ConfigError, SessionConfig, Solution, Visit};
+use lodestep_engine::system::ClockAhead;
 use tokio::runtime::Handle;
 use uuid::Uuid;
 
 use super::engine_config::engine_config;
 use super::identification::identification;
-use super::in_time_order::InTimeOrder;
+use super::in_time_order::{InTimeOrder, StreamReadings as _};
 use super::parameters::{self, Chosen, Wanted};
 use super::process::ProcessError;
 use super::run;
@@ -37,6 +39,8 @@ pub(super) struct Walk {
     pub(super) outcomes: Vec<VisitOutcome>,
     /// Told about streams that have no samples.
     pub(super) anomalies: Vec<Anomaly>,
+    /// The log whose clock is ahead, once that was looked for.
+    clocks: OnceLock<Option<ClockAhead>>,
 }
 
 impl Walk {
@@ -62,7 +66,10 @@ impl Walk {
         }
         // What was done to read the logs is found once, when they come in, and holds for every run.
         let known = store::anomalies::of_session(db, session_id).await?.into_iter();
-        anomalies.extend(known.map(|known| known.found).filter(|found| remark::KINDS.contains(&found.kind)));
+        // How far clocks are apart is found by each run anew.
+        let of_log =
+            |found: &Anomaly| remark::KINDS.contains(&found.kind) && found.kind != remark::CLOCKS_APART;
+        anomalies.extend(known.map(|known| known.found).filter(of_log));
         let markers: HashMap<_, _> =
             store::markers::list(db).await?.into_iter().map(|marker| (marker.name.clone(), marker)).collect();
         let (mut told, mut automatic) = (Vec::new(), Vec::new());
@@ -100,7 +107,34 @@ impl Walk {
         config.identification = (!identification.markers.all().is_empty()).then_some(identification);
         let chosen = parameters::of_walk(app, &session, wanted).await?;
         chosen.parameters.apply(&mut config);
-        Ok(Walk { session, config, chosen, recordings, visits: told, automatic, outcomes, anomalies })
+        let clocks = OnceLock::new();
+        Ok(Walk { session, config, chosen, recordings, visits: told, automatic, outcomes, anomalies, clocks })
+    }
+
+    /// The log whose clock is ahead of the other's, where what they hold shows that. Found once, on a thread that may block.
+    fn clock_ahead(&self, store: &Store, runtime: &Handle) -> Option<ClockAhead> {
+        *self.clocks.get_or_init(|| {
+            let mut clocks = self.session.declaration().log_clocks.map(|clocks| clocks())?;
+            if !self.is_of_logs() || self.recordings.len() < 2 {
+                return None;
+            }
+            for recording in &self.recordings {
+                let mut samples = StoredSamples::new(store.clone(), runtime.clone(), recording.origin);
+                while !clocks.has_enough(recording.stream) {
+                    // What cannot be read is told where the walk is computed.
+                    let piece = samples.next_piece().ok().filter(|piece| !piece.is_empty());
+                    let Some(piece) = piece else { break };
+                    piece.iter().for_each(|reading| clocks.take(recording.stream, reading));
+                }
+            }
+            clocks.ahead()
+        })
+    }
+
+    /// What is to be told of the clocks of its logs.
+    pub(super) fn clocks_told(&self, store: &Store, runtime: &Handle) -> Option<Anomaly> {
+        let ClockAhead { stream, ahead_by_s, sigma_s } = self.clock_ahead(store, runtime)?;
+        Some(LogCause::ClocksApart { ahead_by_s, sigma_s }.anomaly(Some(stream), [0; 2], 0))
     }
 
     /// The visits that automatic mode has made.
@@ -124,8 +158,12 @@ impl Walk {
 
     /// The samples, to be read on a thread that may block.
     pub(super) fn samples_in_order(&self, store: &Store, runtime: &Handle) -> InTimeOrder<StoredSamples> {
+        let ahead = self.clock_ahead(store, runtime);
         InTimeOrder::new(self.recordings.iter().map(|recording| {
-            (recording.stream, StoredSamples::new(store.clone(), runtime.clone(), recording.origin))
+            let ahead = ahead.filter(|ahead| ahead.stream == recording.stream);
+            let ahead_ns = ahead.map_or(0, |ahead| (ahead.ahead_by_s * 1e9).round() as i64);
+            let samples = StoredSamples::new(store.clone(), runtime.clone(), recording.origin);
+            (recording.stream, samples.ahead_by(ahead_ns))
         }))
     }
 

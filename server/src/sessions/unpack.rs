@@ -1,5 +1,7 @@
 //! Unpacks a log as it was sent: plain text, gzip, zstd, or a ZIP archive of one sensor's files, told apart by the first bytes.
 //!
+//! What was cut off, or is damaged on the way, is read as far as it goes, and that is told: see [`Unpack::odd_end`].
+//!
 //! Reads piece by piece in bounded memory, and stops as soon as the stream unpacks to more than the
 //! limits allow, so that ten megabytes cannot become ten gigabytes.
 
@@ -17,6 +19,9 @@ pub const RATIO_GRACE_BYTES: u64 = 16 << 20;
 
 /// The largest zstd window that is unpacked, as a power of two: 8 MiB, what level 19 uses.
 const ZSTD_WINDOW_LOG_MAX: u32 = 23;
+
+/// A packed file of which less can be unpacked holds no walk: it is refused where it was cut off.
+const LEAST_UNPACKED_BYTES: u64 = 16 << 10;
 
 /// Bytes read from the file at a time.
 const READ_BYTES: usize = 64 << 10;
@@ -163,6 +168,8 @@ pub struct Unpack<R: Read> {
     limits: UnpackLimits,
     unpacked_bytes: u64,
     odd_end: Option<&'static str>,
+    /// Nothing more can be unpacked.
+    broken_off: bool,
     note: Option<String>,
 }
 
@@ -177,7 +184,14 @@ impl<R: Read> Unpack<R> {
         if head.starts_with(signature::ZIP) {
             let Joined { csv, note } = archive::read(io::Cursor::new(head).chain(source), limits)?;
             let stream = Stream::Joined(io::Cursor::new(csv));
-            return Ok(Unpack { stream, limits, unpacked_bytes: 0, odd_end: None, note: Some(note) });
+            return Ok(Unpack {
+                stream,
+                limits,
+                unpacked_bytes: 0,
+                odd_end: None,
+                broken_off: false,
+                note: Some(note),
+            });
         }
         let packing = signature::packing(&head);
         if packing == Packing::Plain {
@@ -195,14 +209,14 @@ impl<R: Read> Unpack<R> {
                 Stream::Zstd(decoder)
             }
         };
-        Ok(Unpack { stream, limits, unpacked_bytes: 0, odd_end: None, note: None })
+        Ok(Unpack { stream, limits, unpacked_bytes: 0, odd_end: None, broken_off: false, note: None })
     }
 
     /// The log that several files of one sensor are together.
     pub(crate) fn of_files(files: &[(String, Vec<u8>)], limits: UnpackLimits) -> Result<Self, UnpackError> {
         let Joined { csv, note } = archive::join(files)?;
         let stream = Stream::Joined(io::Cursor::new(csv));
-        Ok(Unpack { stream, limits, unpacked_bytes: 0, odd_end: None, note: Some(note) })
+        Ok(Unpack { stream, limits, unpacked_bytes: 0, odd_end: None, broken_off: false, note: Some(note) })
     }
 
     /// How it was packed.
@@ -216,6 +230,9 @@ impl<R: Read> Unpack<R> {
 
     /// The next piece of the log into `buffer`; 0 at its end.
     pub fn read(&mut self, buffer: &mut [u8]) -> Result<usize, UnpackError> {
+        if self.broken_off {
+            return Ok(0);
+        }
         let read = match &mut self.stream {
             Stream::Plain(source) => source.read(buffer),
             Stream::Gzip(_) => self.read_gzip(buffer),
@@ -223,7 +240,13 @@ impl<R: Read> Unpack<R> {
             Stream::Zstd(decoder) => decoder.read(buffer),
             Stream::Joined(csv) => csv.read(buffer),
         };
-        let n = read.map_err(|error| self.explain(error))?;
+        let n = match read {
+            Ok(n) => n,
+            Err(error) => {
+                self.break_off(error)?;
+                0
+            }
+        };
         if self.unpacked_bytes == 0 && n > 0 && self.packing() != Packing::Plain {
             refuse_foreign(&buffer[..n])?;
         }
@@ -302,6 +325,26 @@ impl<R: Read> Unpack<R> {
         Ok(())
     }
 
+    /// The stream cannot be unpacked any further: what came before is kept, where it may be a walk.
+    fn break_off(&mut self, error: io::Error) -> Result<(), UnpackError> {
+        use io::ErrorKind::{InvalidData, InvalidInput, Other, UnexpectedEof};
+        // What the disk cannot read is another matter.
+        let of_stream = matches!(error.kind(), InvalidData | InvalidInput | Other | UnexpectedEof);
+        let error = self.explain(error);
+        self.odd_end = match error {
+            error if !of_stream => return Err(error),
+            UnpackError::Truncated { unpacked_bytes, .. } if unpacked_bytes >= LEAST_UNPACKED_BYTES => {
+                Some("ends in the middle: it was cut off, and its last rows are missing")
+            }
+            UnpackError::Damaged { unpacked_bytes, .. } if unpacked_bytes >= LEAST_UNPACKED_BYTES => {
+                Some("is damaged: rows before that place may be wrong, and those behind it are missing")
+            }
+            error => return Err(error),
+        };
+        self.broken_off = true;
+        Ok(())
+    }
+
     fn explain(&self, error: io::Error) -> UnpackError {
         let (packing, unpacked_bytes) = (self.packing(), self.unpacked_bytes);
         match error.kind() {
@@ -362,23 +405,38 @@ mod tests {
     fn a_stream_that_was_cut_is_called_truncated_wherever_it_was_cut() {
         let text = text();
         for packed in [gzip(&text), zstd::encode_all(&text[..], 3).unwrap()] {
-            for cut in [5, 9, 15, packed.len() / 2, packed.len() - 1] {
+            for cut in [5, 9, 15] {
                 let error = unpack(&packed[..cut], LIMITS).unwrap_err();
                 assert!(matches!(error, UnpackError::Truncated { .. }), "cut at {cut}: {error}");
             }
+            for cut in [packed.len() / 2, packed.len() - 1] {
+                let (found, odd_end) = unpack_as_far(&packed[..cut]);
+                assert!(
+                    text.starts_with(&found) && found.len() > text.len() / 4,
+                    "cut at {cut}: {}",
+                    found.len()
+                );
+                assert!(odd_end.unwrap().contains("cut off"));
+            }
         }
+    }
+
+    /// What came out, and what is odd about the end.
+    fn unpack_as_far(packed: &[u8]) -> (Vec<u8>, Option<&'static str>) {
+        let mut unpack = Unpack::new(packed, LIMITS).unwrap();
+        let (mut all, mut buffer) = (Vec::new(), [0; 1000]);
+        while let n @ 1.. = unpack.read(&mut buffer).unwrap() {
+            all.extend_from_slice(&buffer[..n]);
+        }
+        assert_eq!(unpack.read(&mut buffer).unwrap(), 0, "an end is an end");
+        (all, unpack.odd_end())
     }
 
     #[test]
     fn filling_behind_a_whole_stream_is_read_over_and_told() {
         for filling in [&[0; 5000][..], b"\x1a"] {
-            let packed = [&gzip(&text()), filling].concat();
-            let mut unpack = Unpack::new(&packed[..], LIMITS).unwrap();
-            let (mut all, mut buffer) = (Vec::new(), [0; 1000]);
-            while let n @ 1.. = unpack.read(&mut buffer).unwrap() {
-                all.extend_from_slice(&buffer[..n]);
-            }
-            assert!(all == text() && unpack.odd_end().is_some());
+            let (all, odd_end) = unpack_as_far(&[&gzip(&text()), filling].concat());
+            assert!(all == text() && odd_end.is_some());
         }
     }
 
@@ -387,7 +445,12 @@ mod tests {
         let mut packed = gzip(&text());
         let checksum = packed.len() - 6;
         packed[checksum] ^= 0x10;
-        let error = unpack(&packed, LIMITS).unwrap_err();
+        let (all, odd_end) = unpack_as_far(&packed);
+        assert!(all == text() && odd_end.unwrap().contains("damaged"));
+        let mut short = gzip(b"0,1\n2,3\n");
+        let checksum = short.len() - 6;
+        short[checksum] ^= 0x10;
+        let error = unpack(&short, LIMITS).unwrap_err();
         assert!(matches!(error, UnpackError::Damaged { packing: Packing::Gzip, .. }), "{error}");
     }
 

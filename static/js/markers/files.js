@@ -64,7 +64,7 @@ export function makeFiles(app, el, on) {
           <div class="answer" aria-live="polite"></div>
           <label class="drop"
             ><b>${t("markers.drop")}</b><span class="muted">${t("markers.drop_explain")}</span
-            ><input type="file" accept=".csv,text/csv" data-testid="markers-file"
+            ><input type="file" accept=".csv,.txt,.tsv,text/csv,text/plain" data-testid="markers-file"
           /></label>
           <div class="step"></div>
         </div>`,

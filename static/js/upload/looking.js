@@ -7,7 +7,7 @@ import { t } from "../i18n.js";
 import { streamName, word } from "../systems/index.js";
 import { problemBox } from "../ui/problem.js";
 import { mappingForm } from "./mapping_form.js";
-import { fittingPreset, logsInTime, look } from "./preview.js";
+import { asksForColumns, fittingPreset, logsInTime, look } from "./preview.js";
 import { previewCard } from "./preview_card.js";
 
 /**
@@ -38,7 +38,7 @@ export function makeLooking(app, side, system, fileOf, onLooked) {
     setText(one(".state", card(name)), `${bytes(file.size)} · ${t("upload.preview.looking")}`);
     try {
       let preview = await look(api, file, readings[name] ?? {});
-      if (preview.problem?.code === "unknown_format") {
+      if (asksForColumns(preview)) {
         presets = await api.mappings();
         const preset = fittingPreset(presets, preview);
         if (preset) {
@@ -109,7 +109,7 @@ export function makeLooking(app, side, system, fileOf, onLooked) {
 
   function showAskMapping() {
     const unknown = slots.find(
-      ({ stream }) => previews[stream]?.problem?.code === "unknown_format" && !readings[stream]?.mapping,
+      ({ stream }) => asksForColumns(previews[stream]) && !readings[stream]?.mapping,
     );
     const wanted = mapped ?? unknown?.stream ?? null;
     const box = one(".ask-mapping", side);
@@ -123,7 +123,7 @@ export function makeLooking(app, side, system, fileOf, onLooked) {
         mapped = null;
         // Streams are recorded by one kind of logger: the others are read alike, when they have these columns.
         for (const { stream: name } of slots) {
-          if (!fileOf(name) || (name !== wanted && previews[name]?.problem?.code !== "unknown_format")) continue;
+          if (!fileOf(name) || (name !== wanted && !asksForColumns(previews[name]))) continue;
           readings[name] = { ...readings[name], mapping };
           lookAt(name);
         }

@@ -13,11 +13,11 @@ import { problemBox } from "../ui/problem.js";
 const AXES = /** @type {const} */ (["x", "y", "z"]);
 /** @type {Record<string, string[]>} */
 const UNITS = {
-  time: ["s", "ms", "us", "ns", "samples", "date_time"],
-  gyr: ["deg_s", "rad_s"],
-  acc: ["m_s2", "g"],
-  mag: ["ut", "gauss", "mgauss", "counts"],
-  pressure: ["hpa", "pa", "kpa"],
+  time: ["s", "ms", "us", "ns", "samples", "date_time", "days", "ticks", "ticks10_khz"],
+  gyr: ["deg_s", "rad_s", "mdeg_s"],
+  acc: ["m_s2", "g", "mg"],
+  mag: ["ut", "gauss", "mgauss", "nt", "counts"],
+  pressure: ["hpa", "pa", "kpa", "mmhg"],
 };
 /** How a column's name begins, in the spellings that loggers use. @type {Record<string, RegExp>} */
 const LIKE = {
@@ -63,6 +63,29 @@ export function guess(columns) {
 }
 
 /**
+ * What a mapping is in the fields of the form.
+ * @param {Mapping} mapping
+ * @returns {Record<string, string>} field of the form → value
+ */
+export function fieldsOf(mapping) {
+  /** @type {Record<string, string>} */
+  const fields = { time: mapping.time.column ?? "", time_unit: mapping.time.unit ?? "s" };
+  if (mapping.time.rate_hz) fields.rate_hz = String(mapping.time.rate_hz);
+  for (const channel of /** @type {const} */ (["gyr", "acc", "mag"])) {
+    const axes = mapping[channel];
+    if (!axes) continue;
+    AXES.forEach((letter, i) => (fields[`${channel}_${letter}`] = axes.columns[i]));
+    fields[`${channel}_unit`] = axes.unit;
+    if (axes.one_is) fields[`${channel}_one_is`] = String(axes.one_is);
+  }
+  if (mapping.pressure) {
+    fields.pressure = mapping.pressure.column;
+    fields.pressure_unit = mapping.pressure.unit;
+  }
+  return fields;
+}
+
+/**
  * The mapping that a form says, or the words for what it lacks.
  * @param {FormData} data
  * @param {string} delimiter
@@ -75,7 +98,12 @@ export function readMapping(data, delimiter) {
     if (columns.every((column) => column === "")) return null;
     if (columns.some((column) => column === ""))
       throw new Error(t("mapping.incomplete", { channel: t(`channel.${channel}`) }));
-    return { columns: /** @type {[string, string, string]} */ (columns), unit: text(`${channel}_unit`) };
+    const one_is = Number(text(`${channel}_one_is`).replace(",", "."));
+    return {
+      columns: /** @type {[string, string, string]} */ (columns),
+      unit: text(`${channel}_unit`),
+      ...(one_is && one_is !== 1 ? { one_is } : {}),
+    };
   };
   const needed = (/** @type {string} */ channel) => {
     const found = axes(channel);
@@ -84,7 +112,7 @@ export function readMapping(data, delimiter) {
   };
   const rate_hz = Number(text("rate_hz"));
   const unit = text("time_unit");
-  if ((text("time") === "" || unit === "samples") && !(rate_hz > 0)) throw new Error(t("mapping.need_rate"));
+  if ((text("time") === "" || unit === "samples" || unit === "ticks") && !(rate_hz > 0)) throw new Error(t("mapping.need_rate"));
   const mag = axes("mag");
   return {
     delimiter,
@@ -103,7 +131,7 @@ export function readMapping(data, delimiter) {
  * @param {{use: (mapping: Mapping) => void, saved: () => void}} then
  */
 export function mappingForm(box, preview, presets, then) {
-  const first = guess(preview.columns);
+  const first = preview.suggestion ? fieldsOf(preview.suggestion) : guess(preview.columns);
   const option = (/** @type {string} */ value, /** @type {string} */ words, /** @type {string | undefined} */ chosen) =>
     html`<option value="${value}" ${value === chosen ? "selected" : ""}>${words}</option>`;
   const column = (/** @type {string} */ name, /** @type {string} */ label) =>
@@ -117,16 +145,27 @@ export function mappingForm(box, preview, presets, then) {
     html`<label class="field unit"
       ><span>${t("mapping.unit")}</span
       ><select name="${channel}_unit">
-        ${UNITS[channel].map((u) => option(u, tOr(`unit_of.${u}`, u), undefined))}
+        ${UNITS[channel].map((u) => option(u, tOr(`unit_of.${u}`, u), first[`${channel}_unit`]))}
       </select></label
     >`;
+  const oneIs = (/** @type {string} */ channel) =>
+    html`<label class="field"
+      ><span>${t("mapping.one_is")}</span
+      ><input
+        name="${channel}_one_is"
+        inputmode="decimal"
+        autocomplete="off"
+        placeholder="1"
+        value="${first[`${channel}_one_is`] ?? ""}"
+    /></label>`;
   const three = (/** @type {string} */ channel) =>
     html`<fieldset>
       <legend>${t(`channel.${channel}`)}</legend>
-      <div class="mapped">${AXES.map((axis) => column(`${channel}_${axis}`, axis))}${unit(channel)}</div>
+      <div class="mapped">${AXES.map((axis) => column(`${channel}_${axis}`, axis))}${unit(channel)}${oneIs(channel)}</div>
     </fieldset>`;
   const markup = html`<div class="mapping" data-testid="mapping">
     <p>${t("mapping.lead")}</p>
+    ${preview.suggestion && html`<p class="muted" data-testid="suggested">${t("mapping.suggested")}</p>`}
     ${
       presets.length > 0 &&
       html`<label class="field"
@@ -142,7 +181,7 @@ export function mappingForm(box, preview, presets, then) {
       <div class="mapped">
         ${column("time", t("mapping.column"))}${unit("time")}
         <label class="field"
-          ><span>${t("mapping.rate")}</span><input name="rate_hz" inputmode="decimal" autocomplete="off"
+          ><span>${t("mapping.rate")}</span><input name="rate_hz" inputmode="decimal" autocomplete="off" value="${first.rate_hz ?? ""}"
         /></label>
       </div>
     </fieldset>

@@ -1,7 +1,7 @@
 // What the server says of a log before anything of it is kept, and what follows from that.
 
 /**
- * @typedef {{columns: [string, string, string], unit: string}} Axes
+ * @typedef {{columns: [string, string, string], unit: string, one_is?: number}} Axes
  * @typedef {{
  *   delimiter?: string, time: {column?: string, unit?: string, rate_hz?: number, wraps_at?: number},
  *   gyr: Axes, acc: Axes, mag?: Axes, pressure?: {column: string, unit: string}, skip_rows_without_inertial?: boolean,
@@ -16,7 +16,7 @@
  *   chart: {t_first_s: number, step_s: number, rate_rad_s: ([number, number] | null)[], force_m_s2: ([number, number] | null)[]},
  * }} Survey
  * @typedef {{
- *   format: string | null, mapping: Mapping | null, notes: string[], delimiter: string | null, columns: string[], rows: string[][],
+ *   format: string | null, mapping: Mapping | null, suggestion?: Mapping | null, notes: string[], delimiter: string | null, columns: string[], rows: string[][],
  *   clock_ns: [number, number] | null, part: boolean, field_in_counts: boolean, survey: Survey,
  *   problem: {detail: string, code: string, status: number, where?: Record<string, unknown>} | null,
  * }} Preview
@@ -39,6 +39,15 @@ const ONE_CLOCK_NS = 3.6e12;
 export function look(api, file, reading) {
   const part = file.size > PART_BYTES;
   return api.previewLog(part ? file.slice(0, PART_BYTES) : file, part, reading);
+}
+
+/**
+ * Whether a log is a table of which somebody has to say which column is which: of another's names, or of none.
+ * @param {Preview | null | undefined} preview
+ */
+export function asksForColumns(preview) {
+  const code = preview?.problem?.code;
+  return code === "unknown_format" || (code === "missing_header" && (preview?.columns.length ?? 0) > 0);
 }
 
 /**

@@ -4,6 +4,7 @@
 #![allow(clippy::unwrap_used, reason = "in a test a panic is the message")]
 
 mod bad_data;
+mod damaged_files;
 mod dense_reference;
 mod height;
 mod honesty;

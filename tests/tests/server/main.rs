@@ -18,6 +18,7 @@ mod inspectors;
 mod intruders;
 mod lab;
 mod live;
+mod live_units;
 mod marker_imports;
 mod markers;
 mod ntrip;

@@ -234,6 +234,26 @@ async fn a_garbled_line_costs_itself_alone_and_is_told_with_the_walk() {
 }
 
 #[tokio::test]
+async fn a_packed_log_that_was_cut_or_has_changed_is_read_as_far_as_it_goes_and_that_is_told() {
+    let server = TestServer::start().await;
+    let whole = gzip(&left());
+    let cut = whole[..whole.len() * 3 / 4].to_vec();
+    let mut changed = whole.clone();
+    let checksum = changed.len() - 6;
+    changed[checksum] ^= 1;
+    for (bytes, share, words) in [(cut, 0.5, "cut off"), (changed, 1.0, "damaged")] {
+        let session_id = server.session(json!({})).await;
+        let accepted = server.hand_in(&session_id, "left", bytes).await;
+        assert_eq!(accepted.body["state"], "accepted", "{accepted:?}");
+        let samples = accepted.body["samples"].as_u64().unwrap();
+        assert!(samples as f64 >= share * walk().left.len() as f64, "{samples}");
+        let told = server.look(&format!("/sessions/{session_id}/anomalies")).await.body;
+        let packing = told.as_array().unwrap().iter().find(|told| told["figures"]["packing"].is_string());
+        assert!(packing.unwrap()["detail"].as_str().unwrap().contains(words), "{told}");
+    }
+}
+
+#[tokio::test]
 async fn bad_logs_are_refused_with_what_where_and_what_to_do() {
     let server = TestServer::start().await;
     let png = [b"\x89PNG\r\n\x1a\n\0\0\0\rIHDR".as_slice(), &[7; 5000]].concat();
@@ -246,8 +266,10 @@ async fn bad_logs_are_refused_with_what_where_and_what_to_do() {
             sample
         })
         .collect();
-    let half = gzip(&left());
-    let mut flipped = gzip(&left());
+    // What is packed of no second of a walk is no walk, however it ends.
+    let few = left().split_inclusive(|byte| *byte == b'\n').take(80).flatten().copied().collect::<Vec<u8>>();
+    let half = gzip(&few);
+    let mut flipped = gzip(&few);
     let checksum = flipped.len() - 6;
     flipped[checksum] ^= 1;
     // Bytes; status; code; line, column; words of the sentence.

@@ -26,6 +26,10 @@ const FEWEST_CHANGES: usize = 3;
 const SLOWEST_HZ: f64 = 2.0;
 /// … and fewer than this.
 const FASTEST_HZ: f64 = 20_000.0;
+/// From a row to the next of a usual sensor, s.
+const USUAL_S: f64 = 0.01;
+/// No sensor on a body has rows nearer to each other, on the mean, s.
+const SHORTEST_S: f64 = 2.5e-4;
 
 /// What stamps are.
 #[derive(Debug)]
@@ -96,6 +100,7 @@ pub(super) fn judge(stamps: &Stamps, rate_hz: Option<f64>, last: bool) -> Result
     check_unit(usual_ns)?;
     let every: Vec<(f64, f64)> = (0..rows).map(|k| (k as f64, stamps.all[k])).collect();
     let Some(line) = Line::through(&every) else { return regular(usual_ns) };
+    check_not_too_fast(line.slope)?;
     let short = stamps.intervals().filter(|interval| *interval < SHORT * line.slope).count() - stamps.twice;
     let scatter = deviation(stamps.intervals().filter(|i| (0.0..4.0 * line.slope).contains(i)), line.slope);
     let arrival = short as f64 >= SHORT_SHARE * rows as f64 && line.spread <= LONGEST_DELAY_NS;
@@ -160,17 +165,51 @@ fn check_unit(interval_ns: f64) -> Result<(), ParseError> {
     if interval_s < 1.0 / SLOWEST_HZ {
         return Ok(());
     }
-    // A row a "second" is a counter; everything else is a thousand times too long, or a million.
-    let (looks_like, advice) = match interval_s {
-        1.0 => (
-            "numbers of rows",
-            "give the rate, in Hz, and choose the number of the sample as the unit of the time, or divide it by the rate",
-        ),
-        s if s < 1.5e3 => ("milliseconds", "divide the times by 1000, or choose ms as their unit"),
-        s if s < 1.5e6 => ("microseconds", "divide the times by 1000000, or choose µs as their unit"),
-        _ => ("nanoseconds", "divide the times by 1000000000, or choose ns as their unit"),
-    };
-    Err(other_unit(interval_s, looks_like, advice.to_owned()))
+    if interval_s == 1.0 {
+        let advice = "give the rate, in Hz, and choose the number of the sample as the unit of the time, or divide it by the rate";
+        return Err(other_unit(interval_s, "numbers of rows", advice.to_owned()));
+    }
+    /// The unit, in how many of which a second is; what to choose; and how unusual that is.
+    const UNITS: [(&str, f64, &str, f64); 6] = [
+        ("milliseconds", 1e3, "ms as their unit", 0.0),
+        ("microseconds", 1e6, "µs as their unit", 0.0),
+        ("nanoseconds", 1e9, "ns as their unit", 0.0),
+        ("tenths of a millisecond", 1e4, "ticks10_khz as their unit", 1.0),
+        ("ticks of a clock of 32768 Hz", 32_768.0, "ticks as their unit, with rate_hz 32768", 1.0),
+        ("ticks of 100 ns", 1e7, "ticks as their unit, with rate_hz 10000000", 1.0),
+    ];
+    let unlikely = |(_, per_s, _, unusual): &(&str, f64, &str, f64)| off_usual(interval_s / per_s) + unusual;
+    let likely = UNITS.iter().min_by(|a, b| unlikely(a).total_cmp(&unlikely(b)));
+    let (looks_like, per_s, choice, _) = likely.unwrap_or(&UNITS[0]);
+    Err(other_unit(interval_s, looks_like, format!("divide the times by {per_s}, or choose {choice}")))
+}
+
+/// How far an interval is from that of a usual sensor, as a logarithm.
+fn off_usual(interval_s: f64) -> f64 {
+    libm::fabs(libm::log(interval_s / USUAL_S))
+}
+
+/// Times of which thousands of rows share a millisecond are in a larger unit than was said.
+fn check_not_too_fast(interval_ns: f64) -> Result<(), ParseError> {
+    let interval_s = interval_ns / 1e9;
+    if interval_s > SHORTEST_S || interval_s <= 0.0 {
+        return Ok(());
+    }
+    const UNITS: [(&str, f64); 5] = [
+        ("minutes", 60.0),
+        ("hours", 3_600.0),
+        ("days, as a spreadsheet keeps dates", 86_400.0),
+        ("a unit a thousand times as long", 1e3),
+        ("a unit a million times as long", 1e6),
+    ];
+    let likely =
+        UNITS.iter().min_by(|a, b| off_usual(interval_s * a.1).total_cmp(&off_usual(interval_s * b.1)));
+    let (looks_like, times) = likely.unwrap_or(&UNITS[0]);
+    Err(other_unit(
+        interval_s,
+        looks_like,
+        format!("multiply the times by {times}, or choose their unit (days, for dates of a spreadsheet)"),
+    ))
 }
 
 fn lost_digits(rows: usize, stamps: usize) -> ParseError {

@@ -44,7 +44,21 @@ enum State {
 pub(super) struct Found {
     told: Vec<Anomaly>,
     gathered: Vec<(LogCause, [i64; 2], u64)>,
+    /// Steps of the clock back: a counter goes back by the same again and again.
+    backs: Vec<Back>,
 }
+
+/// Steps of the clock back by the same.
+#[derive(Clone, Copy, Debug)]
+struct Back {
+    by_s: f64,
+    /// Of the first and the last of them, ns.
+    t_ns: [i64; 2],
+    steps: u64,
+}
+
+/// Two steps back that differ by less, as a share, are those of one counter.
+const SAME_STEP: f64 = 0.02;
 
 /// Steps of a clock that are told one by one.
 const MOST_TOLD: usize = 20;
@@ -52,6 +66,23 @@ const MOST_TOLD: usize = 20;
 impl Found {
     /// Something that is told once for each time it happens, as far as that bears telling.
     fn tell(&mut self, cause: &LogCause, t_ns: i64) {
+        if let LogCause::ClockSet { forward_by_s } = cause
+            && *forward_by_s < 0.0
+        {
+            let by_s = -forward_by_s;
+            let room = self.backs.len() < MOST_TOLD;
+            match self.backs.iter_mut().find(|back| (back.by_s / by_s - 1.0).abs() < SAME_STEP) {
+                Some(back) => {
+                    back.t_ns[1] = t_ns;
+                    back.steps += 1;
+                }
+                None if room => {
+                    self.backs.push(Back { by_s, t_ns: [t_ns; 2], steps: 1 });
+                }
+                None => {}
+            }
+            return;
+        }
         if self.told.len() < MOST_TOLD {
             self.told.push(cause.at([t_ns; 2], 1));
         }
@@ -72,7 +103,13 @@ impl Found {
 
     fn anomalies(&self) -> Vec<Anomaly> {
         let gathered = self.gathered.iter().map(|(cause, t_ns, rows)| cause.at(*t_ns, *rows));
-        self.told.iter().cloned().chain(gathered).collect()
+        let mut anomalies: Vec<Anomaly> = self.told.clone();
+        anomalies.extend(self.backs.iter().map(|Back { by_s, t_ns, steps }| match steps {
+            1 => LogCause::ClockSet { forward_by_s: -by_s }.at(*t_ns, 1),
+            _ => LogCause::ClockWraps { wraps: *steps as f64, after_s: *by_s }.at(*t_ns, *steps),
+        }));
+        anomalies.extend(gathered);
+        anomalies
     }
 }
 

@@ -118,6 +118,17 @@ fn a_clock_that_was_set_is_bridged_and_no_row_is_lost() {
 }
 
 #[test]
+fn a_counter_that_begins_again_and_again_is_told_once() {
+    let truth = walk(6000, 100.0);
+    let mut rows = truth.clone();
+    rows.iter_mut().for_each(|row| row.t_ns %= 16_384_000_000);
+    let (found, anomalies) = put_right(&rows, None, 64).unwrap();
+    assert!(off_s(&found, &truth) < 0.02, "{}", off_s(&found, &truth));
+    assert_eq!(kinds(&anomalies), ["clock_set"]);
+    assert!(anomalies[0].detail.contains("3 times"), "{}", anomalies[0].detail);
+}
+
+#[test]
 fn single_wrong_times_are_replaced_and_late_rows_put_back() {
     let truth = walk(3000, 100.0);
     let mut rows = truth.clone();
@@ -136,9 +147,18 @@ fn single_wrong_times_are_replaced_and_late_rows_put_back() {
 
 #[test]
 fn another_unit_is_named() {
-    for (factor, unit) in [(1_000, "milliseconds"), (1_000_000, "microseconds"), (100, "numbers of rows")] {
+    for (factor, unit) in [
+        (1e3, "milliseconds"),
+        (1e6, "microseconds"),
+        (100.0, "numbers of rows"),
+        (1e4, "tenths of a millisecond"),
+        (32_768.0, "32768 Hz"),
+        (1.0 / 60.0, "minutes"),
+        (1.0 / 3_600.0, "hours"),
+        (1.0 / 86_400.0, "days"),
+    ] {
         let mut rows = walk(1000, 100.0);
-        rows.iter_mut().for_each(|row| row.t_ns *= factor);
+        rows.iter_mut().for_each(|row| row.t_ns = (row.t_ns as f64 * factor) as i64);
         let error = put_right(&rows, None, 100).unwrap_err();
         assert!(error.found.contains(unit), "{error}");
     }

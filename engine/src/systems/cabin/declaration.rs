@@ -97,6 +97,7 @@ pub const DECLARATION: Declaration = Declaration {
         ChartRule { name: "aids", unit: "1", limits: &[] },
     ],
     anomalies: causes::examples,
+    log_clocks: None,
     not_stored: |stream| {
         causes::told(&CabinAnomaly::new(stream.name(), CabinCause::NotStored, [0; 2]), Some(stream))
     },

@@ -48,6 +48,7 @@ pub const DECLARATION: Declaration = Declaration {
         let causes = [SensorCause::NotFinite, SensorCause::TimeGoesBack { back_by_s: 0.5 }];
         causes.iter().map(|cause| cause.anomaly(None, [1, 2], 3)).collect()
     },
+    log_clocks: None,
     not_stored: |stream| SensorCause::NotFinite.anomaly(Some(stream), [0; 2], 0),
     config: || Box::new(Config),
     simulate: Some(circle),

@@ -1,6 +1,7 @@
 //! The pedestrian as a system.
 
 use super::config::Config;
+use super::feet_clocks::FeetLogClocks;
 use super::side::{ROLES, Side};
 use super::{aids, causes, parameters};
 use crate::anomaly::Cause;
@@ -44,6 +45,7 @@ pub const DECLARATION: Declaration = Declaration {
         },
     ],
     anomalies: causes::examples,
+    log_clocks: Some(|| Box::<FeetLogClocks>::default()),
     not_stored: |stream| {
         let side = Side::of(stream).unwrap_or(Side::Left);
         causes::WalkCause::FootNotStored { side }.anomaly(Some(stream), [0; 2], 0)

@@ -1,6 +1,9 @@
 //! How far the clocks of two feet are apart, by their steps: while one foot swings the other stands, and they take turns.
 
+use super::side::Side;
 use crate::sample::ImuSample;
+use crate::stream::{Reading, StreamId};
+use crate::system::{ClockAhead, LogClocks};
 
 /// A foot that turns faster swings, rad/s …
 const SWINGS_RAD_S: f64 = 1.5;
@@ -137,6 +140,39 @@ impl FeetClocks {
             return unknown;
         }
         FeetClocks::Apart { ahead_by_s, sigma_s: (0.5 * width_s).max(STEP_S) }
+    }
+}
+
+/// Both feet's logs on their way to be compared.
+#[derive(Clone, Debug, Default)]
+pub(super) struct FeetLogClocks {
+    swings: [Swings; 2],
+    rows: [u64; 2],
+}
+
+/// Swings are looked for in so many rows.
+const MOST_ROWS: u64 = 1_000_000;
+
+impl LogClocks for FeetLogClocks {
+    fn take(&mut self, stream: StreamId, reading: Reading<'_>) {
+        if let (Some(side), Reading::Imu(row)) = (Side::of(stream), reading) {
+            self.swings[side.index()].take(row);
+            self.rows[side.index()] += 1;
+        }
+    }
+
+    fn has_enough(&self, stream: StreamId) -> bool {
+        Side::of(stream)
+            .is_none_or(|side| self.swings[side.index()].are_enough() || self.rows[side.index()] >= MOST_ROWS)
+    }
+
+    fn ahead(&self) -> Option<ClockAhead> {
+        match FeetClocks::between(&self.swings[0], &self.swings[1]) {
+            FeetClocks::Apart { ahead_by_s, sigma_s } => {
+                Some(ClockAhead { stream: Side::Right.stream(), ahead_by_s, sigma_s })
+            }
+            FeetClocks::Together | FeetClocks::Unknown => None,
+        }
     }
 }
 

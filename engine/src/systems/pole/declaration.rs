@@ -94,6 +94,7 @@ pub const DECLARATION: Declaration = Declaration {
         let of_sensor = sensor.iter().map(|cause| cause.anomaly(None, [1, 2], 3));
         of_sensor.chain(causes::examples().iter().map(|cause| cause.anomaly(None, [1, 2], 0))).collect()
     },
+    log_clocks: None,
     not_stored: |stream| {
         SurveyCause::NotStored { stream: stream.name().to_owned() }.anomaly(Some(stream), [0; 2], 0)
     },

@@ -54,6 +54,7 @@ pub const DECLARATION: Declaration = Declaration {
         ChartRule { name: "anchor_north", unit: "m", limits: &[] },
     ],
     anomalies: || causes::examples().iter().map(|cause| cause.anomaly(None, [1, 2], 0)).collect(),
+    log_clocks: None,
     not_stored: |stream| {
         RoverCause::NotStored { stream: stream.name().to_owned() }.anomaly(Some(stream), [0; 2], 0)
     },

@@ -1,7 +1,7 @@
 //! Sensors that break: the trouble is named with its time and foot, and no number goes astray.
 //!
 //! Every run goes through [`Told::check`](crate::told::Told::check): whatever comes in, what goes
-//! out is finite and orderly. Each file has a list of troubles, more than a hundred and ten kinds together, and tests of
+//! out is finite and orderly. Each file has a list of troubles, more than a hundred and ten kinds together (and [`DAMAGES`] of files), and tests of
 //! what some of them cost.
 
 mod anything;
@@ -18,6 +18,7 @@ use lodestep_engine::anomaly::AnomalyKind;
 use lodestep_engine::sample::ImuSample;
 use lodestep_engine::sim::faults::{Channel, Fault};
 use lodestep_engine::systems::pedestrian::Side;
+use lodestep_tests::damage::DAMAGES;
 
 use crate::scenario::{PERIOD_NS, SECOND_NS, Scenario, short_walk};
 use crate::told::Told;
@@ -74,15 +75,18 @@ fn assert_each_is_named(troubles: &[Trouble]) {
 }
 
 #[test]
-fn the_lists_hold_a_hundred_and_ten_kinds_of_trouble_and_none_twice() {
+fn the_lists_hold_a_hundred_and_sixty_kinds_of_trouble_and_none_twice() {
     let all = [readings::TROUBLES, times::TROUBLES, feet::TROUBLES, units::TROUBLES, surroundings::TROUBLES];
     let names: BTreeSet<_> = all.iter().flat_map(|list| list.iter()).map(|trouble| trouble.name).collect();
     assert_eq!(names.len(), all.iter().map(|list| list.len()).sum::<usize>(), "one is there twice");
     let contradictions: BTreeSet<String> =
         contradictions::NAMED.iter().map(|(name, by, _)| name.replace("{}", &by.to_string())).collect();
     assert_eq!(contradictions.len(), contradictions::NAMED.len(), "one is there twice");
-    let kinds = names.len() + contradictions.len();
-    assert!(kinds >= 110, "{kinds} kinds of trouble");
+    // What happens to files has its tests beside these lists, in `damaged_files`.
+    let damages: BTreeSet<_> = DAMAGES.iter().map(|damage| damage.name).collect();
+    assert_eq!(damages.len(), DAMAGES.len(), "one is there twice");
+    let kinds = names.len() + contradictions.len() + damages.len();
+    assert!(kinds >= 160, "{kinds} kinds of trouble");
 }
 
 #[test]
