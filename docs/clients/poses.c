@@ -1,4 +1,5 @@
-/* Prints the poses of a live session as CSV: poses HOST PORT SESSION COUNT [TOKEN]
+/* Prints the poses of a live session as CSV: poses HOST PORT SESSION COUNT [TOKEN]. The last column has the aids with something
+ * wrong: the number of each from 0, its kind of trouble, and the seconds since it last corrected (655 and more: long ago, or never).
  *
  *     cc -O2 -o poses poses.c
  *
@@ -14,7 +15,7 @@
 #include <sys/socket.h>
 #include <unistd.h>
 
-enum { HEAD_BYTES = 40, BODY_BYTES = 120, FRAME_BYTES = 280 };
+enum { HEAD_BYTES = 40, BODY_BYTES = 132, AID_BYTES = 4 };
 
 static void fail(const char *why) {
     fprintf(stderr, "%s\n", why);
@@ -113,16 +114,33 @@ static void print_pose(const unsigned char *frame) {
     memcpy(&t_ns, frame + 16, 8);
     memcpy(&age_us, frame + 24, 4);
     memcpy(&aids, frame + 32, 8);
+    const int bodies = frame[30], count = frame[31];
     printf("%llu,%.9f,%u,%u,%llx", (unsigned long long)sequence, 1e-9 * (double)t_ns, age_us, frame[28],
            (unsigned long long)aids);
-    for (int body = 0; body < 2; body++) {
+    for (int body = 0; body < bodies; body++) {
         const unsigned char *at = frame + HEAD_BYTES + body * BODY_BYTES;
-        memcpy(&flags, at + 116, 4);
+        memcpy(&flags, at + 128, 4);
         printf(",%.6f,%.6f,%.6f,%.8f,%.8f,%.8f,%.6f,%u,%u", number(at), number(at + 8), number(at + 16),
-               number(at + 24), number(at + 32), number(at + 40), small(at + 108), flags >> 2 & 1, flags >> 3 & 1);
+               number(at + 24), number(at + 32), number(at + 40), small(at + 120), flags >> 2 & 1, flags >> 3 & 1);
+    }
+    printf(",");
+    for (int aid = 0; aid < count; aid++) {
+        uint16_t since, trouble;
+        const unsigned char *at = frame + HEAD_BYTES + bodies * BODY_BYTES + aid * AID_BYTES;
+        memcpy(&since, at, 2);
+        memcpy(&trouble, at + 2, 2);
+        if (trouble) printf("%d:%u:%.2f;", aid, trouble, since / 100.0);
     }
     printf("\n");
     fflush(stdout);
+}
+
+/* Whether this is a frame of version 2 that is as long as it says. */
+static int is_frame(const unsigned char *content, size_t length) {
+    uint16_t told;
+    if (length < HEAD_BYTES || memcmp(content, "LPOS\2\0", 6) != 0) return 0;
+    memcpy(&told, content + 6, 2);
+    return told == length && length == (size_t)(HEAD_BYTES + content[30] * BODY_BYTES + content[31] * AID_BYTES);
 }
 
 int main(int argc, char **argv) {
@@ -133,7 +151,7 @@ int main(int argc, char **argv) {
     open_socket(fd, argv, argc == 6 ? argv[5] : NULL);
     printf("sequence,t_s,age_us,state,aids");
     for (int body = 0; body < 2; body++) printf(",e_m,n_m,u_m,yaw_rad,pitch_rad,roll_rad,protection_level_m,valid,alarm");
-    printf("\n");
+    printf(",trouble\n");
     for (long told = 0; told < atol(argv[4]);) {
         int opcode = next_message(fd, content, sizeof content, &length);
         if (opcode == 8) fail("expected more poses, found the end: the socket was closed");
@@ -145,7 +163,7 @@ int main(int argc, char **argv) {
             give(fd, pong, 6 + length);
         }
         if (opcode != 2) continue;
-        if (length != FRAME_BYTES || memcmp(content, "LPOS\1\0", 6) != 0) fail("expected a frame of version 1, found another: see docs/poses.md");
+        if (!is_frame(content, length)) fail("expected a frame of version 2, found another: see docs/poses.md");
         print_pose(content);
         told++;
     }

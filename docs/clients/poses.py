@@ -12,8 +12,10 @@ import struct
 import sys
 
 STATES = ["aligning", "full", "reduced", "coasting", "silent"]
-HEAD = struct.Struct("<4sHHQqIBBHQ")
-BODY = struct.Struct("<6d17fI")
+HEAD = struct.Struct("<4sHHQqIBBBBQ")
+BODY = struct.Struct("<6d20fI")
+AID = struct.Struct("<HH")
+LONG_AGO = 65535
 
 
 def connect(host, port, session, token):
@@ -75,26 +77,39 @@ def body(values):
         "sigma_n_m": numbers[12:15],
         "sigma_angles_rad": numbers[15:18],
         "off_plan_n_m": numbers[18:21],
-        "protection_level_m": numbers[21],
-        "time_left_s": numbers[22],
+        "off_plan_rad": numbers[21:24],
+        "protection_level_m": numbers[24],
+        "time_left_s": numbers[25],
         "valid": bool(flags & 4),
         "alarm": bool(flags & 8),
         "flags": flags,
     }
 
 
-def pose(frame, names):
-    magic, version, length, sequence, t_ns, age_us, state, flags, bodies, aids = HEAD.unpack_from(frame)
-    if magic != b"LPOS" or version != 1 or length != len(frame):
-        raise SystemExit(f"expected a frame of version 1, found {frame[:8]!r}: see docs/poses.md")
+def aid(values, name, is_in, troubles):
+    since, trouble = values
+    return {
+        "name": name,
+        "in": is_in,
+        "since_s": None if since == LONG_AGO else since / 100,
+        "trouble": troubles[trouble - 1] if trouble else None,
+    }
+
+
+def pose(frame, names, troubles):
+    magic, version, length, sequence, t_ns, age_us, state, flags, bodies, count, mask = HEAD.unpack_from(frame)
+    if magic != b"LPOS" or version != 2 or length != len(frame):
+        raise SystemExit(f"expected a frame of version 2, found {frame[:8]!r}: see docs/poses.md")
     read = [BODY.unpack_from(frame, HEAD.size + k * BODY.size) for k in range(bodies)]
+    first = HEAD.size + bodies * BODY.size
+    aids = [AID.unpack_from(frame, first + k * AID.size) for k in range(count)]
     return {
         "sequence": sequence,
         "t_s": t_ns * 1e-9,
         "age_s": age_us * 1e-6,
         "state": STATES[state],
         "predicted": bool(flags & 1),
-        "aids": [name for bit, name in enumerate(names) if aids >> bit & 1],
+        "aids": [aid(aids[k], names[k], bool(mask >> k & 1), troubles) for k in range(count)],
         "bodies": [body(values) for values in read],
     }
 
@@ -104,12 +119,13 @@ def main():
         raise SystemExit(__doc__.splitlines()[0])
     host, port, session, count = sys.argv[1:5]
     link, stream = connect(host, port, session, sys.argv[5] if len(sys.argv) == 6 else None)
-    names, told = [], 0
+    names, troubles, told = [], [], 0
     for opcode, content in messages(link, stream):
         if opcode == 1:
-            names = json.loads(content)["aids"]
+            first = json.loads(content)
+            names, troubles = first["aids"], first["troubles"]
             continue
-        print(json.dumps(pose(content, names)), flush=True)
+        print(json.dumps(pose(content, names, troubles)), flush=True)
         told += 1
         if told == int(count):
             return

@@ -19,7 +19,7 @@ pub use declaration::{
     AidRule, ChartRule, ClockAhead, Column, Declaration, InstrumentRule, Level, LogClocks, Parameter,
     PartRule, Simulated, SimulatedStream, StreamRule,
 };
-pub use pose::{BodyPose, ChartValue, Pose, PoseState};
+pub use pose::{AidState, BodyPose, ChartValue, Pose, PoseState};
 pub use summary::{Progress, SensorState, Summary};
 
 /// A system at work on one session. It does no input or output, and the same readings and visits give the same events to

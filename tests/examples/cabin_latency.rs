@@ -221,7 +221,7 @@ fn frames(run: &SimulatedRun, seconds: u32) -> Result<Vec<Frame>> {
         (ray.t_ns, [&places[..], &[ray.azimuth_rad, ray.zenith_rad, ray.slant_m]].concat())
     });
     streams.push(("stations", together(rays)));
-    let plan = run.plan.iter().map(|row| (row.t_ns, [&row.cabin[..], &row.platform[..3]].concat()));
+    let plan = run.plan.iter().map(|row| (row.t_ns, [row.cabin, row.platform].concat()));
     streams.push(("plan", together(plan)));
     for (order, (name, batches)) in streams.into_iter().enumerate() {
         let id = StreamId::read(name).context("a stream of the cabin")?;

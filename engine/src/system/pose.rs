@@ -1,5 +1,6 @@
 //! The pose at the newest reading, for a control loop that cannot wait for a point of the track.
 
+use crate::anomaly::AnomalyKind;
 use crate::event::MOST_PARTS;
 
 /// How far a system is.
@@ -16,7 +17,7 @@ pub enum PoseState {
 }
 
 /// Where every part of a system is at its newest reading.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Pose {
     /// When, ns of the session's clock.
     pub t_ns: i64,
@@ -24,8 +25,19 @@ pub struct Pose {
     pub state: PoseState,
     /// What has corrected it within the last half second: bits in the order of [`super::System::aid_names`].
     pub aids: u64,
+    /// How each of them is, in the same order.
+    pub aid_states: Vec<AidState>,
     /// The parts, in the order of the declaration; `None` for one of which nothing is known.
     pub bodies: [Option<BodyPose>; MOST_PARTS],
+}
+
+/// Something that may correct a pose.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct AidState {
+    /// Since it last corrected a pose, s; infinite where it never did.
+    pub since_s: f64,
+    /// What is wrong with it now, or has been within the last two seconds.
+    pub trouble: Option<AnomalyKind>,
 }
 
 /// Where one part is.
@@ -45,6 +57,8 @@ pub struct BodyPose {
     pub sigma_angles_rad: [f64; 3],
     /// Measured less planned, m; NaN where no plan is known.
     pub off_plan_n_m: [f64; 3],
+    /// The same of its angles, rad.
+    pub off_plan_rad: [f64; 3],
     /// The position is this close to the truth, but for one epoch in ten thousand, m.
     pub protection_level_m: f64,
     /// Three sigmas of the least certain direction, m.

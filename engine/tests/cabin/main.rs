@@ -8,7 +8,7 @@ mod saved_state;
 mod session;
 
 use lodestep_engine::sim::cabin::{RunPlan, SimulatedRun, simulate};
-use lodestep_engine::systems::cabin::Status;
+use lodestep_engine::systems::cabin::{Aids, CabinConfig, CabinSession, Estimator, Instrument, Row, Status};
 
 use self::run::{Errors, Found, Read, errors, process, spread};
 
@@ -16,6 +16,20 @@ use self::run::{Errors, Found, Read, errors, process, spread};
 fn short(faults: &[&str], seed: u64) -> SimulatedRun {
     let faults = faults.iter().map(|fault| fault.parse().unwrap()).collect();
     simulate(&RunPlan { hold_s: 30.0, slew_s: 20.0, track_s: 20.0, stations_on_platform: true, faults }, seed)
+}
+
+/// The names of all that may correct, where every device is read.
+fn cabin_aids(instrument: &Instrument) -> Aids {
+    let config = CabinConfig {
+        estimator: Estimator::Own,
+        smoothed: false,
+        rate_hz: 20.0,
+        has_stations: true,
+        has_encoders: true,
+        has_platform_imu: true,
+        platform: true,
+    };
+    CabinSession::new(instrument, config).unwrap().aids().clone()
 }
 
 fn largest_m(errors: &[(Errors, &lodestep_engine::systems::cabin::Row)]) -> f64 {
@@ -121,6 +135,86 @@ fn a_restarted_sensor_and_silent_encoders_leave_rows_at_every_tick() {
     assert!(largest_m(&cabin) < 0.015, "{}", largest_m(&cabin));
     assert!(largest_m(&platform) < 0.015, "{}", largest_m(&platform));
     assert!(named(&found, "imu", "silent").is_some() && named(&found, "encoders", "silent").is_some());
+    // What corrects the platform then is its own sensor and the stations, and of the cabin that sensor is no aid.
+    let instrument = Instrument::from_toml(&run.instrument).unwrap();
+    let aids = cabin_aids(&instrument);
+    let at =
+        |rows: &[Row]| rows.iter().find(|row| row.t_ns == 58_000_000_000).map(|row| aids.names(row.aids));
+    let (cabin, platform) = (at(&found.poses.cabin).unwrap(), at(&found.poses.platform).unwrap());
+    assert!(cabin.starts_with("imu+A1") && !cabin.contains("platform_imu"), "{cabin}");
+    assert!(platform.starts_with('S') && platform.ends_with("S6+platform_imu"), "{platform}");
+}
+
+#[test]
+fn while_a_kind_of_aid_is_missing_it_is_told_how_long_the_budget_lasts() {
+    let run = short(&["fog@52..64"], 1);
+    let found = process(&run, &Read::default()).unwrap();
+    let left_s = |t_s: f64| {
+        let row = found.poses.platform.iter().find(|row| row.t_ns as f64 * 1e-9 >= t_s);
+        row.and_then(|row| row.time_left_s)
+    };
+    assert_eq!(left_s(50.0), None, "all aids are there");
+    // Three millimetres are three sigmas of the platform after some seconds of fog, and more of it leaves nothing.
+    let (early_s, late_s) = (left_s(53.2).unwrap(), left_s(63.0).unwrap());
+    assert!(early_s > 0.0 && early_s < 30.0 && late_s < early_s, "{early_s} {late_s}");
+}
+
+#[test]
+fn encoders_that_write_seldom_and_between_the_epochs_leave_the_pose_as_it_is() {
+    for seed in 0..2 {
+        let mut run = simulate(
+            &RunPlan {
+                hold_s: 30.0,
+                slew_s: 40.0,
+                track_s: 30.0,
+                stations_on_platform: true,
+                faults: Vec::new(),
+            },
+            seed,
+        );
+        // Every other row, at tags that are no epoch's: a device that says 20 ms of delay.
+        run.instrument += "delay_s = 0.02\n";
+        let mut number = 0;
+        run.encoders.retain(|_| {
+            number += 1;
+            number % 2 == 0
+        });
+        run.encoders.iter_mut().for_each(|row| row.t_ns += 20_000_000);
+        let found = process(&run, &Read::default()).unwrap();
+        assert!(!found.anomalies.iter().any(|one| one.kind == "late"), "seed {seed}: {:?}", found.anomalies);
+        for (rows, platform) in [(&found.poses.cabin, false), (&found.poses.platform, true)] {
+            let errors = errors(&run, rows, platform, 40.0, 100.0);
+            let beyond = errors.iter().filter(|(e, row)| {
+                (e[0] * e[0] + e[1] * e[1] + e[2] * e[2]).sqrt() > row.protection_level_m()
+            });
+            assert_eq!(beyond.count(), 0, "seed {seed}, platform {platform}: {} m", largest_m(&errors));
+            assert!(largest_m(&errors) < 0.005, "seed {seed}, platform {platform}: {} m", largest_m(&errors));
+        }
+    }
+}
+
+#[test]
+fn encoders_that_are_later_than_stated_are_named_and_the_pose_holds() {
+    let late = |by_ns: i64| {
+        let mut run = simulate(
+            &RunPlan {
+                hold_s: 30.0,
+                slew_s: 40.0,
+                track_s: 10.0,
+                stations_on_platform: true,
+                faults: Vec::new(),
+            },
+            2,
+        );
+        run.encoders.iter_mut().for_each(|row| row.t_ns += by_ns);
+        let found = process(&run, &Read::default()).unwrap();
+        let largest = [(&found.poses.cabin, false), (&found.poses.platform, true)]
+            .map(|(rows, platform)| largest_m(&errors(&run, rows, platform, 45.0, 80.0)));
+        (named(&found, "encoders", "late").is_some(), largest)
+    };
+    let (is_named, [cabin_m, platform_m]) = late(20_000_000);
+    assert!(is_named && cabin_m < 0.006 && platform_m < 0.006, "{is_named} {cabin_m} {platform_m}");
+    assert!(!late(0).0, "those that are as stated are not named");
 }
 
 #[test]

@@ -76,9 +76,7 @@ pub(crate) fn by_device(run: &SimulatedRun) -> Vec<Row<'_>> {
             .map(|row| Row::Values(id("encoders"), row.t_ns, [&row.angles_rad[..], &row.legs_m].concat())),
     );
     rows.extend(
-        run.plan
-            .iter()
-            .map(|row| Row::Values(id("plan"), row.t_ns, [&row.cabin[..], &row.platform[..3]].concat())),
+        run.plan.iter().map(|row| Row::Values(id("plan"), row.t_ns, [row.cabin, row.platform].concat())),
     );
     rows
 }
@@ -130,6 +128,7 @@ fn a_pose_is_told_at_every_sample_with_both_bodies_close_to_the_truth_and_the_pl
         assert!(aids.starts_with(&["imu", "A1"]) && aids.ends_with(&["S6", "encoders"]), "{aids:?}");
         for (k, body) in bodies.iter().enumerate() {
             assert!(body.off_plan_n_m.iter().all(|off_m| off_m.abs() < 0.2), "{body:?}");
+            assert!(body.off_plan_rad.iter().all(|off_rad| off_rad.abs() < 0.05), "{body:?}");
             assert!(
                 body.is_measured
                     && body.protection_level_m > 0.0
@@ -183,6 +182,17 @@ fn a_wrong_fix_is_told_live_with_its_antenna_within_a_second() {
     let mut told_ns = None;
     for row in rows(&run) {
         session.push(row.stream(), row.reading(), &mut events);
+        if row.stream().name() == "imu" && row.t_ns() == 15_000_000_000 {
+            let pose = session.pose().expect("a pose is known");
+            let of = |name: &str| {
+                let bit = session.aid_names().iter().position(|known| known == name).expect("an aid");
+                (pose.aids >> bit & 1 == 1, pose.aid_states[bit])
+            };
+            let ((is_in, state), (other_is_in, other)) = (of("A3"), of("A5"));
+            assert!(!is_in && (state.since_s - 2.0).abs() < 0.2, "{state:?}");
+            assert_eq!(state.trouble.expect("it is said why").as_str(), "wrong_fix");
+            assert!(other_is_in && other.since_s < 0.1 && other.trouble.is_none(), "{other:?}");
+        }
         for event in events.drain(..) {
             if let Event::Anomaly(anomaly) = event
                 && anomaly.kind.as_str() == "wrong_fix"

@@ -4,6 +4,7 @@ use std::time::Duration;
 
 use axum::extract::State;
 use axum::extract::ws::{Message, WebSocket, WebSocketUpgrade};
+use lodestep_engine::anomaly::AnomalyKind;
 use tokio::sync::broadcast::error::RecvError;
 use tokio::time::{Instant, MissedTickBehavior, interval, timeout};
 use uuid::Uuid;
@@ -33,6 +34,12 @@ pub(crate) async fn open(
     let session =
         sessions::get(app.store.read(), id).await?.ok_or_else(|| Error::not_found("session", id))?;
     let parts: Vec<&'static str> = session.declaration().parts.iter().map(|part| part.name).collect();
+    let mut troubles: Vec<AnomalyKind> = Vec::new();
+    for example in (session.declaration().anomalies)() {
+        if !troubles.contains(&example.kind) {
+            troubles.push(example.kind);
+        }
+    }
     let upgrade = upgrade
         .max_message_size(LARGEST_MESSAGE_BYTES)
         .max_frame_size(LARGEST_MESSAGE_BYTES)
@@ -40,7 +47,7 @@ pub(crate) async fn open(
     Ok(Upgraded(upgrade.on_upgrade(move |socket| async move {
         let listeners = metrics::gauge!("lodestep_pose_listeners");
         listeners.increment(1);
-        Listener { app, caller, socket, parts, sequence: 0, told: None, sent_at: Instant::now() }
+        Listener { app, caller, socket, parts, troubles, sequence: 0, told: None, sent_at: Instant::now() }
             .serve(id)
             .await;
         listeners.decrement(1);
@@ -52,6 +59,8 @@ struct Listener {
     caller: Caller,
     socket: WebSocket,
     parts: Vec<&'static str>,
+    /// What can be wrong with an aid, in the order of its numbers.
+    troubles: Vec<AnomalyKind>,
     sequence: u64,
     told: Option<ToldPose>,
     sent_at: Instant,
@@ -100,8 +109,9 @@ impl Listener {
         if self.told.is_none() {
             let names = serde_json::json!({
                 "type": "poses",
-                "frame_bytes": pose_frame::FRAME_BYTES,
+                "frame_bytes": pose_frame::frame_bytes(told.aids.len()),
                 "aids": &told.aids[..],
+                "troubles": self.troubles.iter().map(AnomalyKind::as_str).collect::<Vec<_>>(),
                 "bodies": self.parts,
                 "budget_m": told.pose.bodies.map(|body| body.map(|body| body.budget_m)),
             });
@@ -121,7 +131,7 @@ impl Listener {
 
     async fn send_pose(&mut self) -> Result<(), Gone> {
         let Some(told) = &self.told else { return Ok(()) };
-        let bytes = pose_frame::encode(&told.pose, self.sequence, told.came_at.elapsed());
+        let bytes = pose_frame::encode(&told.pose, self.sequence, told.came_at.elapsed(), &self.troubles);
         self.sequence += 1;
         self.sent_at = Instant::now();
         self.send(Message::Binary(bytes.into())).await

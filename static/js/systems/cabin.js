@@ -62,6 +62,20 @@ function plots({ COMMON, DEGREES, innovations }) {
       ink: ["0", "1", "3"][i],
     })),
   });
+  const offAngles = (/** @type {string} */ body) => ({
+    id: `off_plan_angles_${body}`,
+    group: "plan",
+    title: `plot.off_plan_angles_${body}`,
+    unit: "°",
+    factor: DEGREES,
+    digits: 3,
+    lines: ["yaw", "pitch", "roll"].map((angle, i) => ({
+      chart: "off_plan_angles",
+      series: `${body}_${angle}`,
+      label: `board.${angle}`,
+      ink: ["0", "1", "3"][i],
+    })),
+  });
   const level = (/** @type {string} */ body, /** @type {string} */ title) => ({
     id: body === "cabin" ? "protection_level" : "protection_level_platform",
     group: "level",
@@ -73,15 +87,8 @@ function plots({ COMMON, DEGREES, innovations }) {
   return [
     off("cabin", "plot.off_plan"),
     off("platform", "plot.off_plan_platform"),
-    {
-      id: "off_plan_yaw",
-      group: "plan",
-      title: "plot.off_plan_yaw",
-      unit: "°",
-      factor: DEGREES,
-      digits: 3,
-      lines: [{ chart: "off_plan_yaw", series: "cabin", label: "stream.cabin", ink: "runA" }],
-    },
+    offAngles("cabin"),
+    offAngles("platform"),
     level("cabin", "plot.protection_level"),
     level("platform", "plot.protection_level_platform"),
     {

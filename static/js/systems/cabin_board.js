@@ -1,22 +1,24 @@
 // The cabin's board beside the map: where cabin and platform are and should be, how sure that is, which aids correct it. Of a session
 // that is streamed it listens to the poses, of one that is finished it shows the moment of the replay.
 
+import { elapsed } from "../format.js";
 import { html, one, render } from "../html.js";
-import { has, t } from "../i18n.js";
-import { STATES } from "./cabin.js";
-import { aidAt, drawAids, drawDials, drawOffPlan, drawPlan } from "./cabin_drawing.js";
-import { readFrame } from "./cabin_frame.js";
+import { t } from "../i18n.js";
 import { indexAt } from "../sessions/track.js";
+import { STATES } from "./cabin.js";
+import { changesOf, SOURCES, together } from "./cabin_changes.js";
+import { drawDials, drawPlan } from "./cabin_drawing.js";
+import { readFrame } from "./cabin_frame.js";
+import { BODIES, BUDGETS_M, CHARTS, momentOf } from "./cabin_moment.js";
+import { cellAt, drawAids, drawOffAngles, drawOffPlan, MINUTES } from "./cabin_times.js";
+import { groupsOf, stationsOf, whyOut, wordOf } from "./cabin_why.js";
 
 /** @typedef {import("./cabin_drawing.js").Past} Past */
 
-const BODIES = ["cabin", "platform"];
-const AXES = ["e", "n", "u"];
-const BUDGETS_M = [0.015, 0.003];
-const MINUTES = 10;
-/** Moments that are kept of the last minutes. */
+const ANGLES = ["yaw", "pitch", "roll"];
+/** Moments that are kept of the last minutes, and changes that are told. */
 const MOMENTS = 600;
-const CHARTS = ["off_plan", "sigma_body", "protection_level", "aids", "state", "time_left", "platform_yaw"];
+const CHANGES = 12;
 const DRAWN_EVERY_MS = 200;
 const AGAIN_AFTER_MS = 2000;
 const SETTLED_MS = 250;
@@ -38,16 +40,25 @@ export function makeBoard(host, ways) {
       <canvas class="plan"></canvas>
       <h3>${t("cabin.board.pose")}</h3>
       <canvas class="dials"></canvas>
-      <h3>${t("cabin.board.off")}</h3>
+      <h3>${t("cabin.board.off", { minutes: MINUTES })}</h3>
       <canvas class="off-0"></canvas>
       <canvas class="off-1"></canvas>
+      <h3>${t("cabin.board.off_angles", { minutes: MINUTES })}</h3>
+      <canvas class="angles-0"></canvas>
+      <canvas class="angles-1"></canvas>
       <h3>${t("cabin.board.aids", { minutes: MINUTES })}</h3>
-      <canvas class="aids"></canvas>`,
+      <canvas class="aids"></canvas>
+      <p class="why" data-testid="cabin-why"></p>
+      <h3>${t("cabin.board.changes", { minutes: MINUTES })}</h3>
+      <ol class="changes" data-testid="cabin-changes"></ol>`,
   );
   const canvas = (/** @type {string} */ name) => /** @type {HTMLCanvasElement} */ (one(".".concat(name), host));
   const stations = stationsOf(ways.instrument);
+  const groups = groupsOf(ways.instrument);
   /** @type {string[]} */
   let names = [];
+  /** The kinds of trouble by number. @type {string[]} */
+  let troubles = [];
   /** @type {Past[]} */
   let past = [];
   /** @type {[number, number][]} */
@@ -72,7 +83,7 @@ export function makeBoard(host, ways) {
     socket = new WebSocket(ways.posesUrl);
     socket.binaryType = "arraybuffer";
     socket.onmessage = ({ data }) => {
-      if (typeof data === "string") names = JSON.parse(data).aids ?? [];
+      if (typeof data === "string") ({ aids: names = [], troubles = [] } = JSON.parse(data));
       else take(readFrame(data));
     };
     socket.onclose = () => {
@@ -85,11 +96,18 @@ export function makeBoard(host, ways) {
     if (!next) return;
     [frame, now_s, came_ms] = [next, next.t_s, performance.now()];
     if (past.length === 0 || next.t_s - past[past.length - 1].t_s >= (MINUTES * 60) / MOMENTS) {
+      const aids = names.map((_, bit) => ((next.aids >> BigInt(bit)) & 1n) === 1n);
+      const platform = next.bodies[1];
+      const measuredBy = aids[names.indexOf("encoders")] ? 1 : 2;
       past.push({
         t_s: next.t_s,
+        state: next.state,
+        source: platform ? (platform.measured ? measuredBy : 3) : null,
+        aids,
         off_m: next.bodies.map((body) => body && body.off_m),
         sigma_m: next.bodies.map((body) => body && Math.max(...body.sigma_m)),
-        aids: names.map((_, bit) => ((next.aids >> BigInt(bit)) & 1n) === 1n),
+        off_rad: next.bodies.map((body) => body && body.off_rad),
+        sigma_rad: next.bodies.map((body) => body && Math.max(...body.sigma_rad)),
       });
       if (past.length > MOMENTS) past.shift();
       const cabin = next.bodies[0];
@@ -113,12 +131,32 @@ export function makeBoard(host, ways) {
     const mm = (/** @type {number} */ m) => (Number.isFinite(m) ? `${(1000 * m).toFixed(1)} mm` : "–");
     return html`<dt>${t(`cabin.board.${BODIES[k]}`)}</dt>
       <dd>
-        <span>${t("cabin.board.sigma")} ${mm(Math.max(...body.sigma_m))}</span>
+        <span>${t("cabin.board.sigma")} <b class="big">${mm(Math.max(...body.sigma_m))}</b></span>
         <span>${t("cabin.board.level")} ${mm(body.level_m)}</span>
-        ${Number.isFinite(body.left_s) && html`<span>${t("cabin.board.left")} ${body.left_s.toFixed(0)} s</span>`}
+        ${
+          Number.isFinite(body.left_s) &&
+          html`<span>${t("cabin.board.left")} <b class="big">${body.left_s.toFixed(0)} s</b></span>`
+        }
         ${!body.measured && html`<span>${t("cabin.board.held")}</span>`}
         ${words && html`<strong data-testid="cabin-alarm">${words}</strong>`}
       </dd>`;
+  }
+
+  /** The devices that are not in, and why: of a stream as the pose tells it, of a finished run by what was found out. */
+  function out() {
+    const last = past.at(-1);
+    if (!last || !frame) return [];
+    const found = ways.anomalies?.() ?? [];
+    return names
+      .map((name, k) => ({ name, k }))
+      .filter(({ k }) => !last.aids[k])
+      .map(({ name, k }) => {
+        const state = frame?.states[k];
+        if (!state) return whyOut(found, groups, { name, t_s: now_s });
+        const since = Number.isFinite(state.since_s) ? [`${state.since_s.toFixed(1)} s`] : [];
+        const why = state.trouble > 0 ? [wordOf(troubles[state.trouble - 1] ?? "")] : [];
+        return [name, ...why, ...since].join(" · ");
+      });
   }
 
   function draw() {
@@ -126,17 +164,25 @@ export function makeBoard(host, ways) {
     const age_s = frame ? frame.age_s + (ways.isLive() ? (drawn_ms - came_ms) / 1000 : 0) : null;
     const silent = age_s !== null && age_s > 1;
     const state = frame ? STATES[silent ? 4 : frame.state] : null;
+    const missing = out();
     render(
       one("dl", host),
       html`<dt>${t("cabin.board.state")}</dt>
-        <dd><strong>${state === null ? t("cabin.board.nothing") : t(`cabin.state.${state}`)}</strong></dd>
+        <dd>
+          <strong class="big">${state === null ? t("cabin.board.nothing") : t(`cabin.state.${state}`)}</strong>
+        </dd>
         ${
           ways.isLive() &&
           age_s !== null &&
           html`<dt>${t("cabin.board.age")}</dt>
-            <dd>${(1000 * age_s).toFixed(0)} ms</dd>`
+            <dd><b class="big">${(1000 * age_s).toFixed(0)} ms</b></dd>`
         }
         ${figures(0)}${figures(1)}
+        ${
+          missing.length > 0 &&
+          html`<dt>${t("cabin.board.out")}</dt>
+            <dd data-testid="cabin-out">${missing.map((words) => html`<span>${words}</span>`)}</dd>`
+        }
         ${
           planned.length === 0 &&
           html`<dt>${t("cabin.stream.plan")}</dt>
@@ -145,14 +191,21 @@ export function makeBoard(host, ways) {
     );
     const bodies = frame?.bodies ?? [null, null];
     const picture = { bodies, trail, planned, past, now_s, names, stations };
+    const angles = ANGLES.map((angle) => t(`cabin.board.${angle}`));
     drawPlan(canvas("plan"), picture);
-    drawDials(
-      canvas("dials"),
-      bodies,
-      ["yaw", "pitch", "roll"].map((angle) => t(`cabin.board.${angle}`)),
+    drawDials(canvas("dials"), bodies, angles);
+    BODIES.forEach((body, k) => {
+      drawOffPlan(canvas(`off-${k}`), picture, k, t(`cabin.board.${body}`));
+      drawOffAngles(canvas(`angles-${k}`), picture, k, t(`cabin.board.${body}`), angles);
+    });
+    drawAids(canvas("aids"), picture, [t("cabin.board.state"), t("cabin.board.platform"), ...names]);
+    const changes = changesOf(past, names, CHANGES);
+    const lines = changes.map((change) => ({ when: elapsed(change.t_s), words: wordsOf(change) }));
+    const told = lines.length > 0 ? lines : [{ when: "", words: t("cabin.board.no_change") }];
+    render(
+      one(".changes", host),
+      html`${told.map(({ when, words }) => html`<li><span class="when">${when}</span> ${words}</li>`)}`,
     );
-    BODIES.forEach((body, k) => drawOffPlan(canvas(`off-${k}`), picture, k, t(`cabin.board.${body}`)));
-    drawAids(canvas("aids"), picture);
     host.dataset.drawn = "yes";
   }
 
@@ -161,61 +214,7 @@ export function makeBoard(host, ways) {
     const at_s = now_s;
     const found = await ways.charts([Math.max(0, at_s - MINUTES * 60), at_s + 0.2], MOMENTS, CHARTS).catch(() => null);
     if (gone || !found || !track || at_s !== now_s || ways.isLive()) return;
-    /** @param {string} chart @param {string} series @param {number} t_s @returns {number | null} */
-    const value = (chart, series, t_s) => {
-      const line = found.series.find((/** @type {any} */ one) => one.chart === chart && one.series === series);
-      return line ? (line.low[Math.floor((t_s - line.start_s) / line.step_s + 1e-6)] ?? null) : null;
-    };
-    const off = (/** @type {string} */ body, /** @type {number} */ t_s) => {
-      const axes = AXES.map((axis) => value("off_plan", `${body}_${axis}`, t_s));
-      return axes.every((mm) => mm !== null) ? /** @type {number[]} */ (axes) : null;
-    };
-    const aids = found.series.filter((/** @type {any} */ line) => line.chart === "aids");
-    names = aids.map((/** @type {any} */ line) => line.series).toSorted(byKind);
-    const some = found.series.find((/** @type {any} */ line) => line.chart === "sigma_body");
-    const times = some
-      ? some.low.map((/** @type {unknown} */ _, /** @type {number} */ i) => some.start_s + (i + 0.5) * some.step_s)
-      : [];
-    past = times.map((/** @type {number} */ t_s) => ({
-      t_s,
-      off_m: BODIES.map((body) => off(body, t_s)),
-      sigma_m: BODIES.map((body) => value("sigma_body", body, t_s)),
-      aids: names.map((name) => (value("aids", name, t_s) ?? 0) > 0.5),
-    }));
-    const last_s = times.at(-1) ?? at_s;
-    const i = indexAt(track, at_s);
-    const { more } = track;
-    const places = [
-      [track.e_m[i], track.n_m[i], track.u_m[i]],
-      [more.platform_e_m[i], more.platform_n_m[i], more.platform_u_m[i]],
-    ];
-    const angles = [
-      [track.heading_rad[i], more.pitch_rad[i], more.roll_rad[i]],
-      [value("platform_yaw", "platform", last_s) ?? NaN, NaN, NaN],
-    ];
-    frame = {
-      t_s: at_s,
-      age_s: 0,
-      state: Math.round(value("state", "cabin", last_s) ?? 0),
-      aids: 0n,
-      bodies: BODIES.map((body, k) => {
-        if (!Number.isFinite(places[k][0])) return null;
-        const level_m = value("protection_level", body, last_s) ?? NaN;
-        const sigma_m = value("sigma_body", body, last_s) ?? NaN;
-        return {
-          place_m: places[k],
-          angles_rad: angles[k],
-          sigma_m: [sigma_m],
-          off_m: off(body, last_s) ?? [NaN, NaN, NaN],
-          level_m,
-          left_s: value("time_left", body, last_s) ?? NaN,
-          valid: true,
-          measured: true,
-          alarm: 3 * sigma_m > BUDGETS_M[k],
-          near: 3 * sigma_m > 0.8 * BUDGETS_M[k],
-        };
-      }),
-    };
+    ({ names, past, frame } = momentOf(found, track, at_s));
     trail = Array.from(track.e_m, (e, k) => /** @type {[number, number]} */ ([e, track?.n_m[k] ?? NaN]));
     planned = past.flatMap(({ t_s, off_m }) => {
       if (!track || !off_m[0]) return [];
@@ -225,11 +224,15 @@ export function makeBoard(host, ways) {
     draw();
   }
 
-  // A cell of the aids tells why its device was shut out, where somebody points at it.
-  canvas("aids").addEventListener("pointermove", ({ offsetX, offsetY }) => {
-    const cell = aidAt(canvas("aids"), { names, now_s }, offsetX, offsetY);
-    canvas("aids").title = cell ? whyOut(ways.anomalies?.() ?? [], cell) : "";
-  });
+  // A cell tells why its device was shut out, where somebody points at it or touches it.
+  const tell = (/** @type {PointerEvent} */ { offsetX, offsetY }) => {
+    const cell = cellAt(canvas("aids"), { rows: ["", "", ...names], now_s }, offsetX, offsetY);
+    const words = cell?.name ? `${elapsed(cell.t_s)} ${whyOut(ways.anomalies?.() ?? [], groups, cell)}` : "";
+    canvas("aids").title = words;
+    one(".why", host).textContent = words;
+  };
+  canvas("aids").addEventListener("pointermove", tell);
+  canvas("aids").addEventListener("pointerdown", tell);
   listen();
   draw();
   // What was drawn while another tab was open has no width yet.
@@ -257,43 +260,13 @@ export function makeBoard(host, ways) {
   };
 }
 
-/** Anomalies of all devices of a kind are those of each. */
-const GROUPS = /** @type {[RegExp, string][]} */ ([
-  [/^S\d/, "stations"],
-  [/^A\d/, "antennas"],
-]);
-
-/**
- * What was wrong with a device at a time, by the words of its kinds; its name alone where nothing was.
- * @param {any[]} anomalies
- * @param {{name: string, t_s: number}} cell
- */
-export function whyOut(anomalies, { name, t_s }) {
-  const group = GROUPS.find(([pattern]) => pattern.test(name))?.[1];
-  const words = anomalies
-    .filter(({ figures, detail }) => {
-      const device = figures?.device ?? String(detail).split(":")[0];
-      return device === name || device === group;
-    })
-    .filter(({ t_start_ns, t_end_ns }) => t_start_ns / 1e9 <= t_s + 0.5 && t_s - 0.5 <= t_end_ns / 1e9)
-    .map(({ anomaly }) => (has(`cabin.anomaly.${anomaly}`) ? t(`cabin.anomaly.${anomaly}`) : anomaly));
-  return [name, ...new Set(words)].join(" · ");
-}
-
-/** The inertial sensor first, then antennas, stations, encoders. @param {string} a @param {string} b */
-function byKind(a, b) {
-  const order = (/** @type {string} */ name) => (name === "imu" ? 0 : name === "encoders" ? 2 : 1);
-  return order(a) - order(b) || a.localeCompare(b, "en", { numeric: true });
-}
-
-/**
- * Names and places of the stations in the instrument's file.
- * @param {string | null} instrument
- */
-export function stationsOf(instrument) {
-  const section = (instrument ?? "").split(/^\[stations\]/m)[1]?.split(/^\[\w/m)[0] ?? "";
-  const names = [...(section.match(/names\s*=\s*\[([^\]]*)\]/)?.[1] ?? "").matchAll(/"([^"]*)"/g)].map((m) => m[1]);
-  const list = section.match(/position_n\s*=\s*\[([\s\S]*?)\]\s*(?:#.*)?\n\s*[\]\w]/)?.[0] ?? "";
-  const places = [...list.matchAll(/\[\s*([-+.\deE]+)\s*,\s*([-+.\deE]+)\s*,/g)];
-  return places.slice(0, names.length).map(([, e, n], k) => ({ name: names[k], e_m: Number(e), n_m: Number(n) }));
+/** @param {import("./cabin_changes.js").Change} change */
+function wordsOf({ gone, back, state, source }) {
+  const words = [
+    ...(gone.length > 0 ? [t("cabin.board.gone", { names: together(gone) })] : []),
+    ...(back.length > 0 ? [t("cabin.board.back", { names: together(back) })] : []),
+    ...(source !== null ? [t(`cabin.board.source.${SOURCES[source] ?? SOURCES[0]}`)] : []),
+    ...(state !== null ? [t(`cabin.state.${STATES[state] ?? STATES[0]}`)] : []),
+  ];
+  return words.join(" · ");
 }

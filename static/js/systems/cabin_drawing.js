@@ -1,4 +1,4 @@
-// What the cabin's board shows, drawn: the plan with its circle, height, dials, error against plan with bands, aids by time.
+// Where cabin and platform are, drawn: the plan with its circle, the height beside it, and the angles as dials.
 
 import { inkNamed, inkOf } from "../map/ink.js";
 
@@ -6,16 +6,15 @@ import { inkNamed, inkOf } from "../map/ink.js";
 const CIRCLE_M = 103;
 const CABIN_M = 6.5;
 const PLATFORM_M = 2.0;
-const MINUTES = 10;
-/** Bands of the error against the plan, mm: what control keeps, what is measured of the cabin, of the platform. */
-const BANDS_MM = [30, 15, 3];
-const AXIS_INKS = ["0", "1", "3"];
 /** What the angles may be, rad: tilt of the cabin, of the platform; yaw goes all the way round. */
 const LIMITS_RAD = [Math.PI, Math.PI / 12, Math.PI / 6];
 
 /**
  * @typedef {{place_m: number[], angles_rad: number[], off_m: number[], level_m: number, alarm: boolean, near: boolean}} Shown
- * @typedef {{t_s: number, off_m: (number[] | null)[], sigma_m: (number | null)[], aids: boolean[]}} Past one moment of the last minutes
+ * @typedef {{
+ *   t_s: number, state: number | null, source: number | null, aids: boolean[], off_m: (number[] | null)[], sigma_m: (number | null)[],
+ *   off_rad: (number[] | null)[], sigma_rad: (number | null)[],
+ * }} Past one moment of the last minutes: of each body what is measured less what is planned, and its sigma
  * @typedef {{
  *   bodies: (Shown | null)[], trail: [number, number][], planned: [number, number][], past: Past[], now_s: number, names: string[],
  *   stations: {name: string, e_m: number, n_m: number}[],
@@ -47,7 +46,7 @@ export function paper(canvas, height) {
  * @param {CanvasRenderingContext2D} g
  * @param {[number, number][]} points on the canvas
  */
-function stroke(g, points) {
+export function stroke(g, points) {
   g.beginPath();
   points.forEach(([x, y], i) => (i === 0 ? g.moveTo(x, y) : g.lineTo(x, y)));
   g.stroke();
@@ -204,99 +203,5 @@ export function drawDials(canvas, bodies, labels) {
     g.textAlign = "center";
     g.fillText(`${label} ${words}`, x, height - 4);
     g.textAlign = "left";
-  });
-}
-
-/**
- * Measured less planned of one body over the last minutes, with bands and the sigma as a tube.
- * @param {HTMLCanvasElement} canvas
- * @param {Picture} picture
- * @param {number} which
- * @param {string} label
- */
-export function drawOffPlan(canvas, { past, now_s }, which, label) {
-  const height = 110;
-  const [g, width] = paper(canvas, height);
-  const ink = inkOf();
-  const left = 34;
-  const most_mm = which === 0 ? 40 : 20;
-  const x = (/** @type {number} */ t_s) => left + ((t_s - now_s + MINUTES * 60) / (MINUTES * 60)) * (width - left - 2);
-  const y = (/** @type {number} */ mm) =>
-    height / 2 - (Math.max(-most_mm, Math.min(most_mm, mm)) / most_mm) * (height / 2 - 6);
-  const inks = [ink.high, ink.medium, ink.low];
-  BANDS_MM.forEach((band, k) => {
-    g.fillStyle = inks[k];
-    g.globalAlpha = 0.12;
-    g.fillRect(left, y(band), width - left, y(-band) - y(band));
-    g.globalAlpha = 1;
-    g.fillStyle = ink.muted;
-    if (band <= most_mm && (band > 3 || most_mm < 30)) g.fillText(`±${band}`, 0, y(band) + 4);
-  });
-  AXIS_INKS.forEach((name, axis) => {
-    const known = past.flatMap(({ t_s, off_m, sigma_m }) => {
-      const off = off_m[which]?.[axis];
-      return off === undefined || off === null || !Number.isFinite(off)
-        ? []
-        : [{ t_s, mm: 1000 * off, sigma: 1000 * (sigma_m[which] ?? 0) }];
-    });
-    if (known.length === 0) return;
-    g.fillStyle = g.strokeStyle = inkNamed(name);
-    g.globalAlpha = 0.18;
-    g.beginPath();
-    known.forEach(({ t_s, mm, sigma }) => g.lineTo(x(t_s), y(mm + sigma)));
-    known.toReversed().forEach(({ t_s, mm, sigma }) => g.lineTo(x(t_s), y(mm - sigma)));
-    g.fill();
-    g.globalAlpha = 1;
-    g.lineWidth = 1.3;
-    stroke(
-      g,
-      known.map(({ t_s, mm }) => [x(t_s), y(mm)]),
-    );
-  });
-  g.fillStyle = ink.text;
-  g.fillText(`${label}  e n u`, left + 4, 12);
-}
-
-/** Height of a row of the aids, and where its time begins, CSS pixels. */
-const AIDS_ROW = 11;
-const AIDS_LEFT = 62;
-
-/**
- * The aid and the time at a place of its drawing.
- * @param {HTMLCanvasElement} canvas
- * @param {{names: string[], now_s: number}} picture
- * @param {number} x
- * @param {number} y
- * @returns {{name: string, t_s: number} | null}
- */
-export function aidAt(canvas, { names, now_s }, x, y) {
-  const name = names[Math.floor(y / AIDS_ROW)];
-  const width = canvas.getBoundingClientRect().width - AIDS_LEFT;
-  if (name === undefined || x < AIDS_LEFT || width <= 0) return null;
-  return { name, t_s: now_s + ((x - AIDS_LEFT) / width - 1) * MINUTES * 60 };
-}
-
-/**
- * Which aids corrected the pose over the last minutes, a row each.
- * @param {HTMLCanvasElement} canvas
- * @param {Picture} picture
- */
-export function drawAids(canvas, { past, now_s, names }) {
-  const row = AIDS_ROW;
-  const [g, width] = paper(canvas, Math.max(row, names.length * row + 2));
-  const ink = inkOf();
-  const left = AIDS_LEFT;
-  const x = (/** @type {number} */ t_s) => left + ((t_s - now_s + MINUTES * 60) / (MINUTES * 60)) * (width - left);
-  names.forEach((name, k) => {
-    g.fillStyle = ink.text;
-    g.fillText(name, 0, k * row + 9);
-    past.forEach(({ t_s, aids }, i) => {
-      const until = past[i + 1]?.t_s ?? t_s + 1;
-      g.fillStyle = aids[k] ? ink.low : ink.bad;
-      g.globalAlpha = aids[k] ? 0.8 : 0.5;
-      // A hole in what is known stays empty.
-      g.fillRect(x(t_s), k * row + 1, Math.max(1, x(Math.min(until, t_s + 30)) - x(t_s)), row - 2);
-    });
-    g.globalAlpha = 1;
   });
 }

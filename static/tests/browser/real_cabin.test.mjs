@@ -53,7 +53,7 @@ describe("the feed cabin, on a real server", { skip }, () => {
 
   test("a finished run shows where cabin and platform were and should have been, its charts and what was wrong", async () => {
     const { page } = tab;
-    await page.goto(`${real.url}/#/sessions/${session.id}?t=36`);
+    await page.goto(`${real.url}/#/sessions/${session.id}?t=30`);
     await page.locator("[data-testid=session][data-drawn=yes][data-charted=yes]").waitFor({ timeout: 30_000 });
     const state = page.getByTestId("cabin-state");
     await becomes(async () => /full|reduced/.test((await state.textContent()) ?? ""), true);
@@ -69,9 +69,13 @@ describe("the feed cabin, on a real server", { skip }, () => {
         return pixels.filter((value, i) => i % 4 === 3 && value > 0).length;
       }),
     );
-    assert.equal(inked.length, 5);
+    assert.equal(inked.length, 7);
     for (const pixels of inked) assert.ok(pixels > 200, `${inked}`);
+    // The antenna that is shut out, with the reason, and since when.
+    await page.getByTestId("cabin-out").getByText("A3 · Wrong fix").waitFor();
+    await page.getByTestId("cabin-changes").getByText("without A3").first().waitFor();
     await page.locator("[data-plot=off_plan_platform]").waitFor();
+    await page.locator("[data-plot=off_plan_angles_platform]").waitFor();
     await page.getByRole("tab", { name: "Quality" }).click();
     await page.getByText("A3 is told as fixed and is off by").first().waitFor();
     if (process.env.LODESTEP_PICTURE) {
@@ -141,9 +145,7 @@ async function streamed(folder) {
       });
       const t_ns = Math.round(Number(t_s) * 1e9);
       const cell = Math.floor(Number(t_s) * 2);
-      const row = stream.endsWith("imu")
-        ? [t_ns, ...numbers, null, null, null, null]
-        : [t_ns, stream === "plan" ? numbers.slice(0, 9) : numbers];
+      const row = stream.endsWith("imu") ? [t_ns, ...numbers, null, null, null, null] : [t_ns, numbers];
       cells.set(cell, [...(cells.get(cell) ?? []), row]);
     }
     [...cells.entries()].forEach(([cell, rows], sequence) => {

@@ -373,7 +373,7 @@ fn started(command: &mut Command, server: &TestServer, session_id: &str, poses: 
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn the_clients_in_python_and_c_are_told_valid_poses_that_are_close_to_the_truth() {
-    const POSES: usize = 1500;
+    const POSES: usize = 3000;
     let cabin = Run::simulated().await;
     let server = TestServer::start().await;
     let (mut device, session_id) = begin(&server, cabin.instrument()).await;
@@ -413,7 +413,21 @@ async fn the_clients_in_python_and_c_are_told_valid_poses_that_are_close_to_the_
         let at = |body: usize, axis: usize| pose["bodies"][body]["position_n_m"][axis].as_f64().unwrap();
         let truth = cabin.truth_at(pose["t_s"].as_f64().unwrap());
         assert!((0..3).all(|axis| (at(0, axis) - truth[axis]).abs() < 0.05), "{pose} {truth:?}");
-        assert!(pose["aids"].to_string().contains("imu") && at(1, 2) < at(0, 2) - 1.0, "{pose}");
+        let aid = |pose: &Value, name: &str| -> Value {
+            pose["aids"].as_array().unwrap().iter().find(|aid| aid["name"] == name).unwrap().clone()
+        };
+        assert!(aid(pose, "imu")["in"] == true && at(1, 2) < at(0, 2) - 1.0, "{pose}");
+        // The antenna that is wrong from 12 s on is out, and it is said why and since when.
+        let wrong = poses.iter().find(|pose| pose["t_s"].as_f64().unwrap() > 13.5).unwrap();
+        let (shut_out, other) = (aid(wrong, "A3"), aid(wrong, "A1"));
+        assert_eq!(
+            (&shut_out["in"], &shut_out["trouble"]),
+            (&json!(false), &json!("wrong_fix")),
+            "{shut_out}"
+        );
+        let since_s = shut_out["since_s"].as_f64().unwrap();
+        assert!((1.2..1.8).contains(&since_s), "{shut_out}");
+        assert!(other["in"] == true && other["trouble"].is_null(), "{other}");
         assert!(pose["bodies"][0]["off_plan_n_m"][0].as_f64().unwrap().abs() < 0.3, "{pose}");
     }
     if c.is_some() {
@@ -426,5 +440,9 @@ async fn the_clients_in_python_and_c_are_told_valid_poses_that_are_close_to_the_
         let truth = cabin.truth_at(row[1]);
         assert!((0..3).all(|axis| (row[5 + axis] - truth[axis]).abs() < 0.05), "{row:?} {truth:?}");
         assert!(row[11] > 0.0 && row[11] < 0.1, "protection level: {row:?}");
+        let troubles = of_c[1..]
+            .iter()
+            .filter(|line| line.rsplit(',').next().is_some_and(|last| last.starts_with("3:")));
+        assert!(troubles.count() > 200, "A3 is told with its trouble");
     }
 }

@@ -1,6 +1,7 @@
 //! A body on its way: its filter, and what is done at each epoch. How it starts, what its devices say and what comes out are files of
 //! the folder.
 
+mod growth;
 mod starting;
 mod telling;
 mod weighing;
@@ -12,6 +13,7 @@ use std::collections::{BTreeMap, VecDeque};
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 
+use self::growth::Growth;
 use super::aids::Aids;
 use super::causes::CabinCause;
 use super::doubt::Doubt;
@@ -68,13 +70,13 @@ pub(super) struct Body {
     periods: Vec<i64>,
     taken_ns: i64,
     refused: usize,
-    sigma_before: Option<[(i64, f64); 2]>,
-    time_left_s: [Option<f64>; 2],
+    /// How fast the sigmas of both poses grow.
+    growths: [Growth; 2],
     last_seen: BTreeMap<usize, i64>,
     /// When each antenna last had a fix that could be weighed, ns.
     fixed_ns: BTreeMap<usize, i64>,
-    /// The usual time between two rows of the stations, ns.
-    between_rays_ns: Option<i64>,
+    /// The usual time between two rows of antennas, and of stations, ns.
+    between_ns: [Option<i64>; 2],
     /// Rows of the encoders that a pose has fitted, and others.
     seats: u32,
     unseated: u32,
@@ -120,11 +122,10 @@ impl Body {
             periods: Vec::new(),
             taken_ns: 0,
             refused: 0,
-            sigma_before: None,
-            time_left_s: [None; 2],
+            growths: [Growth::default(); 2],
             last_seen: BTreeMap::new(),
             fixed_ns: BTreeMap::new(),
-            between_rays_ns: None,
+            between_ns: [None; 2],
             seats: 0,
             unseated: 0,
             back_ns: [None; 3],
@@ -183,8 +184,9 @@ impl Body {
             self.periods.push(dt_ns);
         }
         let period_ns = self.period_ns();
-        if self.is_cabin {
-            aids.took(Aids::IMU, row.t_ns);
+        let sensor = if self.is_cabin { Some(Aids::IMU) } else { aids.platform_imu() };
+        if let Some(sensor) = sensor {
+            aids.took(sensor, row.t_ns);
         }
         if let Some(gravity) = &mut self.gravity
             && dt_ns > 0
@@ -332,7 +334,7 @@ impl Body {
         self.velocities.clear();
         self.refused = 0;
         self.aligned = false;
-        self.sigma_before = None;
+        self.growths = [Growth::default(); 2];
     }
 }
 

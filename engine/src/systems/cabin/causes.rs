@@ -302,7 +302,7 @@ impl CabinCause {
         }
     }
 
-    fn kind(&self) -> AnomalyKind {
+    pub(super) fn kind(&self) -> AnomalyKind {
         use CabinCause as C;
         match self {
             C::OutOfRange { .. } => kind("out_of_range", 60),

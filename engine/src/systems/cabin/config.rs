@@ -1,5 +1,6 @@
 //! How the cabin is set up in a session: what can be chosen, and what its instrument and streams have to be.
 
+use super::charts::Charts;
 use super::declaration::{ANTENNAS, DECLARATION, ENCODERS, GNSS, IMU, PLATFORM_IMU, RAYS, STATIONS};
 use super::instrument::Instrument;
 use super::intake::Intake;
@@ -123,7 +124,7 @@ impl Config {
             weighing: Weighing::default(),
             plan: Plan::default(),
             held: Vec::new(),
-            charts: Vec::new(),
+            charts: Charts::default(),
             newest_ns: 0,
             progress: Progress::default(),
             counted_n_m: None,

@@ -30,7 +30,7 @@ fn started() -> Filter {
     for k in 1..=40 {
         filter.advance(&readings(k));
     }
-    for (t_ns, leg) in [(100_000_000, 2.131), (150_000_000, 2.133), (200_000_000, 2.134)] {
+    for (t_ns, leg) in [(100_000_000, 2.131), (150_000_000, 2.133), (200_000_000, 2.135)] {
         let row = EncoderRow { t_ns, a_rad: 0.04, b_rad: -0.03, legs_m: [leg, 2.14, 2.12, 2.13, 2.15, 2.13] };
         assert_eq!(filter.encoders(&row), Seated::Taken);
     }

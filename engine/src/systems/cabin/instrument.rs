@@ -162,6 +162,17 @@ pub struct Stewart {
     pub rest_r: [f64; 3],
     /// Sigma of a leg's length, m.
     pub leg_sigma_m: f64,
+    /// A row of the encoders tagged t shows legs and rotator at t − delay, s.
+    #[serde(default)]
+    pub delay_s: f64,
+    /// How well that is known, s.
+    #[serde(default = "usual_encoder_delay_sigma_s")]
+    pub delay_sigma_s: f64,
+}
+
+/// Of encoders of which nobody says it, s: they are read by the control loop itself.
+fn usual_encoder_delay_sigma_s() -> f64 {
+    0.002
 }
 
 /// Why an instrument cannot be used; a sentence.

@@ -14,6 +14,8 @@ const LARGEST_M: f64 = 50.0;
 const FARTHEST_M: f64 = 5000.0;
 /// A device is no later, s.
 const LATEST_S: f64 = 0.4;
+/// Encoders are no later, s: the platform is followed beyond their last row.
+const LATEST_ENCODERS_S: f64 = 0.05;
 
 fn wrong(sentence: String) -> Result<(), InstrumentError> {
     Err(InstrumentError(sentence))
@@ -64,6 +66,8 @@ pub(super) fn check(instrument: &Instrument) -> Result<(), InstrumentError> {
     seconds("[antennas] delay_sigma_s", antennas.delay_sigma_s, 0.1)?;
     seconds("[stations] delay_s", instrument.stations.delay_s, LATEST_S)?;
     seconds("[stations] delay_sigma_s", instrument.stations.delay_sigma_s, 0.1)?;
+    seconds("[stewart] delay_s", instrument.stewart.delay_s, LATEST_ENCODERS_S)?;
+    seconds("[stewart] delay_sigma_s", instrument.stewart.delay_sigma_s, LATEST_ENCODERS_S)?;
     seconds("[stations] delay_jitter_s", instrument.stations.delay_jitter_s, 0.1)?;
     rotation("[imu] c_b_s", &matrix(&instrument.imu.c_b_s))?;
     if let Some(imu) = &instrument.platform_imu {

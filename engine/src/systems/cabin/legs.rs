@@ -19,7 +19,7 @@ const ACCELERATION_M_S2: f64 = 2.0;
 /// A leg leaps when it is off the line of its last readings by so many of the maker's sigmas, beyond what it can accelerate.
 const LEAP_SIGMAS: f64 = 4.0;
 /// Readings farther apart say nothing of a leap, ns.
-const LONGEST_NS: i64 = 120_000_000;
+const LONGEST_NS: i64 = 260_000_000;
 /// Readings that are kept.
 const KEPT: usize = 24;
 /// Where the bias of a leg that was off has gone so far, it is taken off, too: a seat changes with a bias to the first order, m.

@@ -1,16 +1,12 @@
 //! What antennas and stations should read, and how that changes with the filter's errors.
 
-use nalgebra::{Matrix3, Matrix3x6, Vector3};
+use nalgebra::{Matrix3, Vector3};
 
 use super::covariance::Sparse;
 use super::filter::{Filter, Measured};
-use super::rig::Target;
 use super::rows::{AntennaRow, RayRow};
 use super::states::{ATTITUDE, MOUNTING, POSITION, SURVEY, VELOCITY};
 use crate::rotation::{skew, wrap};
-
-/// Encoders are read across a hole of so long at most, ns.
-const LONGEST_HOLE_NS: i64 = 160_000_000;
 
 /// A point of the body at a moment.
 #[derive(Clone, Debug)]
@@ -20,24 +16,6 @@ pub(super) struct PointAt {
     pub(super) c_nb: Matrix3<f64>,
     /// How the place changes with attitude, velocity, position and mounting.
     pub(super) jacobian: Sparse,
-}
-
-/// A place in b that may move and depend on the legs.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Place {
-    pub(super) at_b: Vector3<f64>,
-    rate_b: Vector3<f64>,
-    by_legs: Option<Matrix3x6<f64>>,
-}
-
-impl Place {
-    pub(super) fn rate_b(&self) -> Vector3<f64> {
-        self.rate_b
-    }
-
-    pub(super) fn at_rest(self) -> Place {
-        Place { rate_b: Vector3::zeros(), ..self }
-    }
 }
 
 pub(super) fn push(jacobian: &mut Sparse, state: usize, block: &Matrix3<f64>) {
@@ -107,51 +85,15 @@ impl Filter {
         })
     }
 
-    /// Where a prism is in b at a time; `None` where the encoders do not say.
-    pub(super) fn place_of(&self, target: usize, t_ns: i64) -> Option<Place> {
-        match self.rig.targets.get(target)? {
-            Target::Body(at_b) => Some(Place { at_b: *at_b, rate_b: Vector3::zeros(), by_legs: None }),
-            Target::Elsewhere => None,
-            Target::Platform(place_p) => self.on_platform(place_p, t_ns),
-        }
-    }
-
-    /// A point of the platform in b at a time, between the readings of the encoders around it.
-    pub(super) fn on_platform(&self, place_p: &Vector3<f64>, t_ns: i64) -> Option<Place> {
-        let after =
-            self.seats.partition_point(|(seat_ns, _)| *seat_ns < t_ns).clamp(1, self.seats.len().max(1));
-        let ((from_ns, from), (to_ns, to)) =
-            (self.seats.get(after - 1)?, self.seats.get(after).or_else(|| self.seats.back())?);
-        if (t_ns - from_ns).abs().min((t_ns - to_ns).abs()) > LONGEST_HOLE_NS {
-            return None;
-        }
-        let ((from_b, _), (to_b, by_legs)) = (from.point(place_p), to.point(place_p));
-        let biased_b = by_legs * self.leg_biases();
-        let (from_b, to_b) = (from_b - biased_b, to_b - biased_b);
-        let span_s = (to_ns - from_ns) as f64 * 1e-9;
-        if span_s <= 0.0 || span_s > 0.5 {
-            return Some(Place { at_b: to_b, rate_b: Vector3::zeros(), by_legs: Some(by_legs) });
-        }
-        let rate_b = (to_b - from_b) / span_s;
-        let at_b = from_b + rate_b * ((t_ns - from_ns) as f64 * 1e-9);
-        Some(Place { at_b, rate_b, by_legs: Some(by_legs) })
-    }
-
-    /// The encoders' reading that is nearest to a time, ns.
-    pub(super) fn seat_near(&self, t_ns: i64) -> Option<&(i64, super::joints::PlatformInCabin)> {
-        self.seats.iter().min_by_key(|(seat_ns, _)| (seat_ns - t_ns).abs())
-    }
-
-    /// The estimated biases of the legs, m: reading − length.
-    pub(super) fn leg_biases(&self) -> nalgebra::Vector6<f64> {
-        nalgebra::Vector6::from_fn(|leg, _| self.x[self.states.legs + leg])
+    /// What the stations delay, ns.
+    pub(super) fn station_delay_ns(&self) -> i64 {
+        ((self.rig.station.delay_s + self.x[self.states.station_delay]) * 1e9) as i64
     }
 
     /// What a ray says; `None` where it is too late to be weighed, or its prism is nowhere.
     pub(super) fn measure_ray(&self, row: &RayRow) -> Option<Measured> {
         let station = &self.rig.station;
-        let delay_s = station.delay_s + self.x[self.states.station_delay];
-        let t_ns = row.t_ns - (delay_s * 1e9) as i64;
+        let t_ns = row.t_ns - self.station_delay_ns();
         let place = self.place_of(row.target, t_ns)?;
         let PointAt { p_n, v_n, c_nb, jacobian: of_place } = self.point(t_ns, &place.at_b, &place.rate_b)?;
         let ray_n = p_n - self.rig.stations_n[row.station];
@@ -172,12 +114,14 @@ impl Filter {
             // A longer reading that is a bias is a shorter leg.
             let by_legs_n = c_nb * by_legs;
             if self.tuning.calibration {
+                // By later encoders the platform has gone farther.
+                add(self.states.encoder_delay, c_nb * place.rate_b);
                 for leg in 0..6 {
                     add(self.states.legs + leg, -by_legs_n.column(leg).into_owned());
                 }
             }
-            noise_n +=
-                by_legs_n * by_legs_n.transpose() * (self.tuning.leg_noise * self.rig.leg_sigma_m).powi(2);
+            noise_n += by_legs_n * by_legs_n.transpose() * self.leg_noise_m2(&place);
+            noise_n += Matrix3::identity() * place.unseen_m.powi(2);
         }
         let own = self.states.station(row.station);
         if self.tuning.calibration {

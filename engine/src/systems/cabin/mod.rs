@@ -9,8 +9,10 @@ pub mod rows;
 pub mod session;
 
 mod aids;
+mod between;
 mod body;
 mod causes;
+mod charts;
 mod config;
 mod covariance;
 mod declaration;

@@ -3,6 +3,7 @@
 use nalgebra::Vector3;
 
 use super::output::{Row, Status};
+use super::plan::PlannedBody;
 use crate::system::{BodyPose, PoseState};
 
 /// Both bodies.
@@ -26,19 +27,21 @@ pub struct BodyNow {
 }
 
 impl BodyNow {
-    /// As a control loop is told it; `planned_n` is where it should be, m.
-    pub(super) fn pose(&self, planned_n: Option<[f64; 3]>) -> BodyPose {
+    /// As a control loop is told it.
+    pub(super) fn pose(&self, planned: Option<&PlannedBody>) -> BodyPose {
         let row = &self.row;
         let angles = row.angles();
+        let angles_rad = [angles.heading_rad, angles.pitch_rad, angles.roll_rad];
         BodyPose {
             position_n_m: row.p_n.into(),
             velocity_n_m_s: row.v_n.into(),
-            angles_rad: [angles.heading_rad, angles.pitch_rad, angles.roll_rad],
+            angles_rad,
             rate_n_rad_s: self.rate_n.into(),
             sigma_n_m: row.sigma_n_m(),
             sigma_angles_rad: row.sigma_angles_rad(),
-            off_plan_n_m: planned_n
-                .map_or([f64::NAN; 3], |planned| (row.p_n - Vector3::from(planned)).into()),
+            off_plan_n_m: planned
+                .map_or([f64::NAN; 3], |planned| (row.p_n - Vector3::from(planned.place_n_m)).into()),
+            off_plan_rad: planned.map_or([f64::NAN; 3], |planned| planned.off_rad(angles_rad)),
             protection_level_m: row.protection_level_m(),
             three_sigma_m: 3.0 * row.largest_sigma_m(),
             budget_m: self.budget_m,

@@ -65,8 +65,6 @@ const PROTECTION: f64 = 5.1;
 /// How the platform moves in the cabin where no encoder says it: sigma after a second, and at most, m.
 const UNSEEN_M_S: f64 = 0.02;
 const UNSEEN_M: f64 = 0.08;
-/// A reading of the encoders is extrapolated for less than so long, ns.
-const HELD_AFTER_NS: i64 = 75_000_000;
 
 impl Row {
     /// Heading of y, its elevation, and the roll about it, rad.
@@ -184,16 +182,17 @@ impl Filter {
     pub(super) fn platform(&self, t_ns: i64) -> Option<Pose> {
         let origin = Vector3::zeros();
         let (last_ns, _) = *self.seats.back()?;
-        let told = self.on_platform(&origin, t_ns).filter(|_| t_ns - last_ns < HELD_AFTER_NS);
-        let (place, held_s) = match told {
-            Some(place) => (place, 0.0),
-            None => (self.on_platform(&origin, last_ns)?.at_rest(), (t_ns - last_ns) as f64 * 1e-9),
+        let told = self.on_platform(&origin, t_ns).filter(|_| self.is_seated(t_ns));
+        let (place, seated_ns) = match told {
+            Some(place) => (place, t_ns),
+            None => (self.on_platform(&origin, last_ns)?.at_rest(), last_ns),
         };
-        let point = self.point(t_ns, &place.at_b, &place.rate_b())?;
-        let (_, seat) = self.seat_near(t_ns)?;
+        let held_s = (t_ns - seated_ns) as f64 * 1e-9;
+        let point = self.point(t_ns, &place.at_b, &place.rate_b)?;
+        let (c_bp, seat_by_legs) = self.platform_attitude(seated_ns)?;
         let velocity = self.velocity_jacobian(&point.c_nb, &place.at_b);
-        let turn_by_legs = seat.by_legs.fixed_rows::<3>(3).into_owned();
-        let by_legs_n = (point.c_nb * seat.by_legs.fixed_rows::<3>(0), point.c_nb * turn_by_legs);
+        let turn_by_legs = seat_by_legs.fixed_rows::<3>(3).into_owned();
+        let by_legs_n = (point.c_nb * seat_by_legs.fixed_rows::<3>(0), point.c_nb * turn_by_legs);
         let mut moved = point.jacobian;
         let mut turned = Sparse::new();
         push(&mut turned, super::states::ATTITUDE, &Matrix3::identity());
@@ -206,12 +205,13 @@ impl Filter {
             by_legs.fixed_view_mut::<3, 1>(0, leg).copy_from(&place);
             by_legs.fixed_view_mut::<3, 1>(3, leg).copy_from(&turn);
         }
-        let unbiased = cayley(&-(turn_by_legs * self.leg_biases())) * seat.c_bp;
-        let mut noise =
-            by_legs * by_legs.transpose() * (self.tuning.leg_noise * self.rig.leg_sigma_m).powi(2);
+        let delayed = point.c_nb * place.rate_b;
+        moved.push((self.states.encoder_delay, [delayed.x, delayed.y, delayed.z]));
+        let unbiased = cayley(&-(turn_by_legs * self.leg_biases())) * c_bp;
+        let mut noise = by_legs * by_legs.transpose() * self.leg_noise_m2(&place);
         let unseen_m = (UNSEEN_M_S * held_s).min(UNSEEN_M);
         for axis in 0..3 {
-            noise[(axis, axis)] += unseen_m * unseen_m;
+            noise[(axis, axis)] += unseen_m * unseen_m + place.unseen_m * place.unseen_m;
             noise[(axis + 3, axis + 3)] += self.rig.rotator_sigma_rad.powi(2) + (unseen_m / 2.0).powi(2);
         }
         Some(Pose {

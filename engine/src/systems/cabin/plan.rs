@@ -4,6 +4,7 @@ use std::collections::VecDeque;
 
 use serde::{Deserialize, Serialize};
 
+use crate::rotation::wrap;
 use crate::system::Column;
 
 /// A plan is taken across a hole of so long at most, ns.
@@ -28,14 +29,40 @@ pub(super) const COLUMNS: &[Column] = &[
     column("platform_e_m", false, "The platform's planned position, east, m."),
     column("platform_n_m", false, "North, m."),
     column("platform_u_m", false, "Up, m."),
+    column("platform_yaw_rad", false, "The platform's planned yaw, rad."),
+    column("platform_pitch_rad", false, "Its planned pitch, rad."),
+    column("platform_roll_rad", false, "Its planned roll, rad."),
 ];
 
-/// Position and yaw of the cabin, position of the platform; NaN where nothing is planned.
+/// Where a body should be; NaN where nothing is planned.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub(super) struct Planned {
-    pub(super) cabin_n_m: [f64; 3],
-    pub(super) platform_n_m: [f64; 3],
-    pub(super) yaw_rad: f64,
+pub(super) struct PlannedBody {
+    pub(super) place_n_m: [f64; 3],
+    /// Yaw, pitch and roll.
+    pub(super) angles_rad: [f64; 3],
+}
+
+/// Cabin and platform.
+pub(super) type Planned = [PlannedBody; 2];
+
+impl PlannedBody {
+    fn of(values: &[f64], from: usize) -> PlannedBody {
+        let three = |from: usize| [0, 1, 2].map(|k| values.get(from + k).copied().unwrap_or(f64::NAN));
+        PlannedBody { place_n_m: three(from), angles_rad: three(from + 3) }
+    }
+
+    /// A share of the way to another; angles go the short way round.
+    fn toward(&self, to: &PlannedBody, share: f64) -> PlannedBody {
+        let place = |axis: usize| self.place_n_m[axis] + share * (to.place_n_m[axis] - self.place_n_m[axis]);
+        let angle =
+            |axis: usize| self.angles_rad[axis] + share * wrap(to.angles_rad[axis] - self.angles_rad[axis]);
+        PlannedBody { place_n_m: [0, 1, 2].map(place), angles_rad: [0, 1, 2].map(angle) }
+    }
+
+    /// Measured angles less the planned, rad.
+    pub(super) fn off_rad(&self, measured_rad: [f64; 3]) -> [f64; 3] {
+        [0, 1, 2].map(|axis| wrap(measured_rad[axis] - self.angles_rad[axis]))
+    }
 }
 
 /// The rows that are still of use.
@@ -45,13 +72,10 @@ pub(super) struct Plan(VecDeque<(i64, Planned)>);
 impl Plan {
     /// A row; one that goes back in time is of no plan.
     pub(super) fn push(&mut self, t_ns: i64, values: &[f64]) {
-        let at = |column: usize| values.get(column).copied().unwrap_or(f64::NAN);
         if self.0.back().is_some_and(|(last_ns, _)| t_ns <= *last_ns) {
             return;
         }
-        let planned =
-            Planned { cabin_n_m: [at(0), at(1), at(2)], yaw_rad: at(3), platform_n_m: [at(6), at(7), at(8)] };
-        self.0.push_back((t_ns, planned));
+        self.0.push_back((t_ns, [0, 6].map(|from| PlannedBody::of(values, from))));
     }
 
     /// What is planned for a time, ns.
@@ -70,13 +94,7 @@ impl Plan {
             return None;
         }
         let share = (t_ns - from_ns) as f64 / (to_ns - from_ns) as f64;
-        let between = |a: f64, b: f64| a + share * (b - a);
-        let places = |a: &[f64; 3], b: &[f64; 3]| [0, 1, 2].map(|axis| between(a[axis], b[axis]));
-        Some(Planned {
-            cabin_n_m: places(&from.cabin_n_m, &to.cabin_n_m),
-            platform_n_m: places(&from.platform_n_m, &to.platform_n_m),
-            yaw_rad: from.yaw_rad + share * crate::rotation::wrap(to.yaw_rad - from.yaw_rad),
-        })
+        Some([0, 1].map(|body| from[body].toward(&to[body], share)))
     }
 
     /// Lets go of what nobody will ask for.
@@ -94,21 +112,24 @@ mod tests {
     #[test]
     fn a_plan_is_a_line_from_row_to_row_and_nothing_across_a_hole_or_beyond_its_end() {
         let mut plan = Plan::default();
-        plan.push(0, &[1.0, 2.0, 3.0, 3.1, 0.0, 0.0, 1.0, 2.0, 0.0]);
-        plan.push(200_000_000, &[1.2, 2.0, 3.0, -3.1, 0.0, 0.0, 1.0, 2.4, 0.0]);
+        plan.push(0, &[1.0, 2.0, 3.0, 3.1, 0.0, 0.0, 1.0, 2.0, 0.0, -3.1, 0.2, 0.1]);
+        plan.push(200_000_000, &[1.2, 2.0, 3.0, -3.1, 0.0, 0.0, 1.0, 2.4, 0.0, 3.1, 0.4, 0.1]);
         plan.push(5_000_000_000, &[9.0, 9.0, 9.0]);
-        let at = plan.at(50_000_000).unwrap();
-        assert!((at.cabin_n_m[0] - 1.05).abs() < 1e-12 && (at.platform_n_m[1] - 2.1).abs() < 1e-12);
+        let [cabin, platform] = plan.at(50_000_000).unwrap();
+        assert!((cabin.place_n_m[0] - 1.05).abs() < 1e-12 && (platform.place_n_m[1] - 2.1).abs() < 1e-12);
         // The short way round.
-        assert!((at.yaw_rad - 3.1208).abs() < 1e-4, "{}", at.yaw_rad);
+        assert!((cabin.angles_rad[0] - 3.1208).abs() < 1e-4, "{}", cabin.angles_rad[0]);
+        assert!((platform.angles_rad[1] - 0.25).abs() < 1e-12);
+        let off_rad = platform.off_rad([3.1, 0.25, 0.1]);
+        assert!((off_rad[0] + 0.0624).abs() < 1e-4 && off_rad[1].abs() < 1e-12, "{off_rad:?}");
         assert_eq!(plan.at(1_000_000_000), None);
         assert_eq!(plan.at(6_000_000_000), None);
         // While the next row is on its way the line goes on, for a while.
         let mut so_far = Plan::default();
         so_far.push(0, &[1.0, 2.0, 3.0]);
         so_far.push(200_000_000, &[1.2, 2.0, 3.0]);
-        assert!((so_far.at(300_000_000).unwrap().cabin_n_m[0] - 1.3).abs() < 1e-12);
+        assert!((so_far.at(300_000_000).unwrap()[0].place_n_m[0] - 1.3).abs() < 1e-12);
         assert_eq!(so_far.at(800_000_000), None);
-        assert!(plan.at(5_000_000_000).unwrap().platform_n_m[0].is_nan());
+        assert!(plan.at(5_000_000_000).unwrap()[1].place_n_m[0].is_nan());
     }
 }

@@ -40,6 +40,9 @@ pub(super) struct Rig {
     pub(super) targets: Vec<Target>,
     pub(super) joints: Option<Joints>,
     pub(super) leg_sigma_m: f64,
+    /// What the encoders delay, and how well that is known, s.
+    pub(super) encoder_delay_s: f64,
+    pub(super) encoder_delay_sigma_s: f64,
     pub(super) rotator_sigma_rad: f64,
 }
 
@@ -142,6 +145,8 @@ impl Rig {
             targets: Vec::new(),
             joints: None,
             leg_sigma_m: instrument.stewart.leg_sigma_m,
+            encoder_delay_s: instrument.stewart.delay_s,
+            encoder_delay_sigma_s: instrument.stewart.delay_sigma_s,
             rotator_sigma_rad: instrument.rotator.angle_sigma_rad,
         }
     }

@@ -15,6 +15,7 @@ use super::rig::Rig;
 use super::rows::{AidRow, ImuRow};
 use super::tuning::Tuning;
 use super::watch::{CabinAnomaly, Watch};
+use crate::system::AidState;
 
 /// Which filter.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -118,7 +119,7 @@ impl CabinSession {
             Body::new(rig, tuning, &config, false)
         });
         Ok(CabinSession {
-            aids: Aids::new(instrument),
+            aids: Aids::new(instrument, config.has_platform_imu),
             cabin,
             platform,
             joined,
@@ -187,6 +188,11 @@ impl CabinSession {
             platform
         });
         Some(Now { cabin: cabin?, platform: self.handover.now(joined, alone) })
+    }
+
+    /// What corrects the poses at a time, ns, as bits, and how each aid is.
+    pub(super) fn aid_states(&self, t_ns: i64) -> (u64, Vec<AidState>) {
+        (self.aids.fresh(t_ns), self.aids.states(t_ns, &self.watch))
     }
 
     /// What became of the cabin's rows in the last epoch.
@@ -266,7 +272,11 @@ impl CabinSession {
 
     fn epoch(&mut self, t_ns: i64) -> Result<(), CabinError> {
         self.epochs += 1;
-        let due = |row: &AidRow| row.t_ns() <= t_ns;
+        let has_come = |row: &AidRow| row.t_ns() <= t_ns;
+        let readings = self.rows.iter().filter(|row| has_come(row) && matches!(row, AidRow::Encoders(_)));
+        let reading_ns = readings.map(AidRow::t_ns).max();
+        let cabin = &self.cabin;
+        let due = |row: &AidRow| has_come(row) && !cabin.waits_for_reading(row, t_ns, reading_ns);
         let mut rows: Vec<AidRow> = self.rows.iter().copied().filter(due).collect();
         self.rows.retain(|row| !due(row));
         rows.sort_by_key(AidRow::order);

@@ -1,6 +1,7 @@
 //! The cabin in a session: rows of complete logs are put in order of their tags first, what is streamed is weighed as it comes.
 
 use super::causes::{self, CabinCause};
+use super::charts::Charts;
 use super::declaration::{ENCODERS, GNSS, IMU, PLAN, PLATFORM_IMU, RAYS};
 use super::instrument::Instrument;
 use super::intake::{Device, Intake};
@@ -43,7 +44,7 @@ pub(super) struct Cabin {
     pub(super) plan: Plan,
     /// Of complete logs, until it is certain that they are not refused.
     pub(super) held: Vec<Event>,
-    pub(super) charts: Vec<ChartValue>,
+    pub(super) charts: Charts,
     pub(super) newest_ns: i64,
     pub(super) progress: Progress,
     pub(super) counted_n_m: Option<[f64; 3]>,
@@ -107,7 +108,7 @@ impl Cabin {
         self.filtered = None;
         self.smoothed = None;
         self.held.clear();
-        self.charts.clear();
+        self.charts.take();
     }
 
     /// A row of antennas, stations or encoders.
@@ -233,46 +234,10 @@ impl Cabin {
         }
     }
 
-    fn chart(&mut self, (cabin, platform): &(Row, Option<Row>)) {
-        let t_ns = cabin.t_ns;
-        self.plan.forget_before(t_ns);
-        if self.is_live() {
-            return;
-        }
-        let planned = self.plan.at(t_ns);
-        let charts = &mut self.charts;
-        let mut add = |chart, series: &str, value: f64| {
-            if value.is_finite() {
-                charts.push(ChartValue { t_ns, chart, series: series.to_owned(), value });
-            }
-        };
-        let bodies = [("cabin", Some(cabin)), ("platform", platform.as_ref())];
-        for (name, row) in bodies.into_iter().filter_map(|(name, row)| Some((name, row?))) {
-            add("protection_level", name, row.protection_level_m());
-            add("sigma_body", name, row.largest_sigma_m());
-            if let Some(left_s) = row.time_left_s {
-                add("time_left", name, left_s);
-            }
-            let place =
-                planned.map(|planned| if name == "cabin" { planned.cabin_n_m } else { planned.platform_n_m });
-            for (axis, (letter, place_m)) in
-                ["e", "n", "u"].iter().zip(place.unwrap_or([f64::NAN; 3])).enumerate()
-            {
-                add("off_plan", &format!("{name}_{letter}"), row.p_n[axis] - place_m);
-            }
-        }
-        if let Some(planned) = planned {
-            let off_rad = crate::rotation::wrap(cabin.angles().heading_rad - planned.yaw_rad);
-            add("off_plan_yaw", "cabin", off_rad);
-        }
-        if let Some(platform) = platform {
-            add("platform_yaw", "platform", platform.angles().heading_rad);
-        }
-        add("state", "cabin", f64::from(cabin.status as u8));
-        if let Some(session) = &self.filtered {
-            for (bit, name) in session.aids().all().iter().enumerate() {
-                add("aids", name, f64::from((cabin.aids >> bit & 1) as u8));
-            }
+    fn chart(&mut self, rows: &(Row, Option<Row>)) {
+        self.plan.forget_before(rows.0.t_ns);
+        if let (Some(session), false) = (&self.filtered, self.is_live()) {
+            self.charts.add(rows, self.plan.at(rows.0.t_ns).as_ref(), session.aids());
         }
     }
 }
@@ -368,14 +333,14 @@ impl System for Cabin {
         let now = self.filtered.as_ref()?.now()?;
         let row = &now.cabin.row;
         let planned = self.plan.at(row.t_ns);
+        let [of_cabin, of_platform] = [0, 1].map(|body: usize| planned.as_ref().map(|both| &both[body]));
+        let (aids, aid_states) = self.filtered.as_ref()?.aid_states(row.t_ns);
         Some(Pose {
             t_ns: row.t_ns,
             state: row.status.into(),
-            aids: row.aids,
-            bodies: [
-                Some(now.cabin.pose(planned.map(|planned| planned.cabin_n_m))),
-                now.platform.as_ref().map(|now| now.pose(planned.map(|planned| planned.platform_n_m))),
-            ],
+            aids,
+            aid_states,
+            bodies: [Some(now.cabin.pose(of_cabin)), now.platform.as_ref().map(|now| now.pose(of_platform))],
         })
     }
 
@@ -384,8 +349,7 @@ impl System for Cabin {
     }
 
     fn chart_values(&mut self) -> Vec<ChartValue> {
-        // They count only where the logs are not refused in the end.
-        if self.filtered.is_some() { Vec::new() } else { std::mem::take(&mut self.charts) }
+        self.charts.take()
     }
 
     fn save(&mut self) -> Option<(i64, Vec<u8>)> {

@@ -3,6 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::causes::CabinCause;
+use crate::anomaly::AnomalyKind;
 
 /// Something that was wrong with a device.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -122,6 +123,11 @@ impl Watch {
             open.told = true;
             self.fresh.push(open.known());
         }
+    }
+
+    /// What is wrong now: the device, devices or make, and the kind.
+    pub(super) fn open(&self) -> impl Iterator<Item = (&str, AnomalyKind)> {
+        self.open.iter().filter(|open| open.told).map(|open| (open.source.as_str(), open.cause.kind()))
     }
 
     /// Whether a device has an open anomaly of the kind.

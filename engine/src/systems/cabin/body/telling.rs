@@ -63,21 +63,28 @@ impl Body {
         let [yaw, pitch, roll] = row.sigma_angles_rad();
         self.aligned |=
             yaw < ALIGNED_RAD[0] && pitch.max(roll) < ALIGNED_RAD[1] && self.is_verified(row.t_ns);
-        row.aids = aids.fresh(row.t_ns);
+        row.aids = self.fresh(row.t_ns, aids);
         row.status = self.status(row.aids, aids);
-        let sigma_m = row.largest_sigma_m();
-        let before = self.sigma_before.get_or_insert([(row.t_ns, sigma_m); 2]);
-        let (then_ns, then_m) = before[which];
-        let dt_s = (row.t_ns - then_ns) as f64 * 1e-9;
-        if dt_s > 0.0 {
-            let growth = (sigma_m - then_m) / dt_s;
-            let budget_m = if self.is_cabin { BUDGETS_M[which] } else { BUDGETS_M[1] };
-            row.time_left_s = (row.status == Status::Coasting && growth > 0.0)
-                .then(|| ((budget_m / 3.0 - sigma_m) / growth).max(0.0));
-            self.time_left_s[which] = row.time_left_s;
-        }
-        before[which] = (row.t_ns, sigma_m);
+        self.growths[which].note(row.t_ns, row.largest_sigma_m());
+        row.time_left_s = self.time_left_s(&row, which);
         row
+    }
+
+    /// What corrects it.
+    fn fresh(&self, t_ns: i64, aids: &Aids) -> u64 {
+        if self.is_cabin { aids.fresh_of_cabin(t_ns) } else { aids.fresh_of_platform(t_ns) }
+    }
+
+    /// More than this three sigmas must not be, m.
+    fn budget_m(&self, which: usize) -> f64 {
+        if self.is_cabin { BUDGETS_M[which] } else { BUDGETS_M[1] }
+    }
+
+    /// Until the budget is used up; `None` while all that should correct the pose does, or the sigma does not grow.
+    fn time_left_s(&self, row: &Row, which: usize) -> Option<f64> {
+        let is_short_of = matches!(row.status, Status::Coasting | Status::Reduced);
+        let left_s = self.growths[which].left_s(row.largest_sigma_m(), self.budget_m(which) / 3.0);
+        left_s.filter(|_| is_short_of)
     }
 
     /// Whether rays agree with the pose, which rests on surveyed places and encoders alone; stations may take a while to find their
@@ -89,10 +96,11 @@ impl Body {
     fn status(&self, mask: u64, aids: &Aids) -> Status {
         let [antennas, stations] = aids.has_position(mask);
         let encoders = mask >> aids.encoders() & 1 == 1;
+        let sensor = if self.is_cabin { Some(Aids::IMU) } else { aids.platform_imu() };
         let all = (antennas || self.rig.antennas.is_empty())
             && (stations || !self.config.has_stations)
             && (encoders || !self.config.has_encoders)
-            && mask & 1 == 1
+            && sensor.is_none_or(|sensor| mask >> sensor & 1 == 1)
             && !self.doubt.is_there()
             && self.filter.as_ref().is_none_or(|filter| filter.wrong_legs().next().is_none());
         match (self.aligned, antennas || stations, all) {
@@ -110,11 +118,10 @@ impl Body {
         let of = |pose: Pose, which: usize, rate_n: Vector3<f64>| {
             let (row, _) = filter.row(t_ns, &pose, false);
             let mut row = self.doubt.widened(row).behind(&self.behind_n[which]);
-            row.aids = aids.fresh(t_ns);
+            row.aids = self.fresh(t_ns, aids);
             row.status = self.status(row.aids, aids);
-            row.time_left_s = self.time_left_s[which];
-            let budget_m = if self.is_cabin { BUDGETS_M[which] } else { BUDGETS_M[1] };
-            BodyNow { row, rate_n, budget_m }
+            row.time_left_s = self.time_left_s(&row, which);
+            BodyNow { row, rate_n, budget_m: self.budget_m(which) }
         };
         let cabin = filter.body(t_ns).map(|pose| of(pose, 0, filter.rate_n()));
         let platform = if joined { filter.platform(t_ns) } else { None };

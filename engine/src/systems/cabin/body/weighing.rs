@@ -9,7 +9,7 @@ use crate::systems::cabin::causes::{CabinCause, RayTrouble};
 use crate::systems::cabin::filter::{Filter, Measured};
 use crate::systems::cabin::legs::Seated;
 use crate::systems::cabin::rig::Target;
-use crate::systems::cabin::rows::{AntennaRow, EncoderRow, RayRow};
+use crate::systems::cabin::rows::{AidRow, AntennaRow, EncoderRow, RayRow};
 use crate::systems::cabin::session::CabinError;
 use crate::systems::cabin::watch::Watch;
 
@@ -20,6 +20,10 @@ const SENSOR_SILENT_NS: i64 = 250_000_000;
 /// Stations are silent after so many times the usual time between two rows, and after this long at least, ns.
 const USUAL_TIMES: i64 = 12;
 const STATIONS_SILENT_NS: i64 = 500_000_000;
+const ANTENNAS_SILENT_NS: i64 = 300_000_000;
+/// The encoders, after so many times the usual time between two readings and after this long at least, ns.
+const USUAL_READINGS: i64 = 5;
+const ENCODERS_SILENT_NS: i64 = 300_000_000;
 
 /// The rays find a leg that is off by so many of the maker's sigmas, or more.
 const LEAST_SIGMAS: f64 = 4.0;
@@ -34,6 +38,17 @@ pub(in crate::systems::cabin) struct Weighed {
 }
 
 impl Body {
+    /// Whether a row waits for a reading of the encoders (`Filter::waits_for_reading`).
+    pub(in crate::systems::cabin) fn waits_for_reading(
+        &self,
+        row: &AidRow,
+        t_ns: i64,
+        reading_ns: Option<i64>,
+    ) -> bool {
+        let AidRow::Ray(ray) = row else { return false };
+        self.filter.as_ref().is_some_and(|filter| filter.waits_for_reading(ray, t_ns, reading_ns))
+    }
+
     /// Readings of the encoders; whether a leg has leapt.
     pub(super) fn encoders(
         &mut self,
@@ -70,9 +85,10 @@ impl Body {
     }
 
     pub(super) fn antenna(&mut self, row: &AntennaRow, aids: &mut Aids, watch: &mut Watch) -> Option<bool> {
-        let filter = self.filter.as_mut()?;
         let aid = aids.antenna(row.antenna);
+        self.note_row(row.t_ns, 0, aids.antenna(0)..aids.station(0));
         self.last_seen.insert(aid, row.t_ns);
+        let filter = self.filter.as_mut()?;
         if !believable(row) {
             return None;
         }
@@ -113,7 +129,7 @@ impl Body {
         if matches!(self.rig.targets.get(row.target), None | Some(Target::Elsewhere)) {
             return None;
         }
-        self.note_ray(row.t_ns, aids);
+        self.note_row(row.t_ns, 1, aids.station(0)..aids.encoders());
         let filter = self.filter.as_mut()?;
         let aid = aids.station(row.station);
         self.last_seen.insert(aid, row.t_ns);
@@ -173,7 +189,8 @@ impl Body {
             (name.as_str(), filter.states.make_delays + make, self.rig.make_delay_sigma_s)
         });
         let stations = ("stations", filter.states.station_delay, self.rig.station.delay_sigma_s);
-        for (name, state, stated_s) in makes.chain([stations]) {
+        let encoders = ("encoders", filter.states.encoder_delay, self.rig.encoder_delay_sigma_s);
+        for (name, state, stated_s) in makes.chain([stations, encoders]) {
             let (late_s, sigma_s) = (filter.x[state], filter.covariance.row(state)[state].max(0.0).sqrt());
             if late_s.abs() > 4.0 * stated_s && late_s.abs() > 5.0 * sigma_s {
                 watch.wrong(name, CabinCause::Late { late_s, sigma_s }, t_ns, 1);
@@ -181,13 +198,12 @@ impl Body {
         }
     }
 
-    /// Keeps the usual time between two rows of the stations.
-    fn note_ray(&mut self, t_ns: i64, aids: &Aids) {
-        let last_ns =
-            (0..self.rig.stations_n.len()).filter_map(|k| self.last_seen.get(&aids.station(k))).max();
+    /// Keeps the usual time between two rows of the stations, or of the antennas.
+    fn note_row(&mut self, t_ns: i64, kind: usize, all: std::ops::Range<usize>) {
+        let last_ns = all.filter_map(|aid| self.last_seen.get(&aid)).max();
         if let Some(between_ns) = last_ns.map(|last_ns| (t_ns - last_ns).clamp(0, 2_000_000_000)) {
-            let usual_ns = self.between_rays_ns.unwrap_or(between_ns);
-            self.between_rays_ns = Some(usual_ns + (between_ns - usual_ns) / 32);
+            let usual_ns = self.between_ns[kind].unwrap_or(between_ns);
+            self.between_ns[kind] = Some(usual_ns + (between_ns - usual_ns) / 32);
         }
     }
 
@@ -197,15 +213,20 @@ impl Body {
             let cause = CabinCause::SensorSilent { silent_s: (t_ns - last_ns) as f64 * 1e-9 };
             watch.wrong_since(if self.is_cabin { "imu" } else { "platform_imu" }, cause, last_ns, t_ns, 1);
         }
-        let usual_ns = self.between_rays_ns.unwrap_or(i64::MAX / 64);
-        let stations_silent_ns =
-            (USUAL_TIMES * usual_ns).clamp(STATIONS_SILENT_NS, 2_000_000_000.max(3 * usual_ns));
+        let silent_ns = |kind: usize, least_ns: i64| {
+            let usual_ns = self.between_ns[kind].unwrap_or(i64::MAX / 64);
+            (USUAL_TIMES * usual_ns).clamp(least_ns, 2_000_000_000.max(3 * usual_ns))
+        };
+        let antennas_silent_ns = silent_ns(0, ANTENNAS_SILENT_NS);
+        let stations_silent_ns = silent_ns(1, STATIONS_SILENT_NS);
+        let readings_ns = self.filter.as_ref().map_or(0, Filter::between_readings_ns);
+        let encoders_silent_ns = ENCODERS_SILENT_NS.max(USUAL_READINGS * readings_ns);
         let antennas: Vec<usize> = (0..self.rig.antennas.len()).map(|k| aids.antenna(k)).collect();
         let stations: Vec<usize> = (0..self.rig.stations_n.len()).map(|k| aids.station(k)).collect();
         for (kind, (group, all, limit_ns, single_ns)) in [
-            ("antennas", antennas, 300_000_000, 1_000_000_000),
+            ("antennas", antennas, antennas_silent_ns, 1_000_000_000.max(2 * antennas_silent_ns)),
             ("stations", stations, stations_silent_ns, 15_000_000_000),
-            ("encoders", vec![aids.encoders()], i64::MAX, 300_000_000),
+            ("encoders", vec![aids.encoders()], i64::MAX, encoders_silent_ns),
         ]
         .into_iter()
         .enumerate()
