@@ -5,6 +5,7 @@ use std::io;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, anyhow};
+use tempfile::NamedTempFile;
 use time::OffsetDateTime;
 
 use crate::data_folder::{self, BACKUPS, DATABASE};
@@ -93,16 +94,26 @@ pub(crate) async fn make(data: &Path, into: &Path, begins: &str) -> Result<Backu
             anyhow::Error::new(error).context(format!("could not back {} up", database.display())),
         ),
     })?;
-    part.as_file().sync_all().map_err(not_written)?;
     let stem = format!("{begins}{}", utc::in_a_file_name(utc::now()));
     let file = data_folder::free_name(into, &stem);
-    part.persist_noclobber(&file).map_err(|failed| not_written(failed.error))?;
-    data_folder::sync(into).map_err(not_written)?;
-    let bytes = file.metadata().map_err(not_written)?.len();
+    // Bringing a large file to disk takes a tenth of a second and more: no live session waits for it.
+    let named = tokio::task::spawn_blocking({
+        let (into, file) = (into.to_owned(), file.clone());
+        move || named(part, &into, &file)
+    });
+    let bytes = named.await.map_err(|error| NotMade::Failed(error.into()))?.map_err(not_written)?;
     for what in &damaged {
         tracing::error!("the backup {} was made of a database in which {what}", file.display());
     }
     Ok(Backup { file, bytes, damaged })
+}
+
+/// Brings a copy to disk, gives it its name, and says how large it is.
+fn named(part: NamedTempFile, into: &Path, file: &Path) -> io::Result<u64> {
+    part.as_file().sync_all()?;
+    part.persist_noclobber(file).map_err(|failed| failed.error)?;
+    data_folder::sync(into)?;
+    Ok(file.metadata()?.len())
 }
 
 /// One at a time in a folder: each clears away what one that was killed left there.

@@ -29,6 +29,8 @@ use tokio_tungstenite::tungstenite::Message;
 
 /// The pose is being found in the first seconds: they do not count, s.
 const FROM_S: u32 = 10;
+/// What is told one by one.
+const LATE: Duration = Duration::from_millis(10);
 /// Between two samples, ns.
 const SAMPLE_NS: i64 = 5_000_000;
 
@@ -120,9 +122,17 @@ async fn main() -> Result<()> {
     sleep(Duration::from_millis(500)).await;
     drop(out);
     answering.abort();
-    let (mut delays, poses) = timeout(Duration::from_secs(5), listening)
+    let (delays, poses) = timeout(Duration::from_secs(5), listening)
         .await
         .map_or_else(|_| bail!("the poses did not end"), |ended| ended.context("the listener stopped"))?;
+    let late: Vec<String> = delays
+        .iter()
+        .filter(|(_, delay)| *delay > LATE)
+        .map(|(sample, delay)| {
+            format!("{:.0} ms at {:.1} s", delay.as_secs_f64() * 1e3, *sample as f64 * SAMPLE_NS as f64 / 1e9)
+        })
+        .collect();
+    let mut delays: Vec<Duration> = delays.into_iter().map(|(_, delay)| delay).collect();
     delays.sort_unstable();
     let wanted = samples - (i64::from(FROM_S) * 1_000_000_000 / SAMPLE_NS) as usize;
     let at = |share: f64| delays[((delays.len() - 1) as f64 * share).round() as usize].as_secs_f64() * 1e3;
@@ -133,6 +143,7 @@ async fn main() -> Result<()> {
         at(0.99),
         at(1.0)
     );
+    println!("longer than {} ms: {} [{}]", LATE.as_millis(), late.len(), late.join(", "));
     println!("poses told: {poses}; samples without one: {} of {wanted}", wanted.saturating_sub(delays.len()));
     println!("the device's own clock was late by {:.2} ms at most", latest.as_secs_f64() * 1e3);
     println!("the server took {:.1} % of a core", 100.0 * cores);
@@ -169,8 +180,11 @@ async fn cpu_s(client: &reqwest::Client, address: &str) -> Result<f64> {
 
 type Socket = tokio_tungstenite::WebSocketStream<tokio_tungstenite::MaybeTlsStream<tokio::net::TcpStream>>;
 
-/// From each sample to the first pose that rests on it, and how many poses came, until nothing comes for a while.
-async fn listen(mut poses: Socket, sent: Arc<Mutex<Vec<Option<Instant>>>>) -> (Vec<Duration>, usize) {
+/// From each sample, by its number, to the first pose that rests on it, and how many poses came, until nothing comes for a while.
+async fn listen(
+    mut poses: Socket,
+    sent: Arc<Mutex<Vec<Option<Instant>>>>,
+) -> (Vec<(usize, Duration)>, usize) {
     let (mut delays, mut count) = (Vec::new(), 0);
     let mut told = std::collections::HashSet::new();
     let mut last_new = Instant::now();
@@ -187,7 +201,7 @@ async fn listen(mut poses: Socket, sent: Arc<Mutex<Vec<Option<Instant>>>>) -> (V
             last_new = now;
             let sent_at = sent.lock().ok().and_then(|sent| sent.get(number).copied().flatten());
             if number as i64 * SAMPLE_NS >= i64::from(FROM_S) * 1_000_000_000 {
-                delays.extend(sent_at.map(|sent_at| now - sent_at));
+                delays.extend(sent_at.map(|sent_at| (number, now - sent_at)));
             }
         } else if now - last_new > Duration::from_millis(400) && count > 2000 {
             // Silent: the run is over.
