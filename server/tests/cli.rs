@@ -289,7 +289,9 @@ fn a_command_line_that_cannot_be_has_its_sentence_and_exit_code() {
     assert!(code == 2 && sentence.contains("--left"), "{sentence}");
     let (code, sentence) = failed(&["process", "--left", "/there/is/no/such.csv", "--out", "-"]);
     assert!(code == 3 && sentence.contains("/there/is/no/such.csv: cannot be read"), "{sentence}");
-    let (code, sentence) = failed(&["process", "--left", text(folder.0.path()), "--out", "-"]);
+    let empty = folder.path("empty");
+    std::fs::create_dir(&empty).unwrap();
+    let (code, sentence) = failed(&["process", "--left", text(&empty), "--out", "-"]);
     assert!(
         code == 3 && sentence.contains("a folder is read where it holds the files of one sensor"),
         "{sentence}"

@@ -63,7 +63,7 @@ fn walk(seed: u64) -> anyhow::Result<(Vec<&'static str>, Came)> {
         (damage.harm)(&mut log, &mut draw);
         kinds.push(damage.name);
     }
-    let rows = log.lines.len().min(samples.len());
+    let rows = log.lines.len();
     let (read, told) = match log.read() {
         Ok(read) => read,
         Err(error) => return Ok((kinds, Came::Refused(error.to_string()))),

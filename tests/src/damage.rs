@@ -16,7 +16,7 @@ pub struct LogText {
     pub tail: Vec<u8>,
     /// Whether the last line has an end.
     pub ended: bool,
-    /// Lines that nobody can read any more, or that never were.
+    /// Lines of it that are no sample, or none any more.
     pub lost: usize,
 }
 
@@ -196,7 +196,7 @@ pub const DAMAGES: &[Damage] = &[
             let at = log.somewhere(draw);
             let next = log.lines.remove(at);
             log.lines[at - 1].extend(next);
-            log.lost += 2;
+            log.lost += 1;
         },
     },
     Damage {
@@ -207,7 +207,7 @@ pub const DAMAGES: &[Damage] = &[
             let middle = log.lines[at].len() / 2;
             let rest = log.lines[at].split_off(middle);
             log.lines.insert(at + 1, rest);
-            log.lost += 1;
+            log.lost += 2;
         },
     },
     Damage {
@@ -217,6 +217,7 @@ pub const DAMAGES: &[Damage] = &[
             for _ in 0..3 {
                 let at = log.somewhere(draw);
                 log.lines.insert(at, b"# battery low".to_vec());
+                log.lost += 1;
             }
         },
     },
@@ -269,6 +270,7 @@ pub const DAMAGES: &[Damage] = &[
         harm: |log, draw| {
             let at = log.somewhere(draw);
             log.lines.insert(at, log.header.clone().into_bytes());
+            log.lost += 1;
         },
     },
     Damage {
@@ -278,6 +280,7 @@ pub const DAMAGES: &[Damage] = &[
             for _ in 0..20 {
                 let at = log.somewhere(draw);
                 log.lines.insert(at, Vec::new());
+                log.lost += 1;
             }
         },
     },

@@ -123,6 +123,7 @@ fn plain(letter: char) -> char {
         '²' | '２' => '2',
         'º' | '˚' | '∘' | '\u{fffd}' => '°',
         '／' => '/',
+        '⁻' => '-',
         other => other,
     }
 }
@@ -174,7 +175,7 @@ mod tests {
             ("角速度(X)(°/s)", "角速度x", "deg/s"),
             ("X轴加速度【g】", "x加速度", "g"),
             ("Time since start in ms ", "timesincestart", "ms"),
-            ("Accélération Y [m·s⁻²]", "accelerationy", "m·s⁻²"),
+            ("Accélération Y [m·s⁻²]", "accelerationy", "m/s2"),
             ("gyr.x (deg/sec)", "gyrx", "deg/s"),
             ("ＡｃｃＸ（ｇ）", "accx", "g"),
             ("s", "s", ""),

@@ -403,7 +403,8 @@ mod tests {
 
     #[test]
     fn a_stream_that_was_cut_is_called_truncated_wherever_it_was_cut() {
-        let text = text();
+        // Some blocks of either packing.
+        let text = text().repeat(8);
         for packed in [gzip(&text), zstd::encode_all(&text[..], 3).unwrap()] {
             for cut in [5, 9, 15] {
                 let error = unpack(&packed[..cut], LIMITS).unwrap_err();
@@ -411,11 +412,7 @@ mod tests {
             }
             for cut in [packed.len() / 2, packed.len() - 1] {
                 let (found, odd_end) = unpack_as_far(&packed[..cut]);
-                assert!(
-                    text.starts_with(&found) && found.len() > text.len() / 4,
-                    "cut at {cut}: {}",
-                    found.len()
-                );
+                assert!(text.starts_with(&found) && found.len() >= 16 << 10, "cut at {cut}: {}", found.len());
                 assert!(odd_end.unwrap().contains("cut off"));
             }
         }

@@ -108,9 +108,7 @@ export function makeLooking(app, side, system, fileOf, onLooked) {
   let mapped = null;
 
   function showAskMapping() {
-    const unknown = slots.find(
-      ({ stream }) => asksForColumns(previews[stream]) && !readings[stream]?.mapping,
-    );
+    const unknown = slots.find(({ stream }) => asksForColumns(previews[stream]) && !readings[stream]?.mapping);
     const wanted = mapped ?? unknown?.stream ?? null;
     const box = one(".ask-mapping", side);
     const preview = wanted ? previews[wanted] : undefined;

@@ -112,7 +112,8 @@ export function readMapping(data, delimiter) {
   };
   const rate_hz = Number(text("rate_hz"));
   const unit = text("time_unit");
-  if ((text("time") === "" || unit === "samples" || unit === "ticks") && !(rate_hz > 0)) throw new Error(t("mapping.need_rate"));
+  if ((text("time") === "" || unit === "samples" || unit === "ticks") && !(rate_hz > 0))
+    throw new Error(t("mapping.need_rate"));
   const mag = axes("mag");
   return {
     delimiter,
@@ -161,7 +162,9 @@ export function mappingForm(box, preview, presets, then) {
   const three = (/** @type {string} */ channel) =>
     html`<fieldset>
       <legend>${t(`channel.${channel}`)}</legend>
-      <div class="mapped">${AXES.map((axis) => column(`${channel}_${axis}`, axis))}${unit(channel)}${oneIs(channel)}</div>
+      <div class="mapped">
+        ${AXES.map((axis) => column(`${channel}_${axis}`, axis))}${unit(channel)}${oneIs(channel)}
+      </div>
     </fieldset>`;
   const markup = html`<div class="mapping" data-testid="mapping">
     <p>${t("mapping.lead")}</p>
@@ -181,7 +184,8 @@ export function mappingForm(box, preview, presets, then) {
       <div class="mapped">
         ${column("time", t("mapping.column"))}${unit("time")}
         <label class="field"
-          ><span>${t("mapping.rate")}</span><input name="rate_hz" inputmode="decimal" autocomplete="off" value="${first.rate_hz ?? ""}"
+          ><span>${t("mapping.rate")}</span
+          ><input name="rate_hz" inputmode="decimal" autocomplete="off" value="${first.rate_hz ?? ""}"
         /></label>
       </div>
     </fieldset>
