@@ -5,8 +5,8 @@ use super::output::Row;
 use super::plan::PlannedBody;
 use crate::system::ChartValue;
 
-/// Between two values, ns: a cabin swings in five seconds, and a night has a million poses.
-const EVERY_NS: i64 = 250_000_000;
+/// Between two values, ns: charts have no finer cells.
+const EVERY_NS: i64 = 100_000_000;
 const BODIES: [&str; 2] = ["cabin", "platform"];
 const AXES: [&str; 3] = ["e", "n", "u"];
 const ANGLES: [&str; 3] = ["yaw", "pitch", "roll"];
@@ -61,7 +61,8 @@ impl Charts {
             }
         }
         add("state", "cabin", f64::from(cabin.status as u8));
-        let mask = cabin.aids | platform.as_ref().map_or(0, |platform| platform.aids);
+        // The platform's own sensor may be there as a spare.
+        let mask = cabin.aids | aids.fresh_of_platform(t_ns);
         for (bit, name) in aids.all().iter().enumerate() {
             add("aids", name, f64::from((mask >> bit & 1) as u8));
         }
