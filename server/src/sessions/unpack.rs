@@ -377,7 +377,11 @@ mod tests {
     }
 
     fn text() -> Vec<u8> {
-        (0..20_000).flat_map(|i| format!("{},{}\n", i, (i * 7919) % 1009).into_bytes()).collect()
+        text_of(20_000)
+    }
+
+    fn text_of(lines: u32) -> Vec<u8> {
+        (0..lines).flat_map(|i| format!("{},{}\n", i, (i * 7919) % 1009).into_bytes()).collect()
     }
 
     fn unpack(packed: &[u8], limits: UnpackLimits) -> Result<Vec<u8>, UnpackError> {
@@ -404,7 +408,7 @@ mod tests {
     #[test]
     fn a_stream_that_was_cut_is_called_truncated_wherever_it_was_cut() {
         // Some blocks of either packing.
-        let text = text().repeat(8);
+        let text = text_of(160_000);
         for packed in [gzip(&text), zstd::encode_all(&text[..], 3).unwrap()] {
             for cut in [5, 9, 15] {
                 let error = unpack(&packed[..cut], LIMITS).unwrap_err();

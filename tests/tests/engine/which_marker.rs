@@ -6,7 +6,7 @@ use std::sync::Arc;
 use lodestep_engine::evaluate::MarkerScore;
 use lodestep_engine::event::{Event, Stand};
 use lodestep_engine::geo::{Site, terrain};
-use lodestep_engine::identify::{Identification, Marker, automatic_visits};
+use lodestep_engine::identify::{Identification, IdentificationTuning, Marker, automatic_visits};
 use lodestep_engine::session::Session;
 use lodestep_engine::sim::pedestrian::{SensorModel, WalkKind};
 
@@ -124,7 +124,9 @@ fn without_a_single_key_the_whole_walk_is_named_and_automatic_mode_takes_what_is
 #[test]
 fn an_automatic_visit_that_is_undone_leaves_the_very_track_of_a_session_without_it() {
     let scenario = spiral(WalkKind::Spiral, 1, 300.0);
-    let automatic = Identification { automatic: true, ..identification() };
+    // Two stops into a walk nothing is as certain as is usually asked for.
+    let tuning = IdentificationTuning { automatic_probability: 0.95, ..IdentificationTuning::default() };
+    let automatic = Identification { automatic: true, tuning, ..identification() };
     let told = run(&scenario, automatic.clone(), false);
     assert!(told.last.iter().any(|stand| stand.visit.is_some()), "{:?}", told.last);
     let undone_ns = told.last.iter().map(|stand| stand.t_start_ns).collect();

@@ -59,6 +59,18 @@ pub(crate) async fn run(server: &TestServer, body: Value) -> Value {
     run
 }
 
+/// What a site's file says, of what the server says of its site.
+const SITE_KEYS: [&str; 8] = [
+    "name",
+    "latitude_deg",
+    "longitude_deg",
+    "height_m",
+    "gravity_m_s2",
+    "declination_deg",
+    "inclination_deg",
+    "field_ut",
+];
+
 /// The walk of `handed_in` by the command line, with a file of parameters and more arguments: report and track.
 pub(crate) async fn by_command_line(
     server: &TestServer,
@@ -72,6 +84,7 @@ pub(crate) async fn by_command_line(
         path
     };
     let site = server.look("/site").await.body;
+    let site_toml: String = SITE_KEYS.iter().map(|key| format!("{key} = {}\n", site[key])).collect();
     let [e, n, u] = walk().start_n_m();
     let (track, report) = (folder.path().join("track.csv"), folder.path().join("report.json"));
     let markers = format!("name,e_m,n_m,u_m\nA1,{},{n},{u}\n", e + 0.5);
@@ -84,10 +97,8 @@ pub(crate) async fn by_command_line(
         file("right.csv", &log(&walk().right)).into(),
         "--initial-position".into(),
         format!("{e},{n},{u}").into(),
-        "--gravity-m-s2".into(),
-        site["gravity_m_s2"].to_string().into(),
-        "--declination-deg".into(),
-        site["declination_deg"].to_string().into(),
+        "--site".into(),
+        file("site.toml", site_toml.as_bytes()).into(),
         "--markers".into(),
         file("markers.csv", markers.as_bytes()).into(),
         "--visits".into(),

@@ -95,14 +95,15 @@ impl FieldReach {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::sim::white_noise;
+    use crate::ins::differences::Random;
 
     #[test]
     fn a_length_of_two_metres_and_one_of_twelve_are_told_apart_over_many_seeds() {
         for (drawn_m, bounds_m) in [(2.0, 1.0..3.5), (12.0, 6.0..14.0)] {
             let mut lengths_m: Vec<f64> = (0..40)
                 .map(|seed| {
-                    let mut normal = white_noise(seed);
+                    let mut random = Random::new(seed);
+                    let mut normal = || random.normal();
                     let mut reach = FieldReach::default();
                     let mut off_ut = Vector2::new(normal(), normal()) * 5.0;
                     for step in 0..200 {
