@@ -17,7 +17,7 @@ pub(crate) struct Beyond {
     plan_m: f64,
     /// In height, m.
     up_m: f64,
-    /// What turns may have been wrong by, counterclockwise positive, rad: those to the left make up for those to the right …
+    /// By how much turns may have been misread, counterclockwise positive, rad: those to the left cancel those to the right …
     turned_wrongly_rad: f64,
     /// … but not all of it, rad².
     turned_wrongly_rad2: f64,

@@ -1,6 +1,6 @@
-//! How far along the way what stands around deflects the field the same way: a crate for two metres, a hall of steel
-//! for ten or twenty. The strength and the dip of the field, stance by stance, show it, and the deflection that nobody
-//! sees is taken to last as long: the farther it lasts, the less do many stances say more than one.
+//! How far along the way a disturbance of the magnetic field stays the same: two metres beside a crate, ten or twenty in
+//! a hall of steel. Strength and dip of the field show it from stance to stance. The deflection, which does not show, is
+//! taken to stay the same as far; within that length many stances tell hardly more of the heading than one.
 
 use std::collections::VecDeque;
 
@@ -20,7 +20,7 @@ const ASSUMED_PLACES: f64 = 3.0;
 /// Less correlation than this is none.
 const NO_CORRELATION: f64 = 0.05;
 
-/// What the stances of one foot have shown of it.
+/// What the stances of one foot have shown of that length.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub(crate) struct FieldReach {
     place_n: Option<Vector3<f64>>,

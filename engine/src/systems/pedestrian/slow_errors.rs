@@ -135,7 +135,8 @@ impl<const B: usize, const F: usize> Filter<B, F> {
         (FIRST_COMPONENTS * first + components * shown) / (FIRST_COMPONENTS + components - 2.0)
     }
 
-    /// How far a deflection lasts, m: what shows in this walk as far as it does; what is only assumed, as is assumed.
+    /// Over which way a deflection stays the same, m: the part that this walk shows by the length that it shows, the part
+    /// that is only assumed by the assumed one.
     fn deflection_length_m(&self, slow: &SlowErrorsTuning) -> f64 {
         let (assumed_rad, assumed_m) = (slow.deflection_rad, slow.deflection_length_m);
         let shown = |foot: &FootState| 0.5 * foot.field_spread_rad2;
