@@ -10,6 +10,7 @@ use crate::auth::Caller;
 use crate::error::{Error, Result};
 use crate::http::{Created, Json, NoContent, Path, Routes};
 use crate::rights::Right;
+use crate::sessions::removal;
 use crate::state::App;
 use crate::store::audit;
 use crate::store::inspectors::{self, Inspector};
@@ -116,6 +117,8 @@ async fn rename(
 }
 
 async fn remove(State(app): State<App>, caller: Caller, Path(id): Path<Uuid>) -> Result<NoContent> {
+    // Its sessions may have been removed a moment ago and have rows left, which refer to it.
+    removal::finish_of(&app, id).await?;
     let deleted = app
         .store
         .writer()

@@ -39,6 +39,14 @@ async fn remove_hidden(app: &App) -> Result<(), StoreError> {
     Ok(())
 }
 
+/// Removes what the hidden sessions of a carrier have left, now: for what nobody sees any more must not keep the carrier.
+pub(crate) async fn finish_of(app: &App, carrier_id: Uuid) -> Result<(), StoreError> {
+    for id in removal::hidden_of(app.store.read(), carrier_id).await? {
+        while remove_piece(app, id).await? {}
+    }
+    Ok(())
+}
+
 async fn remove_piece(app: &App, id: Uuid) -> Result<bool, StoreError> {
     app.store.writer().run(move |db| async move { removal::remove_piece(db, id).await }.boxed()).await
 }

@@ -27,6 +27,13 @@ pub async fn hidden(db: impl Executor<'_>) -> Result<Vec<Uuid>, StoreError> {
     Ok(rows.iter().map(|row| columns::id(row, "id")).collect::<sqlx::Result<_>>()?)
 }
 
+/// The hidden sessions of a carrier.
+pub async fn hidden_of(db: impl Executor<'_>, carrier_id: Uuid) -> Result<Vec<Uuid>, StoreError> {
+    let query = sqlx::query("select id from sessions where carrier_id = $1 and removed_at is not null");
+    let rows = query.bind(carrier_id.to_string()).fetch_all(db).await?;
+    Ok(rows.iter().map(|row| columns::id(row, "id")).collect::<sqlx::Result<_>>()?)
+}
+
 /// Removes a piece of a hidden session, in the end itself with the few rows that are left; whether there is more to remove.
 pub async fn remove_piece(db: &mut Connection, id: Uuid) -> Result<bool, StoreError> {
     for place in [Place::First, Place::Second] {
