@@ -4,7 +4,7 @@ import { dayBegins, siteDay } from "../js/format.js";
 import { CLOSE_PX, crowds, fan } from "../js/map/crowds.js";
 import { people } from "../js/state/attention.js";
 import { emptyState } from "../js/state/live.js";
-import { nearestTo, pastState, underWay } from "../js/state/past.js";
+import { hoursBetweenLabels, nearestTo, pastState, underWay } from "../js/state/past.js";
 
 const AT = Date.parse("2026-03-04T08:00:00Z");
 const iso = (/** @type {number} */ ms) => new Date(ms).toISOString();
@@ -80,4 +80,12 @@ test("in a fan no sign hides another, however many there are", () => {
         assert.ok(Math.hypot(x - other, y - below) > 2 * CLOSE_PX, `${n}`);
     });
   }
+});
+
+test("the strip of a day names as many hours as it has room for", () => {
+  assert.equal(hoursBetweenLabels(1200), 1);
+  assert.equal(hoursBetweenLabels(700), 2);
+  assert.equal(hoursBetweenLabels(360), 3);
+  assert.equal(hoursBetweenLabels(320), 6);
+  assert.equal(hoursBetweenLabels(100), 12);
 });

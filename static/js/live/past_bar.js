@@ -6,13 +6,15 @@ import { clock, dayBegins, length, siteDay } from "../format.js";
 import { html, one, render, setAttribute, setText } from "../html.js";
 import { t, translate } from "../i18n.js";
 import { inkOf } from "../map/ink.js";
-import { nearestTo, pastState, underWay } from "../state/past.js";
+import { hoursBetweenLabels, nearestTo, pastState, underWay } from "../state/past.js";
 import { problemBox } from "../ui/problem.js";
 
 const DAY_S = 86_400;
 const STEP_S = 60;
 /** The strip counts walks by so many minutes. */
 const STRETCH_MIN = 10;
+/** Below the counts, for the hours. */
+const HOURS_PX = 16;
 /** So many of those who were nearest are named. */
 const NEAREST = 3;
 
@@ -112,12 +114,24 @@ export function makePastBar(app) {
     strip.width = Math.round(width * ratio);
     strip.height = Math.round(height * ratio);
     g.setTransform(ratio, 0, 0, ratio, 0, 0);
+    const { accent, muted, font } = inkOf();
+    const ground = height - HOURS_PX;
     const most = Math.max(1, ...counts);
-    g.fillStyle = inkOf().accent;
+    g.fillStyle = accent;
     counts.forEach((count, i) => {
-      const tall = (count / most) * height;
-      g.fillRect((i * width) / counts.length, height - tall, width / counts.length, tall);
+      const tall = (count / most) * ground;
+      g.fillRect((i * width) / counts.length, ground - tall, width / counts.length, tall);
     });
+    g.fillStyle = muted;
+    g.font = `10px ${font}`;
+    g.textAlign = "center";
+    const every = hoursBetweenLabels(width);
+    for (let hour = 0; hour <= 24; hour += 1) {
+      const x = (hour * width) / 24;
+      const named = hour % every === 0;
+      g.fillRect(Math.min(x, width - 1), ground, 1, named ? 4 : 2);
+      if (named && hour > 0 && hour < 24) g.fillText(`${hour}:00`, x, height - 1);
+    }
   }
   new ResizeObserver(drawStrip).observe(strip);
 

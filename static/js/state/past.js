@@ -127,3 +127,9 @@ export function underWay(sessions, begins_ms, stretches, stretch_ms) {
   }
   return counts;
 }
+
+/** A label of an hour, with room beside it. */
+const LABEL_PX = 44;
+
+/** Every how many hours a day's strip has room for a label. @param {number} width_px */
+export const hoursBetweenLabels = (width_px) => [1, 2, 3, 6].find((hours) => (width_px * hours) / 24 >= LABEL_PX) ?? 12;
