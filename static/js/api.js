@@ -157,10 +157,10 @@ export const site = () => get("/site");
 export const systems = () => get("/systems");
 export const sitePlan = () => get("/site/plan");
 export const inspectors = () => get("/inspectors").then(rows);
-/** @param {string} name */
-export const createInspector = (name) => post("/inspectors", { name });
+/** @param {string} name @param {string} kind What it is: a person, or as a system says. */
+export const createInspector = (name, kind) => post("/inspectors", { name, kind });
 
-/** @param {URLSearchParams} query @returns {Promise<import("./sessions/wanted.js").Page>} */
+/** @param {URLSearchParams} query @returns {Promise<import("./sessions/search.js").Page>} */
 export const searchSessions = (query) => get(`/sessions/search?${query}`);
 /** @param {string} id @returns {Promise<{starred: boolean, note: string}>} */
 export const sessionNote = (id) => get(`/sessions/${seg(id)}/note`);

@@ -24,6 +24,17 @@ pub fn named(name: &str) -> Option<&'static Declaration> {
     SYSTEMS.iter().copied().find(|system| system.name == name)
 }
 
+/// The kinds of what is positioned, each once, in the order of the systems.
+pub fn carrier_kinds() -> Vec<&'static str> {
+    let mut kinds: Vec<&str> = Vec::new();
+    for system in SYSTEMS {
+        if !kinds.contains(&system.carrier_kind) {
+            kinds.push(system.carrier_kind);
+        }
+    }
+    kinds
+}
+
 /// What clients that know no streams call them, of all systems.
 pub fn former_keys() -> Vec<FormerKeys> {
     SYSTEMS.iter().filter_map(|system| system.former_keys).collect()

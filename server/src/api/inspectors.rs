@@ -1,6 +1,7 @@
-//! The people who walk.
+//! Who or what is positioned: the people who walk, and the instruments.
 
 use axum::extract::State;
+use lodestep_engine::systems::catalogue;
 use schemars::JsonSchema;
 use serde::Deserialize;
 use serde_json::json;
@@ -20,9 +21,9 @@ use crate::wire::Change;
 pub(super) fn routes() -> Routes {
     Routes::new()
         .get("/inspectors", Right::Read, list)
-        .about("list_inspectors", "Everybody who walks")
+        .about("list_inspectors", "Everybody who walks, and every instrument that is positioned")
         .post("/inspectors", Right::Dispatch, create)
-        .about("create_inspector", "Adds an inspector")
+        .about("create_inspector", "Adds an inspector, or another carrier by its kind")
         .get("/inspectors/{id}", Right::Read, show)
         .about("get_inspector", "One inspector")
         .patch("/inspectors/{id}", Right::Dispatch, rename)
@@ -39,6 +40,29 @@ const NAME_LENGTH: usize = 80;
 struct InspectorName {
     #[schemars(example = &"Li Na")]
     name: String,
+}
+
+#[derive(Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+struct NewInspector {
+    #[schemars(example = &"Li Na")]
+    name: String,
+    /// A person where it is left out.
+    #[serde(default = "inspectors::person")]
+    #[schemars(example = &inspectors::PERSON)]
+    kind: String,
+}
+
+/// The kind, when a system positions such a carrier.
+fn checked_kind(kind: String) -> Result<String> {
+    let known = catalogue::carrier_kinds();
+    if known.contains(&kind.as_str()) {
+        return Ok(kind);
+    }
+    Err(Error::invalid(
+        "wrong_kind",
+        format!("expected one of the kinds {}, found {kind:?}: name one of these", known.join(", ")),
+    ))
 }
 
 impl InspectorName {
@@ -63,9 +87,14 @@ async fn list(State(app): State<App>) -> Result<Json<Vec<Inspector>>> {
 async fn create(
     State(app): State<App>,
     caller: Caller,
-    Json(named): Json<InspectorName>,
+    Json(new): Json<NewInspector>,
 ) -> Result<Created<Json<Inspector>>> {
-    let inspector = Inspector { id: Uuid::now_v7(), name: named.checked()?, created_at: utc::now() };
+    let inspector = Inspector {
+        id: Uuid::now_v7(),
+        name: InspectorName { name: new.name }.checked()?,
+        kind: checked_kind(new.kind)?,
+        created_at: utc::now(),
+    };
     let row = inspector.clone();
     let entry = caller.did("inspector.added", inspector.id, None, serde_json::to_value(&inspector).ok());
     app.store

@@ -6,7 +6,7 @@ use serde::{Deserialize, Deserializer};
 use serde_json::{Map, Value, json};
 use uuid::Uuid;
 
-use super::sessions::{NewStart, checked_title, place_of};
+use super::sessions::{NewStart, carried_by, checked_title, place_of, system_named};
 use crate::auth::Caller;
 use crate::error::{Error, Result};
 use crate::http::{Json, Path};
@@ -116,9 +116,10 @@ async fn next(app: &App, caller: &Caller, before: &Session, change: &SessionChan
     }
     if let Some(inspector_id) = change.inspector_id.filter(|id| *id != before.inspector_id) {
         caller.writes_for(inspector_id)?;
-        if inspectors::get(app.store.read(), inspector_id).await?.is_none() {
-            return Err(Error::not_found("inspector", inspector_id));
-        }
+        let carrier = inspectors::get(app.store.read(), inspector_id)
+            .await?
+            .ok_or_else(|| Error::not_found("inspector", inspector_id))?;
+        carried_by(system_named(Some(before.system.as_str()))?, &carrier)?;
         next.inspector_id = inspector_id;
     }
     match &change.start {

@@ -18,9 +18,10 @@ use crate::rights::Right;
 use crate::sessions::engine_config::engine_config;
 use crate::sessions::{parameters, uploads};
 use crate::state::App;
+use crate::store::inspectors::{self, Inspector};
 use crate::store::logs::LogState;
 use crate::store::sessions::{self, Filter, Session, SessionState, Start};
-use crate::store::{anomalies, audit, clock_ties, inspectors, logs, markers, removal, visits};
+use crate::store::{anomalies, audit, clock_ties, logs, markers, removal, visits};
 use crate::utc;
 use crate::wire::{Change, SessionView};
 
@@ -164,6 +165,21 @@ fn system_and_streams(
     Ok((system, streams.into_iter().map(|stream| stream.id).collect()))
 }
 
+/// Whether this carrier can be what the system positions. A person may stand for any: the one who
+/// carries the instrument.
+pub(super) fn carried_by(system: &Declaration, carrier: &Inspector) -> Result<()> {
+    if carrier.kind == inspectors::PERSON || carrier.kind == system.carrier_kind {
+        return Ok(());
+    }
+    Err(Error::conflict(
+        "carrier_of_another_kind",
+        format!(
+            "the {} system positions a carrier of the kind {}, and {} is of the kind {}: choose another carrier or another system",
+            system.name, system.carrier_kind, carrier.name, carrier.kind
+        ),
+    ))
+}
+
 /// Bytes of an instrument's document: a hundred times what the largest needs.
 const INSTRUMENT_BYTES: usize = 256 << 10;
 
@@ -252,10 +268,11 @@ pub(crate) async fn begin(
 ) -> Result<Session> {
     caller.writes_for(new.inspector_id)?;
     let db = app.store.read();
-    if inspectors::get(db, new.inspector_id).await?.is_none() {
-        return Err(Error::not_found("inspector", new.inspector_id));
-    }
+    let carrier = inspectors::get(db, new.inspector_id)
+        .await?
+        .ok_or_else(|| Error::not_found("inspector", new.inspector_id))?;
     let (system, streams) = system_and_streams(new.system.as_deref(), new.streams)?;
+    carried_by(system, &carrier)?;
     if new.initial_heading_deg.is_some_and(|heading| heading.abs() > 360.0) {
         return Err(Error::invalid(
             "wrong_heading",

@@ -24,7 +24,12 @@ pub(super) async fn find_or_add(app: &App, name: &str) -> Result<Inspector> {
     if let Some(known) = inspectors::by_name(app.store.read(), name).await? {
         return Ok(known);
     }
-    let inspector = Inspector { id: Uuid::now_v7(), name: name.to_owned(), created_at: utc::now() };
+    let inspector = Inspector {
+        id: Uuid::now_v7(),
+        name: name.to_owned(),
+        kind: inspectors::person(),
+        created_at: utc::now(),
+    };
     let row = inspector.clone();
     app.store.writer().run(move |db| Box::pin(async move { inspectors::insert(db, &row).await })).await?;
     let inspectors = inspectors::list(app.store.read()).await?;

@@ -267,8 +267,12 @@ mod tests {
     async fn died(folder: &std::path::Path, tries: u32) -> (App, Job) {
         let app = serve::open(Config::for_testing(folder)).await.unwrap();
         let now = utc::now();
-        let walker =
-            inspectors::Inspector { id: uuid::Uuid::now_v7(), name: format!("{tries}"), created_at: now };
+        let walker = inspectors::Inspector {
+            id: uuid::Uuid::now_v7(),
+            name: format!("{tries}"),
+            kind: inspectors::person(),
+            created_at: now,
+        };
         let session = Session {
             id: uuid::Uuid::now_v7(),
             inspector_id: walker.id,

@@ -122,7 +122,12 @@ async fn a_number_that_is_none_is_refused_where_there_has_to_be_one() {
 async fn names_are_ordered_by_their_bytes() {
     let (_folder, store) = store().await;
     for name in ["b", "a b", "ab", "B", "Ä", "张伟", "a-c"] {
-        let row = Inspector { id: Uuid::now_v7(), name: name.into(), created_at: utc::now() };
+        let row = Inspector {
+            id: Uuid::now_v7(),
+            name: name.into(),
+            kind: inspectors::person(),
+            created_at: utc::now(),
+        };
         let write = store.writer().run(move |db| async move { inspectors::insert(db, &row).await }.boxed());
         write.await.unwrap();
     }

@@ -1,4 +1,4 @@
-//! The people who walk.
+//! Who or what is positioned: the carriers. Most are people, so clients know them as inspectors.
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -10,18 +10,30 @@ use super::dialect::{Executor, Row};
 use super::{StoreError, columns};
 use crate::utc;
 
-/// One who walks.
+/// The kind of a carrier that is a person.
+pub const PERSON: &str = "person";
+
+/// One who walks, or an instrument that is positioned.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub struct Inspector {
     /// Its id.
     pub id: Uuid,
-    /// As it is shown; one person, one name.
+    /// As it is shown; one carrier, one name.
     #[schemars(example = &"Li Na")]
     pub name: String,
+    /// `person`, or the kind that a system declares (`GET /systems`, `carrier_kind`).
+    #[serde(default = "person")]
+    #[schemars(example = &PERSON)]
+    pub kind: String,
     /// When it was added.
     #[serde(with = "time::serde::rfc3339")]
     #[schemars(with = "utc::Instant")]
     pub created_at: OffsetDateTime,
+}
+
+/// What a carrier is where nothing is said: clients of earlier releases know people alone.
+pub fn person() -> String {
+    PERSON.to_owned()
 }
 
 impl FromRow<'_, Row> for Inspector {
@@ -29,6 +41,7 @@ impl FromRow<'_, Row> for Inspector {
         Ok(Inspector {
             id: columns::id(row, "id")?,
             name: row.try_get("name")?,
+            kind: row.try_get("kind")?,
             created_at: columns::instant(row, "created_at")?,
         })
     }
@@ -52,10 +65,11 @@ pub async fn by_name(db: impl Executor<'_>, name: &str) -> Result<Option<Inspect
 
 /// Adds one.
 pub async fn insert(db: impl Executor<'_>, inspector: &Inspector) -> Result<(), StoreError> {
-    sqlx::query("insert into carriers (id, name, created_at) values ($1, $2, $3)")
+    sqlx::query("insert into carriers (id, name, created_at, kind) values ($1, $2, $3, $4)")
         .bind(inspector.id.to_string())
         .bind(&inspector.name)
         .bind(utc::to_us(inspector.created_at))
+        .bind(&inspector.kind)
         .execute(db)
         .await?;
     Ok(())

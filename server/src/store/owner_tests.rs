@@ -10,7 +10,12 @@ use super::{Record, Store, StoreError};
 use crate::utc;
 
 async fn add(store: &Store, name: &str) -> Result<(), StoreError> {
-    let row = Inspector { id: Uuid::now_v7(), name: name.into(), created_at: utc::now() };
+    let row = Inspector {
+        id: Uuid::now_v7(),
+        name: name.into(),
+        kind: inspectors::person(),
+        created_at: utc::now(),
+    };
     store.writer().run(move |db| async move { inspectors::insert(db, &row).await }.boxed()).await
 }
 

@@ -19,7 +19,7 @@ use super::live_states::LiveState;
 use super::raw_chunks::{self, Origin, Samples};
 use super::sessions::{self, Session, SessionState, Start};
 use super::stream_visits::{self, StreamVisit};
-use super::track::{self, Run};
+use super::track::{self, TrackKind};
 use super::visits::{self, Visit};
 use super::{Record, Store, StoreError, live_states, stream_chunks, webhook_deliveries};
 use crate::utc;
@@ -31,7 +31,7 @@ pub(super) async fn store() -> (TempDir, Store) {
 }
 
 fn inspector(name: &str) -> Inspector {
-    Inspector { id: Uuid::now_v7(), name: name.into(), created_at: utc::now() }
+    Inspector { id: Uuid::now_v7(), name: name.into(), kind: inspectors::person(), created_at: utc::now() }
 }
 
 async fn add(store: &Store, inspector: &Inspector) -> Result<(), StoreError> {
@@ -108,7 +108,7 @@ fn samples(chunk: &Samples) -> &[ImuSample] {
 }
 
 async fn stored(store: &Store, session: Uuid) -> Vec<TrackPoint> {
-    track::points(store.read(), session, Run::Main).try_collect().await.unwrap()
+    track::points(store.read(), session, TrackKind::Main).try_collect().await.unwrap()
 }
 
 #[tokio::test]

@@ -4,6 +4,7 @@ import * as api from "../api.js";
 import { dateTime } from "../format.js";
 import { html, one, render } from "../html.js";
 import { t } from "../i18n.js";
+import { inspectorsOf } from "../state/live.js";
 import { problemBox } from "../ui/problem.js";
 import { onSubmit, text } from "./view.js";
 
@@ -33,7 +34,7 @@ export function showTokens(app, box, all) {
               ><span>${t("tokens.inspector")}</span
               ><select name="inspector">
                 <option value="">${t("tokens.any_inspector")}</option>
-                ${[...app.live.inspectors.values()].map((i) => html`<option value="${i.id}">${i.name}</option>`)}
+                ${inspectorsOf(app.live).map((i) => html`<option value="${i.id}">${i.name}</option>`)}
               </select></label
             >
             <label class="field"><span>${t("tokens.expires")}</span><input name="expires" type="date" /></label>

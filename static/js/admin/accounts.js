@@ -4,6 +4,7 @@ import * as api from "../api.js";
 import { html, one, render } from "../html.js";
 import { t } from "../i18n.js";
 import { onSubmit, text } from "../account/view.js";
+import { inspectorsOf } from "../state/live.js";
 import { problemBox } from "../ui/problem.js";
 import { makeAttempt } from "./attempt.js";
 
@@ -18,7 +19,7 @@ export function showAccounts(app, box) {
     render(box, html`<p>${t("admin.no_accounts")} <a href="#/account">${t("account.set_up")}</a></p>`);
     return;
   }
-  const inspectors = () => [...app.live.inspectors.values()];
+  const inspectors = () => inspectorsOf(app.live);
   render(
     box,
     html`<h2>${t("admin.accounts")}</h2>

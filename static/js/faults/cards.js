@@ -3,7 +3,7 @@
 import { clock, dateTime, length, percent, siteDay } from "../format.js";
 import { html } from "../html.js";
 import { t, tOr } from "../i18n.js";
-import { severitySign } from "../ui/signs.js";
+import { severitySymbol } from "../ui/symbols.js";
 
 /** @typedef {import("../state/live.js").Fault} Fault */
 
@@ -41,7 +41,7 @@ export function faultCards(app, faults) {
       aria-pressed="${String(fault.id === app.ui.fault)}"
     >
       <span class="line"
-        >${severitySign(fault.severity)}<b class="grow">${faultKind(fault.kind)}</b
+        >${severitySymbol(fault.severity)}<b class="grow">${faultKind(fault.kind)}</b
         >${fault.state !== "open" && html`<span class="tag state" data-state="${fault.state}">${t(`fault.state.${fault.state}`)}</span>`}<span
           class="tag"
           >${t(`severity.${fault.severity}`)}</span

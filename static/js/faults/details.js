@@ -5,8 +5,9 @@ import * as api from "../api.js";
 import { length } from "../format.js";
 import { html, one, render } from "../html.js";
 import { t, translate } from "../i18n.js";
+import { inspectorsOf } from "../state/live.js";
 import { problemBox } from "../ui/problem.js";
-import { severitySign } from "../ui/signs.js";
+import { severitySymbol } from "../ui/symbols.js";
 import { faultDetails, faultKind } from "./cards.js";
 import { FAULT_KINDS } from "./form.js";
 import { faultHistory, photoGrid } from "./record.js";
@@ -68,7 +69,7 @@ export function makeFaultDetails(app, el, on) {
       app.stage.map.invalidateSize({ animate: false });
     }
     if (!fault) return;
-    render(part("title"), html`${severitySign(fault.severity)} ${faultKind(fault.kind)}`);
+    render(part("title"), html`${severitySymbol(fault.severity)} ${faultKind(fault.kind)}`);
     render(
       part("facts"),
       html`<p>
@@ -110,7 +111,7 @@ export function makeFaultDetails(app, el, on) {
           ><span>${t("fault.assignee")}</span
           ><select name="assignee">
             <option value="">${t("fault.nobody")}</option>
-            ${[...app.live.inspectors.values()].map((i) => html`<option value="${i.id}" ${i.id === fault.assignee_id && html` selected`}>${i.name}</option>`)}
+            ${inspectorsOf(app.live).map((i) => html`<option value="${i.id}" ${i.id === fault.assignee_id && html` selected`}>${i.name}</option>`)}
           </select></label
         >
         ${

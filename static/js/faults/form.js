@@ -5,6 +5,7 @@ import { addPhoto, reportFault } from "../api.js";
 import { length, percent } from "../format.js";
 import { html, one, render } from "../html.js";
 import { t } from "../i18n.js";
+import { inspectorsOf } from "../state/live.js";
 import { makeDialog } from "../ui/dialog.js";
 import { problemBox } from "../ui/problem.js";
 import { candidateTable, faultKind } from "./cards.js";
@@ -114,7 +115,7 @@ export function makeFaultForm(app) {
               ><span>${t("fault.by")}</span
               ><select name="inspector_id" required>
                 <option value=""></option>
-                ${[...app.live.inspectors.values()].map((i) => html`<option value="${i.id}">${i.name}</option>`)}
+                ${inspectorsOf(app.live).map((i) => html`<option value="${i.id}">${i.name}</option>`)}
               </select></label
             >`
           }

@@ -3,6 +3,7 @@
 import { faults as fetchFaults } from "../api.js";
 import { html, one, render } from "../html.js";
 import { t, translate } from "../i18n.js";
+import { inspectorsOf } from "../state/live.js";
 import { problemBox } from "../ui/problem.js";
 import { faultCards, faultKind, placeOf } from "./cards.js";
 import { makeFaultDetails } from "./details.js";
@@ -102,7 +103,7 @@ export function faultsView(app, side) {
   function show() {
     render(
       select("assignee"),
-      html`${option("", t("fault.anybody"), "-")}${option("nobody", t("fault.nobody"), filter.assignee)}${[...app.live.inspectors.values()].map((i) => option(i.id, i.name, filter.assignee))}`,
+      html`${option("", t("fault.anybody"), "-")}${option("nobody", t("fault.nobody"), filter.assignee)}${inspectorsOf(app.live).map((i) => option(i.id, i.name, filter.assignee))}`,
     );
     const faults = all();
     const shown = faults.filter((fault) =>

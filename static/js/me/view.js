@@ -6,8 +6,9 @@ import { FAULT_KINDS } from "../faults/form.js";
 import { duration, length, percent } from "../format.js";
 import { html, one, render, setAttribute, setText } from "../html.js";
 import { t, translate } from "../i18n.js";
-import { mayNot } from "../ui/may_not.js";
+import { forbidden } from "../ui/forbidden.js";
 import { people, serverNow } from "../state/attention.js";
+import { inspectorsOf } from "../state/live.js";
 import * as storage from "../ui/remembered.js";
 import { rememberUpload, unfinishedUpload } from "../upload/remembered_upload.js";
 import { keepShell } from "./offline.js";
@@ -72,7 +73,7 @@ export function meView(app, side) {
     side,
     html`<div class="me" data-testid="me">
       <h1 class="unseen" data-t="me.title"></h1>
-      ${mayNot(app, "walk")}
+      ${forbidden(app, "walk")}
       <section class="who">
         <label class="field"
           ><span data-t="me.who"></span
@@ -172,7 +173,7 @@ export function meView(app, side) {
   }
 
   function showWho() {
-    const list = [...app.live.inspectors.values()];
+    const list = inspectorsOf(app.live);
     const names = (list.length > 0 ? list : storedInspectors()).filter((i) => app.writesFor(i.id));
     if (list.length > 0) storage.remember("inspectors", JSON.stringify(list.map(({ id, name }) => ({ id, name }))));
     render(

@@ -3,6 +3,7 @@
 import * as api from "../api.js";
 import { html, one, render } from "../html.js";
 import { t } from "../i18n.js";
+import { systemNamed } from "../systems/index.js";
 import { problemBox } from "../ui/problem.js";
 
 /**
@@ -13,7 +14,10 @@ import { problemBox } from "../ui/problem.js";
  */
 export function showManage(app, box, row, onChange) {
   if (!app.writesFor(row.inspector_id)) return;
-  const people = [...app.live.inspectors.values()].filter((i) => app.writesFor(i.id));
+  const { carrierKind } = systemNamed(row.system);
+  const carriers = [...app.live.inspectors.values()].filter(
+    ({ id, kind = "person" }) => app.writesFor(id) && (kind === "person" || kind === carrierKind),
+  );
   const { marker = null, position_m = [0, 0, 0], known = false } = row.start ?? {};
   const fresh = render(
     box,
@@ -25,7 +29,7 @@ export function showManage(app, box, row, onChange) {
         <label class="field"
           ><span>${t("sessions.manage.inspector")}</span
           ><select name="inspector_id">
-            ${people.map((i) => html`<option value="${i.id}" ${i.id === row.inspector_id && "selected"}>${i.name}</option>`)}
+            ${carriers.map((i) => html`<option value="${i.id}" ${i.id === row.inspector_id && "selected"}>${i.name}</option>`)}
           </select></label
         >
         <label class="field"

@@ -8,7 +8,7 @@ import { extend, revise } from "./trail.js";
  * @typedef {import("./findings.js").Visit} Visit
  * @typedef {import("./findings.js").Anomaly} Anomaly
  * @typedef {import("./findings.js").Stand} Stand
- * @typedef {{id: string, name: string}} Inspector
+ * @typedef {{id: string, name: string, kind?: string}} Inspector
  * @typedef {{
  *   kind?: string, session_id?: string, inspector_id?: string, t_ns: number,
  *   position_m: [number, number, number], heading_rad: number | null, sigma_heading_rad?: number | null,
@@ -109,6 +109,9 @@ function takeSnapshot(state, message) {
   state.faults = new Map(message.faults.map((/** @type {Fault} */ f) => [f.id, f]));
   state.alarms = new Map((message.alarms ?? []).map((/** @type {RaisedAlarm} */ a) => [a.key, a]));
 }
+
+/** Those who are people: instruments are positioned too. @param {LiveState} live */
+export const inspectorsOf = (live) => [...live.inspectors.values()].filter(({ kind = "person" }) => kind === "person");
 
 /**
  * @param {any} row a session as the server tells it

@@ -6,10 +6,10 @@ import { bytes, duration, percent } from "../format.js";
 import { html, one, render, setAttribute, setText } from "../html.js";
 import { t, tOr, translate } from "../i18n.js";
 import { learnSystems, openSystem, systemNamed, systemNames, word } from "../systems/index.js";
-import { mayNot } from "../ui/may_not.js";
+import { forbidden } from "../ui/forbidden.js";
 import { problemBox } from "../ui/problem.js";
 import { uploadForm } from "./form.js";
-import { exchanged, makeLooking } from "./looking.js";
+import { exchanged, makePreviewPanel } from "./preview_panel.js";
 import { TimeLeft } from "./preview.js";
 import { rememberUpload, unfinishedUpload } from "./remembered_upload.js";
 import { runUpload } from "./run.js";
@@ -32,7 +32,7 @@ export function uploadView(app, side, argument) {
   let busy = false;
   /** @type {import("./waiting.js").WaitingWalk[]} */
   let waits = [];
-  const refused = mayNot(app, "walk");
+  const refused = forbidden(app, "walk");
   let gone = false;
   const left = new TimeLeft();
   render(side, uploadForm(system, refused));
@@ -43,7 +43,7 @@ export function uploadView(app, side, argument) {
   const dry = /** @type {HTMLButtonElement} */ (one(".dry", side));
   const picker = /** @type {HTMLInputElement} */ (one("input[type=file]", side));
   const drop = one(".drop", side);
-  const looking = makeLooking(app, side, system, (stream) => files[stream], showWaiting);
+  const looking = makePreviewPanel(app, side, system, (stream) => files[stream], showWaiting);
   const cardOf = (/** @type {string} */ stream) => one(`[data-stream="${CSS.escape(stream)}"]`, side);
   const field = (/** @type {string} */ name) => /** @type {HTMLInputElement} */ (form.elements.namedItem(name));
 
@@ -133,11 +133,14 @@ export function uploadView(app, side, argument) {
   async function showInspectors() {
     const chosen = field("inspector").value;
     const everybody = await api.inspectors().catch(() => [...app.live.inspectors.values()]);
-    const list = everybody.filter((/** @type {{id: string}} */ one) => app.writesFor(one.id));
+    const list = everybody.filter(
+      (/** @type {import("../state/live.js").Inspector} */ { id, kind = "person" }) =>
+        app.writesFor(id) && (kind === "person" || kind === system.carrierKind),
+    );
     render(
       one("[name=inspector]", side),
       html`<option value="">${t("upload.choose_inspector")}</option>
-        ${app.may("dispatch") && html`<option value="${SOMEBODY_NEW}">${t("upload.somebody_new")}</option>`}${list.map((i) => html`<option value="${i.id}">${i.name}</option>`)}`,
+        ${app.may("dispatch") && html`<option value="${SOMEBODY_NEW}">${t(system.carrierKind === "person" ? "upload.somebody_new" : "upload.new_instrument")}</option>`}${list.map((i) => html`<option value="${i.id}">${i.name}</option>`)}`,
     );
     // Where there are several nobody is chosen by chance: a log would go to the wrong one.
     const only = list.length === 1 ? list[0].id : "";
@@ -320,7 +323,7 @@ export function uploadView(app, side, argument) {
     if (inspector_id === SOMEBODY_NEW) {
       const name = String(data.get("new_name") ?? "").trim();
       if (name === "") throw new Error(t("upload.need_name"));
-      inspector_id = (await api.createInspector(name)).id;
+      inspector_id = (await api.createInspector(name, system.carrierKind || "person")).id;
       await showInspectors();
       field("inspector").value = inspector_id;
       showNewName();

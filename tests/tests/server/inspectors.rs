@@ -45,3 +45,32 @@ async fn what_was_acknowledged_is_there_after_a_restart() {
     let all: Value = server.client.get(server.api("/inspectors")).send().await.unwrap().json().await.unwrap();
     assert_eq!(all, json!([added]));
 }
+
+#[tokio::test]
+async fn an_instrument_is_a_carrier_of_its_own_kind_and_does_not_walk() {
+    let server = TestServer::start().await;
+    let (status, cabin) = server.post("/inspectors", &json!({"name": "Feed cabin", "kind": "cabin"})).await;
+    assert_eq!((status, &cabin["kind"]), (201, &json!("cabin")));
+    let (_, person) = server.post("/inspectors", &json!({"name": "Li Na"})).await;
+    assert_eq!(person["kind"], "person", "clients of earlier releases name no kind");
+    let (status, problem) = server.post("/inspectors", &json!({"name": "Drone", "kind": "drone"})).await;
+    assert_eq!((status, &problem["code"]), (422, &json!("wrong_kind")));
+    assert!(problem["detail"].as_str().unwrap().contains("person, instrument, cabin"), "{problem}");
+
+    let walk = json!({"inspector_id": cabin["id"]});
+    let (status, problem) = server.post("/sessions", &walk).await;
+    assert_eq!((status, &problem["code"]), (409, &json!("carrier_of_another_kind")));
+    let of_fixes = |carrier: &Value| json!({"inspector_id": carrier["id"], "system": "fixes"});
+    assert_eq!(server.post("/sessions", &of_fixes(&cabin)).await.0, 409);
+    let (status, session) = server.post("/sessions", &of_fixes(&person)).await;
+    assert_eq!(status, 201, "a person may carry the instrument: {session}");
+
+    // Nor is a walk given to it afterwards.
+    let path = format!("/sessions/{}", session["id"].as_str().unwrap());
+    let answer = server.client.patch(server.api(&path)).json(&walk).send().await.unwrap();
+    assert_eq!(answer.status(), 409);
+    assert_eq!(answer.json::<Value>().await.unwrap()["code"], "carrier_of_another_kind");
+    let server = server.restart().await;
+    let (_, all) = server.get("/inspectors").await;
+    assert_eq!(all, json!([cabin, person]));
+}
