@@ -4,7 +4,7 @@ use std::env::args;
 use std::error::Error;
 use std::io;
 
-use lodestep_engine::parse::{LogReader, Reading};
+use lodestep_engine::parse::{LogReader, ReadOptions};
 use lodestep_engine::systems::pedestrian::{Config, DECLARATION, Side};
 use lodestep_engine::{Session, Solution, Track, track};
 
@@ -19,7 +19,7 @@ fn main() -> Result<(), Box<dyn Error>> {
 /// The smoothed track of a log of the left foot.
 fn track_of(log: &[u8]) -> Result<Track, Box<dyn Error>> {
     let mut samples = Vec::new();
-    let mut reader = LogReader::new(Reading::default());
+    let mut reader = LogReader::new(ReadOptions::default());
     reader.push(log, &mut samples)?;
     reader.finish(&mut samples)?;
 

@@ -1,7 +1,7 @@
 //! A log of any maker, recognised by its first bytes: no more samples than bytes, whatever it is cut into.
 
 use lodestep_engine::parse::log_survey::LogSurvey;
-use lodestep_engine::parse::{LogReader, ParseError, Reading};
+use lodestep_engine::parse::{LogReader, ParseError, ReadOptions};
 use lodestep_engine::sample::ImuSample;
 
 use crate::{samples, sentence};
@@ -9,7 +9,7 @@ use crate::{samples, sentence};
 /// The first byte says where the file is cut, the second what is said of it; the rest is the file.
 pub(crate) fn run(bytes: &[u8]) {
     let [cut, said, file @ ..] = bytes else { return };
-    let reading = Reading {
+    let reading = ReadOptions {
         mapping: None,
         rate_hz: [None, Some(100.0), Some(0.0), Some(12_345.6)][usize::from(said & 3)],
         field_ut_per_count: [None, Some(0.15), Some(-1.0), Some(1e9)][usize::from(said >> 2 & 3)],
@@ -20,7 +20,7 @@ pub(crate) fn run(bytes: &[u8]) {
 }
 
 /// Reads a log whole and in pieces, and holds what came out against what went in.
-pub(crate) fn check(reading: &Reading, file: &[u8], piece: usize) {
+pub(crate) fn check(reading: &ReadOptions, file: &[u8], piece: usize) {
     let (whole, whole_end) = read(reading, file, file.len().max(1));
     let (pieces, pieces_end) = read(reading, file, piece);
     samples::assert_same(&whole, &pieces);
@@ -38,7 +38,7 @@ pub(crate) fn check(reading: &Reading, file: &[u8], piece: usize) {
     assert!((0.0..=1.0).contains(&survey.field_share) && (0.0..=1.0).contains(&survey.pressure_share));
 }
 
-fn read(reading: &Reading, file: &[u8], piece: usize) -> (Vec<ImuSample>, Result<(), ParseError>) {
+fn read(reading: &ReadOptions, file: &[u8], piece: usize) -> (Vec<ImuSample>, Result<(), ParseError>) {
     let (mut reader, mut samples) = (LogReader::new(reading.clone()), Vec::new());
     let pushed = file.chunks(piece).try_for_each(|bytes| reader.push(bytes, &mut samples));
     let end = pushed.and_then(|()| reader.finish(&mut samples));

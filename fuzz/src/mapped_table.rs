@@ -1,6 +1,6 @@
 //! A table that somebody mapped: any mapping, any table.
 
-use lodestep_engine::parse::Reading;
+use lodestep_engine::parse::ReadOptions;
 use lodestep_engine::parse::mapping::{
     Axes, Delimiter, FieldUnit, ForceUnit, Mapping, PressureUnit, RateUnit, Scalar, TimeSource, TimeUnit,
 };
@@ -12,16 +12,16 @@ use crate::any_log;
 pub(crate) fn run(bytes: &[u8]) {
     if bytes.first() == Some(&b'{') {
         let end = bytes.iter().position(|byte| *byte == 0).unwrap_or(bytes.len());
-        let Ok(reading) = serde_json::from_slice::<Reading>(&bytes[..end]) else { return };
+        let Ok(reading) = serde_json::from_slice::<ReadOptions>(&bytes[..end]) else { return };
         let text = serde_json::to_string(&reading).expect("a reading that was read is written");
-        assert_eq!(serde_json::from_str::<Reading>(&text).ok().as_ref(), Some(&reading), "{text}");
+        assert_eq!(serde_json::from_str::<ReadOptions>(&text).ok().as_ref(), Some(&reading), "{text}");
         return any_log::check(&reading, bytes.get(end + 1..).unwrap_or_default(), 7);
     }
     let Some((choices, table)) = bytes.split_first_chunk::<8>() else { return };
     any_log::check(&chosen(choices), table, 1 + usize::from(choices[7]));
 }
 
-fn chosen([parted, time, rate, force, field, pressure, wraps, _]: &[u8; 8]) -> Reading {
+fn chosen([parted, time, rate, force, field, pressure, wraps, _]: &[u8; 8]) -> ReadOptions {
     let pick = |byte: &u8, of: usize| usize::from(*byte) % of;
     let axes = |names: [&str; 3]| names.map(str::to_owned);
     let units = [
@@ -61,9 +61,9 @@ fn chosen([parted, time, rate, force, field, pressure, wraps, _]: &[u8; 8]) -> R
         }),
         skip_rows_without_inertial: force & 2 != 0,
     };
-    Reading {
+    ReadOptions {
         mapping: Some(mapping),
         field_ut_per_count: (field & 8 != 0).then_some(0.3),
-        ..Reading::default()
+        ..ReadOptions::default()
     }
 }

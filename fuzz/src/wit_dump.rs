@@ -1,6 +1,6 @@
 //! A WitMotion dump out of packets whose sums are right, which bytes at random hardly ever are.
 
-use lodestep_engine::parse::Reading;
+use lodestep_engine::parse::ReadOptions;
 
 use crate::any_log;
 
@@ -23,7 +23,7 @@ pub(crate) fn run(bytes: &[u8]) {
     let rate_hz = (said & 1 != 0).then_some(200.0);
     let field_ut_per_count = (said & 2 != 0).then_some(0.15);
     any_log::check(
-        &Reading { rate_hz, field_ut_per_count, ..Reading::default() },
+        &ReadOptions { rate_hz, field_ut_per_count, ..ReadOptions::default() },
         &dump,
         1 + usize::from(*said),
     );

@@ -28,6 +28,7 @@ pub mod stream_field;
 
 mod assets;
 mod auth;
+mod background;
 mod backup;
 mod backup_schedule;
 mod connections;
@@ -45,4 +46,3 @@ mod restore;
 mod scrub;
 pub mod utc;
 mod webhooks;
-mod yielding;

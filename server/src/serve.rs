@@ -166,7 +166,7 @@ pub(crate) async fn open(config: Config) -> Result<App> {
         .with_context(|| format!("could not open the database {}", config.database_told()))?;
     let input_file = InputFile::new_in(&config.data)
         .with_context(|| format!("could not make a file in the data folder {}", config.data.display()))?;
-    let board = live::board_from_store(&store).await.context("could not read what the map shows")?;
+    let board = live::snapshot_from_store(&store).await.context("could not read what the map shows")?;
     let hub = Hub::new(board);
     let has_accounts = accounts::any(store.read()).await.context("could not read the accounts")?;
     let declared = api::routes(&config);

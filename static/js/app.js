@@ -1,7 +1,7 @@
 // What the parts of the page share: the live state, what the person has chosen to see, the map, and one
 // way to say that something has changed.
 
-import { Grid } from "./grid.js";
+import { SpatialIndex } from "./spatial_index.js";
 import { one } from "./html.js";
 import { colourIndex } from "./map/ink.js";
 import { LiveLayers } from "./live/layers.js";
@@ -59,8 +59,8 @@ export function makeApp(site, plan, me, live) {
     stage,
     /** @type {Place[]} where the actuators stand: surveyed, where they are */
     places: plan.nodes,
-    /** @type {Grid<Place>} */
-    grid: new Grid(plan.nodes),
+    /** @type {SpatialIndex<Place>} */
+    grid: new SpatialIndex(plan.nodes),
     /**
      * Markers are the surveyed anchors; the plan's nodes are right above only near the middle of the dish.
      * @param {Place[]} markers
@@ -69,7 +69,7 @@ export function makeApp(site, plan, me, live) {
       const surveyed = new Map(markers.map((m) => [m.name, m]));
       const others = plan.nodes.filter((node) => !surveyed.has(node.name));
       app.places = [...surveyed.values(), ...others];
-      app.grid = new Grid(app.places);
+      app.grid = new SpatialIndex(app.places);
       app.layers.placesMoved();
       app.changed("choice");
     },

@@ -1,7 +1,7 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
 import { ellipse, headingDegrees, K95, rankPlaces, worstSigma } from "../js/geometry.js";
-import { Grid } from "../js/grid.js";
+import { SpatialIndex } from "../js/spatial_index.js";
 import { makePlan } from "./mock/plan.mjs";
 
 test("the 95 % ellipse of a round sigma of 2 m has a radius of 4.895 m", () => {
@@ -73,7 +73,7 @@ test("headings run clockwise from north, 0 to 360", () => {
 
 test("the grid finds what a search through all nodes finds", () => {
   const { nodes } = makePlan();
-  const grid = new Grid(nodes);
+  const grid = new SpatialIndex(nodes);
   for (const [e, n] of [
     [1.1, 0.4],
     [100.3, -51.7],

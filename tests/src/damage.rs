@@ -2,7 +2,7 @@
 //! all the same.
 
 use lodestep_engine::anomaly::Anomaly;
-use lodestep_engine::parse::{LogReader, ParseError, Reading, imu_csv};
+use lodestep_engine::parse::{LogReader, ParseError, ReadOptions, imu_csv};
 use lodestep_engine::sample::ImuSample;
 
 /// A log as a file, on its way to be damaged.
@@ -83,7 +83,7 @@ impl LogText {
     ///
     /// What the reader says.
     pub fn read(&self) -> Result<(Vec<ImuSample>, Vec<Anomaly>), ParseError> {
-        let (mut reader, mut samples) = (LogReader::new(Reading::default()), Vec::new());
+        let (mut reader, mut samples) = (LogReader::new(ReadOptions::default()), Vec::new());
         for piece in self.bytes().chunks(65_536) {
             reader.push(piece, &mut samples)?;
         }

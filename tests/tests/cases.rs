@@ -6,7 +6,7 @@
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 
-use lodestep_engine::parse::{LogReader, Reading};
+use lodestep_engine::parse::{LogReader, ReadOptions};
 use lodestep_tests::hand_in::sha256;
 use lodestep_tests::server::TestServer;
 use serde_json::{Value, json};
@@ -104,7 +104,7 @@ fn refusal(name: &str) -> String {
     let packed = std::fs::read(log(name, "left")).unwrap();
     let mut text = Vec::new();
     std::io::Read::read_to_end(&mut flate2::read::GzDecoder::new(&packed[..]), &mut text).unwrap();
-    let (mut reader, mut samples) = (LogReader::new(Reading::default()), Vec::new());
+    let (mut reader, mut samples) = (LogReader::new(ReadOptions::default()), Vec::new());
     let pushed = reader.push(&text, &mut samples);
     pushed.and_then(|()| reader.finish(&mut samples)).unwrap_err().to_string()
 }

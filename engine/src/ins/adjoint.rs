@@ -23,7 +23,7 @@ use super::earth_transition::EarthPropagation;
 use super::error_model::Propagation;
 use super::eskf::Eskf;
 use super::layout::{BLOCKS_A_SENSOR, ErrorState};
-use super::rows::Rows;
+use super::linear_maps::Rows;
 use super::sensor_map::Five;
 use super::tape::{AsideTaken, Entry, Tape};
 

@@ -8,7 +8,7 @@ use crate::ins::earth_map::{EarthMap, rows};
 use crate::ins::earth_transition::EarthPropagation;
 use crate::ins::error_model::Transition;
 use crate::ins::eskf::Eskf;
-use crate::ins::mechanization::Step;
+use crate::ins::mechanization::Increment;
 use crate::ins::observation::Observation;
 use crate::ins::process_noise::{BiasesKept, Growth, ProcessNoise};
 use crate::rotation::{cayley, skew};
@@ -126,7 +126,7 @@ impl Problem {
         let dt_s = 0.1 + 0.05 * self.odd.next();
         let (f_n, c_nb) = (self.odd.vector() * 2.0, cayley(&self.odd.vector()));
         let (w_nb_n, acceleration_n) = (self.odd.vector(), self.odd.vector());
-        transition.extend(&Step { dt_s, f_n, w_nb_n, acceleration_n }, &c_nb);
+        transition.extend(&Increment { dt_s, f_n, w_nb_n, acceleration_n }, &c_nb);
         let (kept, growth) = (TestNoise.biases_kept(dt_s), TestNoise.growth(&transition));
         self.filter.propagate(&mut transition, 0, &TestNoise);
         let mut t = DMatrix::identity(N, N);

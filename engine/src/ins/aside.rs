@@ -9,8 +9,8 @@ use nalgebra::{RowVector3, SMatrix, SVector};
 use serde::{Deserialize, Serialize};
 
 use super::block_covariance::BlockCovariance;
+use super::linear_maps::Rows;
 use super::observation::Observation;
-use super::rows::Rows;
 use super::sensor_map::Five;
 
 /// One error of the past beside the `B` vectors of now.

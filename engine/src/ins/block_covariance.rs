@@ -11,7 +11,7 @@ use nalgebra::{Matrix3, SMatrix, Vector3};
 use serde::de::Error;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
-use super::rows::{Rows, add_multiples, add_product, dots};
+use super::linear_maps::{Rows, add_multiples, add_product, dots};
 use super::sensor_map::Five;
 
 /// The covariance of `B` three-vectors: a symmetric 3B × 3B matrix.

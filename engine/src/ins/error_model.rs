@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 use super::block_covariance::BlockCovariance;
 use super::layout::BLOCKS_A_SENSOR;
 use super::layout::ErrorState::{AccelerometerBias, Attitude, GyroBias, Position, Velocity};
-use super::mechanization::Step;
+use super::mechanization::Increment;
 use super::process_noise::{Growth, ProcessNoise};
 use super::sensor_map::SensorMap;
 
@@ -51,7 +51,7 @@ impl Transition {
 
     /// Goes on by one step of the strapdown that ended in the attitude `c_nb`.
     #[inline]
-    pub fn extend(&mut self, step: &Step, c_nb: &Matrix3<f64>) {
+    pub fn extend(&mut self, step: &Increment, c_nb: &Matrix3<f64>) {
         self.dt_s += step.dt_s;
         self.c_nb_dt += c_nb * step.dt_s;
         self.f_n_dt2 += (self.f_n_dt + step.f_n * (0.5 * step.dt_s)) * step.dt_s;

@@ -7,7 +7,7 @@ use crate::rotation::cayley;
 
 /// What the strapdown leaves for the error model: the step it has just made.
 #[derive(Clone, Copy, Debug)]
-pub struct Step {
+pub struct Increment {
     /// Length of the step, s.
     pub dt_s: f64,
     /// Specific force over the step, in n, m/s².
@@ -32,7 +32,7 @@ pub fn advance(
     f_b: &Vector3<f64>,
     dt_s: f64,
     gravity_m_s2: f64,
-) -> Step {
+) -> Increment {
     let w_nb_b = (w_ib_b_before + w_ib_b) * 0.5 - state.gyro_bias_b;
     state.c_nb *= cayley(&(w_nb_b * dt_s));
     let f_n = state.c_nb * (f_b - state.accelerometer_bias_b);
@@ -40,7 +40,7 @@ pub fn advance(
     let acceleration_n = f_n - Vector3::z() * gravity_m_s2;
     state.v_n += acceleration_n * dt_s;
     state.p_n += (v_n_before + state.v_n) * (0.5 * dt_s);
-    Step { dt_s, f_n, w_nb_n: state.c_nb * w_nb_b, acceleration_n }
+    Increment { dt_s, f_n, w_nb_n: state.c_nb * w_nb_b, acceleration_n }
 }
 
 #[cfg(test)]

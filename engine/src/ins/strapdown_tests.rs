@@ -8,7 +8,7 @@ use crate::ins::aside::Aside;
 use crate::ins::block_covariance::BlockCovariance;
 use crate::ins::differences::{Estimated, Random, Rig, part};
 use crate::ins::layout::{ErrorState, Layout};
-use crate::ins::rows::Rows;
+use crate::ins::linear_maps::Rows;
 
 /// Two strapdowns, one with scale factors, a lever arm and a place.
 const B: usize = 2 * 5 + 2 + 2;

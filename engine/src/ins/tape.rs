@@ -7,8 +7,8 @@ use nalgebra::{Matrix3, RowVector3, SMatrix, SVector, Vector3};
 use super::block_covariance::BlockCovariance;
 use super::earth_transition::EarthPropagation;
 use super::error_model::Propagation;
+use super::linear_maps::Rows;
 use super::observation::{MOST_BLOCKS, Observation};
-use super::rows::Rows;
 
 /// Updates of at most this many numbers can be taken down.
 pub(super) const MOST_ROWS: usize = 3;

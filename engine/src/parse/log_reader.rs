@@ -23,7 +23,7 @@ const HEAD_BYTES: usize = 32 << 10;
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 #[cfg_attr(feature = "schema", schemars(rename = "LogReading"))]
-pub struct Reading {
+pub struct ReadOptions {
     /// Which column is which channel; recognised by the content, when it is left out.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub mapping: Option<Mapping>,
@@ -40,10 +40,10 @@ pub struct Reading {
     pub clock_zero_ns: Option<i64>,
 }
 
-impl Reading {
+impl ReadOptions {
     /// Whether it says nothing.
     pub fn is_empty(&self) -> bool {
-        *self == Reading::default()
+        *self == ReadOptions::default()
     }
 }
 
@@ -51,7 +51,7 @@ impl Reading {
 /// complete.
 #[derive(Debug)]
 pub struct LogReader {
-    reading: Reading,
+    reading: ReadOptions,
     head: Vec<u8>,
     recognised: Option<Recognised>,
     decoder: Decoder,
@@ -85,7 +85,7 @@ impl std::fmt::Debug for Parser {
 
 impl LogReader {
     /// A reader at the start of a log.
-    pub fn new(reading: Reading) -> LogReader {
+    pub fn new(reading: ReadOptions) -> LogReader {
         LogReader {
             decoder: Decoder::default(),
             times: Times::new(reading.rate_hz),
@@ -213,7 +213,7 @@ impl LogReader {
     }
 
     fn begin(&mut self, whole: bool, samples: &mut Vec<ImuSample>) -> Result<(), ParseError> {
-        let Reading { mapping, rate_hz, field_ut_per_count, .. } = &self.reading;
+        let ReadOptions { mapping, rate_hz, field_ut_per_count, .. } = &self.reading;
         let (rate_hz, field_ut_per_count) = (*rate_hz, *field_ut_per_count);
         if let Some(error) = impossible(rate_hz, field_ut_per_count) {
             return Err(error);
@@ -329,7 +329,7 @@ pub fn common_zero_ns(first_ns: [i64; 2]) -> Option<i64> {
 
 #[cfg(test)]
 pub(super) fn samples_of(bytes: &[u8]) -> Result<(Recognised, Vec<ImuSample>), ParseError> {
-    let mut reader = LogReader::new(Reading::default());
+    let mut reader = LogReader::new(ReadOptions::default());
     let mut samples = Vec::new();
     reader.push(bytes, &mut samples)?;
     reader.finish(&mut samples)?;

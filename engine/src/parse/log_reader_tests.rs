@@ -22,7 +22,7 @@ fn one_of_each() -> Vec<(LogFormat, Vec<u8>)> {
 }
 
 fn read_with(
-    reading: Reading,
+    reading: ReadOptions,
     bytes: &[u8],
     piece: usize,
 ) -> Result<(LogReader, Vec<ImuSample>), ParseError> {
@@ -39,7 +39,7 @@ fn read_with(
 fn every_format_is_recognised_by_its_content() {
     for (format, bytes) in one_of_each() {
         for piece in [1, 13, 1 << 20] {
-            let (reader, samples) = read_with(Reading::default(), &bytes, piece).unwrap();
+            let (reader, samples) = read_with(ReadOptions::default(), &bytes, piece).unwrap();
             assert_eq!(reader.recognised().unwrap().format, format);
             assert_eq!(samples.len(), 2, "{format:?}");
             let expected =
@@ -59,20 +59,21 @@ fn a_long_log_is_read_in_pieces_of_any_size() {
     let text: String = std::iter::once(header.to_owned())
         .chain((0..3000).map(|i| format!("{}{row}", f64::from(i) * 0.0025)))
         .collect();
-    let (_, whole) = read_with(Reading::default(), text.as_bytes(), 1 << 20).unwrap();
+    let (_, whole) = read_with(ReadOptions::default(), text.as_bytes(), 1 << 20).unwrap();
     assert_eq!(whole.len(), 3000);
     for piece in [777, 32 << 10, (32 << 10) + 1] {
-        assert_eq!(read_with(Reading::default(), text.as_bytes(), piece).unwrap().1, whole);
+        assert_eq!(read_with(ReadOptions::default(), text.as_bytes(), piece).unwrap().1, whole);
     }
 }
 
 #[test]
 fn the_clock_s_zero_may_be_given_and_is_shared_by_the_feet() {
     let (_, xsens) = one_of_each().swap_remove(3);
-    let (reader, _) = read_with(Reading::default(), &xsens, 100).unwrap();
+    let (reader, _) = read_with(ReadOptions::default(), &xsens, 100).unwrap();
     assert_eq!(reader.clock_ns(), Some((10_000_000, 20_000_000)));
     let zero = common_zero_ns([10_000_000, 4_000_000]);
-    let (_, samples) = read_with(Reading { clock_zero_ns: zero, ..Reading::default() }, &xsens, 100).unwrap();
+    let (_, samples) =
+        read_with(ReadOptions { clock_zero_ns: zero, ..ReadOptions::default() }, &xsens, 100).unwrap();
     assert_eq!(samples[0].t_ns, 6_000_000);
     assert_eq!(common_zero_ns([0, 3_600_000_000_001]), None);
     assert_eq!(common_zero_ns([i64::MIN, i64::MAX]), None);
@@ -81,7 +82,7 @@ fn the_clock_s_zero_may_be_given_and_is_shared_by_the_feet() {
 #[test]
 fn a_table_that_nobody_knows_is_shown_and_can_be_mapped() {
     let text = "secs;wx;wy;wz;fx;fy;fz\n0,00;1;2;3;0;0;9,8\n0,01;1;2;3;0;0;9,8\n";
-    let mut reader = LogReader::new(Reading::default());
+    let mut reader = LogReader::new(ReadOptions::default());
     let mut samples = Vec::new();
     reader.push(text.as_bytes(), &mut samples).unwrap();
     let error = reader.finish(&mut samples).unwrap_err();
@@ -96,7 +97,8 @@ fn a_table_that_nobody_knows_is_shown_and_can_be_mapped() {
     )
     .unwrap();
     let (reader, samples) =
-        read_with(Reading { mapping: Some(mapping), ..Reading::default() }, text.as_bytes(), 9).unwrap();
+        read_with(ReadOptions { mapping: Some(mapping), ..ReadOptions::default() }, text.as_bytes(), 9)
+            .unwrap();
     assert_eq!(reader.recognised().unwrap().format, LogFormat::Mapped);
     assert_eq!((samples[1].t_ns, samples[1].f_b_m_s2[2]), (10_000_000, 9.8));
 }
@@ -104,20 +106,20 @@ fn a_table_that_nobody_knows_is_shown_and_can_be_mapped() {
 #[test]
 fn what_is_said_must_be_possible() {
     for reading in [
-        Reading { rate_hz: Some(f64::NAN), ..Reading::default() },
-        Reading { rate_hz: Some(0.0), ..Reading::default() },
-        Reading { field_ut_per_count: Some(-1.0), ..Reading::default() },
+        ReadOptions { rate_hz: Some(f64::NAN), ..ReadOptions::default() },
+        ReadOptions { rate_hz: Some(0.0), ..ReadOptions::default() },
+        ReadOptions { field_ut_per_count: Some(-1.0), ..ReadOptions::default() },
     ] {
         assert_eq!(read_with(reading, CANONICAL.as_bytes(), 100).unwrap_err().code(), "bad_mapping");
     }
 }
 
-fn any_reading() -> impl Strategy<Value = Reading> {
+fn any_reading() -> impl Strategy<Value = ReadOptions> {
     let mapping = r#"{"time":{"column":"t_s","unit":"UNIT","rate_hz":50,"wraps_at":65536},"gyr":{"columns":["gyr_x_rad_s","gyr_y_rad_s","gyr_z_rad_s"],"unit":"rad_s"},"acc":{"columns":["acc_x_m_s2","acc_y_m_s2","acc_z_m_s2"],"unit":"g"}}"#;
     let mapped = prop::sample::select(vec!["s", "ms", "us", "ns", "ticks10_khz", "samples", "date_time"])
         .prop_map(move |unit| serde_json::from_str(&mapping.replace("UNIT", unit)).unwrap());
     (prop::option::of(mapped), prop::option::of(1.0..1e3_f64), prop::option::of(any::<i64>())).prop_map(
-        |(mapping, rate_hz, clock_zero_ns)| Reading {
+        |(mapping, rate_hz, clock_zero_ns)| ReadOptions {
             mapping,
             rate_hz,
             field_ut_per_count: rate_hz,

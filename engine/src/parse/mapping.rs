@@ -220,7 +220,7 @@ pub enum FieldUnit {
     /// Nanotesla.
     Nt,
     /// Counts, or shares of the field where it was calibrated: left out unless it is said how much one is
-    /// (see [`Reading`](crate::parse::log_reader::Reading)).
+    /// (see [`ReadOptions`](crate::parse::log_reader::ReadOptions)).
     Counts,
 }
 

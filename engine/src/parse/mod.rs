@@ -63,5 +63,5 @@ mod xsens;
 pub use batch::Batch;
 pub use error::{ParseError, ParseErrorKind};
 pub use imu_csv::ImuCsv;
-pub use log_reader::{LogReader, Reading};
+pub use log_reader::{LogReader, ReadOptions};
 pub use stream_reader::StreamReader;

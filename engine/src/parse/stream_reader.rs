@@ -3,7 +3,7 @@
 use crate::anomaly::Anomaly;
 use crate::parse::error::{ParseError, ParseErrorKind};
 use crate::parse::log_format::{LogFormat, Recognised};
-use crate::parse::log_reader::{LogReader, Reading};
+use crate::parse::log_reader::{LogReader, ReadOptions};
 use crate::parse::mapping::Mapping;
 use crate::parse::remark::LogCause;
 use crate::parse::table_head::{TableHead, TextHead};
@@ -66,7 +66,7 @@ impl StreamReader {
     /// # Errors
     ///
     /// When something is said of rows of numbers that can only be said of an inertial sensor's log.
-    pub fn new(rule: &'static StreamRule, reading: Reading) -> Result<StreamReader, ParseError> {
+    pub fn new(rule: &'static StreamRule, reading: ReadOptions) -> Result<StreamReader, ParseError> {
         Ok(match rule.kind {
             Kind::Imu => StreamReader::Imu(Box::new(LogReader::new(reading))),
             Kind::Values => StreamReader::Values(Box::new(ValuesReader::new(rule, &reading)?)),
@@ -163,8 +163,8 @@ impl StreamReader {
 }
 
 impl ValuesReader {
-    fn new(rule: &'static StreamRule, reading: &Reading) -> Result<ValuesReader, ParseError> {
-        let Reading { mapping, rate_hz, field_ut_per_count, clock_zero_ns } = reading;
+    fn new(rule: &'static StreamRule, reading: &ReadOptions) -> Result<ValuesReader, ParseError> {
+        let ReadOptions { mapping, rate_hz, field_ut_per_count, clock_zero_ns } = reading;
         let said = [
             (mapping.is_some(), "a mapping"),
             (rate_hz.is_some(), "rate_hz"),
@@ -267,7 +267,7 @@ mod tests {
     const POSITIONS: &StreamRule = &RULE;
     const SENSOR: &StreamRule = &StreamRule { kind: Kind::Imu, columns: &[], ..RULE };
 
-    fn read(reading: Reading, text: &str) -> Result<Readings, ParseError> {
+    fn read(reading: ReadOptions, text: &str) -> Result<Readings, ParseError> {
         let mut reader = StreamReader::new(POSITIONS, reading)?;
         let mut readings = reader.none();
         reader.push(text.as_bytes(), &mut readings)?;
@@ -282,14 +282,14 @@ mod tests {
             let readings = read(reading, text).unwrap();
             readings.iter().map(|reading| reading.t_ns()).collect::<Vec<_>>()
         };
-        assert_eq!(times(Reading::default()), [100_000_000_000, 101_500_000_000]);
-        let said = Reading { clock_zero_ns: Some(100_000_000_000), ..Reading::default() };
+        assert_eq!(times(ReadOptions::default()), [100_000_000_000, 101_500_000_000]);
+        let said = ReadOptions { clock_zero_ns: Some(100_000_000_000), ..ReadOptions::default() };
         assert_eq!(times(said), [0, 1_500_000_000]);
     }
 
     #[test]
     fn what_is_said_of_an_inertial_sensor_is_refused_of_rows() {
-        let said = Reading { rate_hz: Some(100.0), ..Reading::default() };
+        let said = ReadOptions { rate_hz: Some(100.0), ..ReadOptions::default() };
         let error = read(said.clone(), "").unwrap_err();
         assert_eq!(error.code(), "bad_mapping");
         assert!(error.to_string().contains("rate_hz"), "{error}");
@@ -300,9 +300,9 @@ mod tests {
     fn the_log_of_an_inertial_sensor_is_no_log_of_positions_and_the_other_way_round() {
         let imu =
             "t_s,gyr_x_rad_s,gyr_y_rad_s,gyr_z_rad_s,acc_x_m_s2,acc_y_m_s2,acc_z_m_s2\n0,0,0,0,0,0,9.8\n";
-        let error = read(Reading::default(), imu).unwrap_err();
+        let error = read(ReadOptions::default(), imu).unwrap_err();
         assert_eq!((error.code(), error.column.as_deref()), ("missing_column", Some("e_m")));
-        let mut reader = StreamReader::new(SENSOR, Reading::default()).unwrap();
+        let mut reader = StreamReader::new(SENSOR, ReadOptions::default()).unwrap();
         let mut readings = reader.none();
         reader.push(b"t_s,e_m,n_m,u_m\n0,1,2,3\n", &mut readings).unwrap();
         let error = reader.finish(&mut readings).unwrap_err();

@@ -259,7 +259,7 @@ fn clock_ns(packet: &[u8]) -> Option<i64> {
 pub(super) mod tests {
     use super::*;
     use crate::parse::log_format::LogFormat;
-    use crate::parse::log_reader::{LogReader, Reading, samples_of};
+    use crate::parse::log_reader::{LogReader, ReadOptions, samples_of};
 
     pub(in crate::parse) fn packet(kind: u8, data: [u8; 8]) -> Vec<u8> {
         let mut bytes = vec![0x55, kind];
@@ -312,7 +312,8 @@ pub(super) mod tests {
 
     #[test]
     fn the_field_is_told_when_it_is_said_how_much_a_count_is() {
-        let mut reader = LogReader::new(Reading { field_ut_per_count: Some(0.1), ..Reading::default() });
+        let mut reader =
+            LogReader::new(ReadOptions { field_ut_per_count: Some(0.1), ..ReadOptions::default() });
         let mut samples = Vec::new();
         reader.push(&dump(2, true), &mut samples).unwrap();
         reader.finish(&mut samples).unwrap();
@@ -338,7 +339,7 @@ pub(super) mod tests {
     fn without_time_packets_the_rate_is_asked_for_and_used() {
         let error = samples_of(&dump(20, false)).unwrap_err();
         assert_eq!(error.code(), "mapping_needed");
-        let mut reader = LogReader::new(Reading { rate_hz: Some(200.0), ..Reading::default() });
+        let mut reader = LogReader::new(ReadOptions { rate_hz: Some(200.0), ..ReadOptions::default() });
         let mut samples = Vec::new();
         reader.push(&dump(20, false), &mut samples).unwrap();
         reader.finish(&mut samples).unwrap();
@@ -362,7 +363,8 @@ pub(super) mod tests {
         }
         assert!(recognise(&bytes));
         assert_eq!(samples_of(&bytes).unwrap_err().code(), "mapping_needed");
-        let reading = Reading { rate_hz: Some(100.0), field_ut_per_count: Some(0.1), ..Reading::default() };
+        let reading =
+            ReadOptions { rate_hz: Some(100.0), field_ut_per_count: Some(0.1), ..ReadOptions::default() };
         let mut reader = LogReader::new(reading);
         let mut samples = Vec::new();
         for piece in bytes.chunks(7) {

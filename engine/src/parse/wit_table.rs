@@ -99,7 +99,7 @@ fn time_of(head: &TextHead, header: &Candidate<'_>, rate_hz: Option<f64>) -> Opt
 #[cfg(test)]
 mod tests {
     use crate::parse::log_format::{LogFormat, Note};
-    use crate::parse::log_reader::{LogReader, Reading, samples_of};
+    use crate::parse::log_reader::{LogReader, ReadOptions, samples_of};
 
     #[test]
     fn the_older_program() {
@@ -151,7 +151,7 @@ mod tests {
         let text =
             "ax(g)\tay(g)\taz(g)\twx(deg/s)\twy(deg/s)\twz(deg/s)\n0\t0\t1\t0\t0\t0\n0\t0\t1\t0\t0\t0\n";
         assert_eq!(samples_of(text.as_bytes()).unwrap_err().code(), "mapping_needed");
-        let mut reader = LogReader::new(Reading { rate_hz: Some(200.0), ..Reading::default() });
+        let mut reader = LogReader::new(ReadOptions { rate_hz: Some(200.0), ..ReadOptions::default() });
         let mut samples = Vec::new();
         reader.push(text.as_bytes(), &mut samples).unwrap();
         reader.finish(&mut samples).unwrap();

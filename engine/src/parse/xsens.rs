@@ -119,7 +119,7 @@ fn without_time(header: &Candidate<'_>) -> ParseError {
 #[cfg(test)]
 mod tests {
     use crate::parse::log_format::{LogFormat, Note};
-    use crate::parse::log_reader::{LogReader, Reading, samples_of};
+    use crate::parse::log_reader::{LogReader, ReadOptions, samples_of};
 
     fn manager(above: &str, rows: &[(u32, &str)]) -> String {
         let mut text = format!(
@@ -156,7 +156,7 @@ mod tests {
         assert_eq!(samples[1].t_ns, 10_000_000);
         let silent = manager("// Start Time: Unknown\n", &[(7, ""), (8, "")]);
         assert_eq!(samples_of(silent.as_bytes()).unwrap_err().code(), "mapping_needed");
-        let mut reader = LogReader::new(Reading { rate_hz: Some(40.0), ..Reading::default() });
+        let mut reader = LogReader::new(ReadOptions { rate_hz: Some(40.0), ..ReadOptions::default() });
         let mut samples = Vec::new();
         reader.push(silent.as_bytes(), &mut samples).unwrap();
         reader.finish(&mut samples).unwrap();

@@ -6,7 +6,7 @@ use nalgebra::{Vector3, Vector4};
 
 use crate::event::{Event, TrackPoint, VisitOutcome};
 use crate::ins::eskf::Eskf;
-use crate::ins::rows::Rows;
+use crate::ins::linear_maps::Rows;
 use crate::visit::Visit;
 
 /// What a filter takes one at a time: a reading with all that was decided about it before. Small, of a fixed size, and the same to

@@ -5,7 +5,7 @@ use nalgebra::{SMatrix, Vector4};
 use super::filter::Replayed;
 use crate::event::TrackPoint;
 use crate::ins::adjoint::Adjoint;
-use crate::ins::rows::Rows;
+use crate::ins::linear_maps::Rows;
 use crate::ins::tape::{Tape, TapeLength};
 
 /// Smoothed covariances are worked out this often, and lie on a line in between: they change slowly,

@@ -10,7 +10,7 @@ use crate::auth::Caller;
 use crate::error::Result;
 use crate::http::media::{Csv, LandXml, Media, PlainText};
 use crate::http::{Attachment, Created, CsvBody, File, Json, NoContent, Path, Query, Routes, With};
-use crate::markers::{self, Apply, FilePoint, Form, ImportView, Reading, Revert, SurveyedPoint};
+use crate::markers::{self, Apply, FilePoint, Form, ImportView, ReadOptions, Revert, SurveyedPoint};
 use crate::rights::Right;
 use crate::state::App;
 use crate::store::marker_imports::{self, MarkerImport};
@@ -119,7 +119,7 @@ async fn give_up(State(app): State<App>, Path(id): Path<Uuid>) -> Result<NoConte
 async fn read_again(
     State(app): State<App>,
     Path(id): Path<Uuid>,
-    Json(reading): Json<Reading>,
+    Json(reading): Json<ReadOptions>,
 ) -> Result<Json<ImportView>> {
     Ok(Json(markers::read_again(&app, id, reading).await?))
 }

@@ -11,7 +11,7 @@ use crate::rights::Right;
 use crate::sessions::unknown_start::is_unknown;
 use crate::state::App;
 use crate::store::sessions::{self, Session};
-use crate::store::track::{self, Run};
+use crate::store::track::{self, TrackKind};
 use crate::utc;
 
 /// No walk takes longer: one that began earlier was left open.
@@ -97,7 +97,8 @@ async fn show(State(app): State<App>, Query(query): Query<MomentQuery>) -> Resul
         let then_ns = then_us.saturating_mul(1_000);
         let last = track::last_at(db, session.id, then_ns).await?.filter(|last| !is_unknown(last.sigma_n_m));
         let from_ns = then_ns.saturating_sub((trail_s * 1e9) as i64);
-        let way = track::thinned(db, session.id, Run::Main, (from_ns, then_ns), (SPACING_NS, 0)).await?;
+        let way =
+            track::thinned(db, session.id, TrackKind::Main, (from_ns, then_ns), (SPACING_NS, 0)).await?;
         let way = way.into_iter().filter(|point| !is_unknown(point.sigma_n_m));
         let position = last.map(|last| PositionThen {
             t_ns: last.t_ns,

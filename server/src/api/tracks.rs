@@ -14,12 +14,12 @@ use crate::http::{Attachment, File, Path, Query, Routes, With, WrittenJson};
 use crate::rights::Right;
 use crate::sessions::body_writer::body_writer;
 use crate::sessions::process;
-use crate::sessions::stored_grid::{Grid, SLACK_NS, cell_ns};
+use crate::sessions::thinning::{SLACK_NS, Thinning, cell_ns};
 use crate::sessions::track_file::{self, Format, TrackPoints};
 use crate::state::App;
 use crate::store::jobs::JobState;
 use crate::store::sessions::{self, Session};
-use crate::store::track::{self, Run};
+use crate::store::track::{self, TrackKind};
 use crate::store::{inspectors, lab_runs, lab_tracks, visits};
 
 pub(super) fn routes() -> Routes {
@@ -52,7 +52,7 @@ struct TrackQuery {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum WantedRun {
     /// One that belongs to the walk.
-    Own(Run),
+    Own(TrackKind),
     /// A lab run.
     Lab(Uuid),
 }
@@ -69,8 +69,10 @@ impl WantedRun {
 impl TrackQuery {
     /// The main run, unless another is named.
     fn run(&self) -> Result<WantedRun> {
-        let Some(text) = self.run.as_deref() else { return Ok(WantedRun::Own(Run::Main)) };
-        let own = [Run::Main, Run::Filtered, Run::WithoutMarkers].into_iter().find(|run| run.name() == text);
+        let Some(text) = self.run.as_deref() else { return Ok(WantedRun::Own(TrackKind::Main)) };
+        let own = [TrackKind::Main, TrackKind::Filtered, TrackKind::WithoutMarkers]
+            .into_iter()
+            .find(|run| run.name() == text);
         match (own, Uuid::parse_str(text)) {
             (Some(run), _) => Ok(WantedRun::Own(run)),
             (None, Ok(id)) => Ok(WantedRun::Lab(id)),
@@ -235,7 +237,7 @@ async fn lab_points(app: &App, session_id: Uuid, id: Uuid) -> Result<Vec<TrackPo
 async fn stored(
     app: &App,
     session_id: Uuid,
-    run: Run,
+    run: TrackKind,
     stretch_ns: (i64, i64),
     rate: Rate,
 ) -> Result<(Vec<TrackPoint>, Vec<VisitOutcome>)> {
@@ -244,26 +246,27 @@ async fn stored(
         // Every one is the first of its own cell.
         Rate::Stored | Rate::Full => 1,
     };
-    let grid = (cell_ns, SLACK_NS);
-    let points = track::thinned(app.store.read(), session_id, run, stretch_ns, grid).await?;
+    let thinning = (cell_ns, SLACK_NS);
+    let points = track::thinned(app.store.read(), session_id, run, stretch_ns, thinning).await?;
     let visits = match run {
-        Run::Main | Run::Filtered => {
+        TrackKind::Main | TrackKind::Filtered => {
             track_file::outcomes(visits::of_session(app.store.read(), session_id).await?)
         }
-        Run::WithoutMarkers => Vec::new(),
+        TrackKind::WithoutMarkers => Vec::new(),
     };
     Ok((points, visits))
 }
 
-/// The points of a stretch, of each cell of a grid the first.
+/// The points of a stretch, of each cell of a thinning the first.
 fn cut(
     (mut points, visits): (Vec<TrackPoint>, Vec<VisitOutcome>),
     (from_ns, to_ns): (i64, i64),
     cell_ns: Option<i64>,
 ) -> (Vec<TrackPoint>, Vec<VisitOutcome>) {
-    let mut grid = cell_ns.map(Grid::new);
+    let mut thinning = cell_ns.map(Thinning::new);
     points.retain(|point| {
-        (from_ns..=to_ns).contains(&point.t_ns) && grid.as_mut().is_none_or(|grid| grid.takes(point.t_ns))
+        (from_ns..=to_ns).contains(&point.t_ns)
+            && thinning.as_mut().is_none_or(|thinning| thinning.takes(point.t_ns))
     });
     (points, visits)
 }
@@ -273,9 +276,9 @@ fn file_name(session: &Session, run: WantedRun, format: Format) -> String {
     let started = session.started_at;
     let day = format!("{:04}-{:02}-{:02}", started.year(), u8::from(started.month()), started.day());
     let run = match run {
-        WantedRun::Own(Run::Main) => String::new(),
-        WantedRun::Own(Run::Filtered) => "-filtered".to_owned(),
-        WantedRun::Own(Run::WithoutMarkers) => "-without-markers".to_owned(),
+        WantedRun::Own(TrackKind::Main) => String::new(),
+        WantedRun::Own(TrackKind::Filtered) => "-filtered".to_owned(),
+        WantedRun::Own(TrackKind::WithoutMarkers) => "-without-markers".to_owned(),
         WantedRun::Lab(id) => format!("-lab-{id}"),
     };
     format!("track-{day}-{}{run}.{}", session.id, format.extension())

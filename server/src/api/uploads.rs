@@ -4,7 +4,7 @@ use axum::body::Body;
 use axum::extract::State;
 use axum::http::StatusCode;
 use futures_util::StreamExt;
-use lodestep_engine::parse::Reading;
+use lodestep_engine::parse::ReadOptions;
 use lodestep_engine::stream::StreamId;
 use lodestep_engine::system::StreamRule;
 use schemars::JsonSchema;
@@ -112,7 +112,7 @@ struct FinishLog {
     #[schemars(example = crate::examples::SHA256)]
     sha256: Option<String>,
     /// What the log does not say itself; as said when it was begun, when it is left out.
-    reading: Option<Reading>,
+    reading: Option<ReadOptions>,
 }
 
 async fn finish(
@@ -135,7 +135,7 @@ async fn finish(
 #[serde(deny_unknown_fields)]
 struct PreviewOptions {
     /// What the log does not say itself.
-    reading: Option<Reading>,
+    reading: Option<ReadOptions>,
 }
 
 /// A dry run of an upload: reads what has arrived and keeps nothing of it.
@@ -169,7 +169,7 @@ async fn preview(
 ) -> Result<Json<Preview>> {
     let rule = rule_named(query.system.as_deref(), query.stream.as_deref())?;
     let reading = match query.reading.as_deref() {
-        None => Reading::default(),
+        None => ReadOptions::default(),
         Some(text) => serde_json::from_str(text).map_err(|error| {
             Error::invalid(
                 "wrong_field",

@@ -15,8 +15,8 @@ use crate::http::media::{Csv, Media};
 use crate::http::operation::Content;
 use crate::http::{Describer, Json, MaybeNew, Needs, NoContent, Path, RequestPart, Routes, read_json};
 use crate::rights::Right;
+use crate::sessions::add_visits::{self, AddedVisits, Told};
 use crate::sessions::stand_choice;
-use crate::sessions::tell_visits::{self, AddedVisits, Told};
 use crate::state::App;
 use crate::store::sessions;
 use crate::store::visits::{self, Visit};
@@ -56,7 +56,7 @@ async fn tell(
     Path(session_id): Path<Uuid>,
     VisitsBody(told): VisitsBody,
 ) -> Result<MaybeNew<Json<AddedVisits>>> {
-    let added = tell_visits::tell(&app, &caller, session_id, told).await?;
+    let added = add_visits::add(&app, &caller, session_id, told).await?;
     Ok(MaybeNew::of(added.added > 0, Json(added)))
 }
 

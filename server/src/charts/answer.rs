@@ -20,7 +20,7 @@ use crate::sessions::stored_samples::{self, Recording};
 use crate::state::App;
 use crate::store::charts::Series;
 use crate::store::sessions::Session;
-use crate::store::track::{self, Run};
+use crate::store::track::{self, TrackKind};
 use crate::store::{Store, StoreError, charts, raw_chunks};
 
 /// What is asked for.
@@ -86,8 +86,9 @@ pub(crate) async fn charts(app: &App, session: &Session, window: Window) -> Resu
     let mut series = charts::of_session(app.store.read(), session.id).await?;
     let processed = !series.is_empty();
     if !processed {
-        let points: Vec<_> = track::points(app.store.read(), session.id, Run::Main).try_collect().await?;
-        series = of_points(session.declaration(), Run::Main, &points);
+        let points: Vec<_> =
+            track::points(app.store.read(), session.id, TrackKind::Main).try_collect().await?;
+        series = of_points(session.declaration(), TrackKind::Main, &points);
     }
     series.retain(|line| window.wants(&line.chart));
     let wants_samples = OF_SAMPLES.iter().any(|chart| window.wants(chart));

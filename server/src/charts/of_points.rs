@@ -8,7 +8,7 @@ use lodestep_engine::system::Declaration;
 
 use super::cells::{CELL_NS, Cells};
 use crate::store::charts::Series;
-use crate::store::track::Run;
+use crate::store::track::TrackKind;
 
 /// A speed is the way of so long, ns.
 const SPEED_OVER_NS: i64 = 1_000_000_000;
@@ -18,7 +18,7 @@ const OF_EACH_RUN: [&str; 5] = ["sigma_plan", "sigma_up", "sigma_heading", "head
 
 /// A run's points, oldest first, cut into cells. A heading goes on beyond a full turn: a line that jumps from
 /// 180° to −180° has no smallest and largest value.
-pub(crate) fn of_points(system: &Declaration, run: Run, points: &[TrackPoint]) -> Vec<Series> {
+pub(crate) fn of_points(system: &Declaration, run: TrackKind, points: &[TrackPoint]) -> Vec<Series> {
     let mut of_run: [Cells; 5] = std::array::from_fn(|_| Cells::new(CELL_NS));
     let mut stance: [Cells; MOST_PARTS] = std::array::from_fn(|_| Cells::new(CELL_NS));
     let [mut speed, mut separation] = std::array::from_fn(|_| Cells::new(CELL_NS));
@@ -38,7 +38,7 @@ pub(crate) fn of_points(system: &Declaration, run: Run, points: &[TrackPoint]) -
         for (cells, value) in of_run.iter_mut().zip(values) {
             cells.take(t_ns, value);
         }
-        if run != Run::Main {
+        if run != TrackKind::Main {
             continue;
         }
         for (cells, part) in stance.iter_mut().zip(point.parts) {
@@ -96,7 +96,7 @@ mod tests {
     fn a_walk_of_a_metre_a_second_that_turns_about_is_cut_into_cells() {
         let turning = |k: i64| wrap(3.0 + 0.05 * k as f64);
         let points: Vec<_> = (0..30).map(|k| point(k * 100_000_000, k as f64 * 0.1, turning(k))).collect();
-        let all = of_points(catalogue::usual(), Run::Main, &points);
+        let all = of_points(catalogue::usual(), TrackKind::Main, &points);
         let line = |chart: &str, name: &str| {
             all.iter().find(|series| series.chart == chart && series.name == name).unwrap()
         };
@@ -108,10 +108,10 @@ mod tests {
         let heading = &line("heading", "main").low;
         assert!(heading.windows(2).all(|pair| (pair[1] - pair[0] - 0.05).abs() < 1e-4), "{heading:?}");
         assert!(
-            of_points(catalogue::usual(), Run::Filtered, &points)
+            of_points(catalogue::usual(), TrackKind::Filtered, &points)
                 .iter()
                 .all(|series| series.name == "filtered")
         );
-        assert!(of_points(catalogue::usual(), Run::Main, &[]).is_empty());
+        assert!(of_points(catalogue::usual(), TrackKind::Main, &[]).is_empty());
     }
 }

@@ -10,7 +10,7 @@ use lodestep_engine::anomaly::{Anomaly, Cause as _};
 use lodestep_engine::parse::log_format::LogFormat;
 use lodestep_engine::parse::log_reader::{common_zero_ns, is_of_a_calendar};
 use lodestep_engine::parse::remark::LogCause;
-use lodestep_engine::parse::{Reading, StreamReader};
+use lodestep_engine::parse::{ReadOptions, StreamReader};
 use lodestep_engine::stream::Readings;
 use lodestep_engine::system::StreamRule;
 use lodestep_engine::systems::catalogue;
@@ -19,7 +19,7 @@ use lodestep_engine::systems::pedestrian::feet_clocks::{FeetClocks, Swings};
 
 use crate::cli::failure::Failure;
 use crate::sessions::archive;
-use crate::sessions::in_time_order::StreamReadings;
+use crate::sessions::merge_by_time::StreamReadings;
 use crate::sessions::unpack::{Unpack, UnpackError, UnpackLimits};
 
 /// Unpacked bytes that are parsed at a time.
@@ -54,11 +54,11 @@ impl Read for Watched {
 impl LogFile {
     /// Opens a log of the usual system that says all of itself, and adds its size to the bar's length.
     pub(super) fn open(path: &Path, bar: &ProgressBar) -> Result<LogFile> {
-        LogFile::open_as(path, Reading::default(), bar)
+        LogFile::open_as(path, ReadOptions::default(), bar)
     }
 
     /// The same, to be read as this says.
-    pub(super) fn open_as(path: &Path, reading: Reading, bar: &ProgressBar) -> Result<LogFile> {
+    pub(super) fn open_as(path: &Path, reading: ReadOptions, bar: &ProgressBar) -> Result<LogFile> {
         LogFile::open_of(&catalogue::usual().streams[0], path, reading, bar)
     }
 
@@ -66,7 +66,7 @@ impl LogFile {
     pub(super) fn open_of(
         rule: &'static StreamRule,
         path: &Path,
-        reading: Reading,
+        reading: ReadOptions,
         bar: &ProgressBar,
     ) -> Result<LogFile> {
         let unpack = if path.is_dir() {
@@ -135,7 +135,7 @@ impl Clocks {
 
 /// Brings the clocks of both feet's logs together, where they are not those of the session: by what they show, or where
 /// that cannot be, by the steps of both feet.
-pub(super) fn clocks_of_feet(paths: [&Path; 2], reading: &Reading) -> Result<Clocks> {
+pub(super) fn clocks_of_feet(paths: [&Path; 2], reading: &ReadOptions) -> Result<Clocks> {
     /// Swings by which clocks are compared, and the rows in which they are looked for.
     const MOST_ROWS: u64 = 1_000_000;
     /// Canonical logs count from the session's start: such as begin within this of each other do, ns.
@@ -143,7 +143,7 @@ pub(super) fn clocks_of_feet(paths: [&Path; 2], reading: &Reading) -> Result<Clo
     let mut first_ns = [0; 2];
     let mut swings = [Swings::default(), Swings::default()];
     // The clock as it is: counted from no zero.
-    let as_is = || Reading { clock_zero_ns: Some(0), ..reading.clone() };
+    let as_is = || ReadOptions { clock_zero_ns: Some(0), ..reading.clone() };
     let mut from_start = false;
     for foot in 0..2 {
         let mut log = LogFile::open_as(paths[foot], as_is(), &ProgressBar::hidden())?;
@@ -198,7 +198,7 @@ pub(super) fn clocks_of_feet(paths: [&Path; 2], reading: &Reading) -> Result<Clo
 
 /// What the clocks of the logs of inertial sensors show at the session's start, where that has to be said: logs of another
 /// maker's clock count from the earliest first sample, so that the sensors stay together.
-pub(super) fn shared_zero_ns(paths: &[&Path], reading: &Reading) -> Result<Option<i64>> {
+pub(super) fn shared_zero_ns(paths: &[&Path], reading: &ReadOptions) -> Result<Option<i64>> {
     let mut ends: Option<[i64; 2]> = None;
     for path in paths {
         let mut log = LogFile::open_as(path, reading.clone(), &ProgressBar::hidden())?;

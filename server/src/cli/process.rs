@@ -7,7 +7,7 @@ use anyhow::Result;
 use clap::Args;
 use lodestep_engine::geo::Site;
 use lodestep_engine::parameters::Parameters;
-use lodestep_engine::parse::Reading;
+use lodestep_engine::parse::ReadOptions;
 use lodestep_engine::parse::mapping::Mapping;
 use lodestep_engine::session::SessionConfig;
 use lodestep_engine::systems::pedestrian::Side;
@@ -170,7 +170,7 @@ fn process_walk(args: &ProcessArgs) -> Result<()> {
     let mut feet = Vec::new();
     for (foot, path) in [(Side::Left, &args.left), (Side::Right, &args.right)] {
         if let Some(path) = path {
-            let reading = Reading { clock_zero_ns: clocks.zero_ns(foot), ..reading.clone() };
+            let reading = ReadOptions { clock_zero_ns: clocks.zero_ns(foot), ..reading.clone() };
             feet.push((foot, LogFile::open_as(path, reading, &bar)?));
         }
     }
@@ -242,7 +242,7 @@ impl ProcessArgs {
     }
 
     /// What the command line says of the logs.
-    fn reading(&self) -> Result<Reading> {
+    fn reading(&self) -> Result<ReadOptions> {
         let mapping = match &self.mapping {
             None => None,
             Some(path) => {
@@ -252,7 +252,7 @@ impl ProcessArgs {
                 Some(mapping)
             }
         };
-        Ok(Reading {
+        Ok(ReadOptions {
             mapping,
             rate_hz: self.sensor_rate_hz,
             field_ut_per_count: self.field_ut_per_count,

@@ -8,8 +8,8 @@ use lodestep_engine::session::{SessionConfig, Summary, Visit};
 use lodestep_engine::stream::StreamId;
 use lodestep_engine::track::Track;
 
-use crate::sessions::in_time_order::{InTimeOrder, StreamReadings};
-use crate::sessions::run::{Run, feed};
+use crate::sessions::computation::{Computation, feed};
+use crate::sessions::merge_by_time::{MergedByTime, StreamReadings};
 
 /// What a walk came to.
 pub(super) struct Walked {
@@ -29,8 +29,8 @@ pub(super) fn run<S: StreamReadings>(
 ) -> Result<Walked> {
     let begin = Instant::now();
     // How many samples a log holds is known at its end.
-    let mut run = Run::new(config, visits, 0)?;
-    feed(&mut run, InTimeOrder::new(streams), |_| true)?;
+    let mut run = Computation::new(config, visits, 0)?;
+    feed(&mut run, MergedByTime::new(streams), |_| true)?;
     run.smooth(|_| true);
     let (summary, process_seconds) = (run.summary(), begin.elapsed().as_secs_f64());
     Ok(Walked { track: run.track, read_with: run.read_with, summary, process_seconds })

@@ -22,12 +22,12 @@ use tokio::sync::mpsc;
 use tokio::time::{Instant, MissedTickBehavior, interval, sleep_until};
 
 use super::device::{self, Device, ToDevice};
+use super::live_session::{Findings, LiveSession};
 use super::pace::Pace;
 use super::pose_hub::ToldPose;
 use super::rebuild;
 use super::sequence::{Arrival, Sequence};
 use super::to_disk::{Gathered, Then, Written};
-use super::walk::{Findings, Walk};
 use crate::auth::Caller;
 use crate::error::{Error, Result};
 use crate::sessions::anomaly_runs::Growing;
@@ -136,7 +136,7 @@ async fn automatic_visits(app: &App, session: &Session) -> Result<Vec<Visit>, St
 pub(super) struct Actor {
     pub(super) app: App,
     pub(super) session: Session,
-    pub(super) walk: Walk,
+    pub(super) walk: LiveSession,
     /// What may take up the states of this walk.
     pub(super) fits: String,
     pub(super) sequences: BTreeMap<StreamId, Sequence>,

@@ -4,7 +4,7 @@ use time::OffsetDateTime;
 use uuid::Uuid;
 
 use super::actor::Actor;
-use super::walk::{Findings, NewestPoint, Shown};
+use super::live_session::{Findings, NewestPoint, Shown};
 use crate::sessions::anomaly_runs::Grown;
 use crate::sessions::unknown_start::is_unknown;
 use crate::store::stands::Stand;

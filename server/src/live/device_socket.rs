@@ -18,7 +18,7 @@ use tokio::time::{Instant, MissedTickBehavior, interval, timeout};
 
 use super::actor::Command;
 use super::device::{self, Device, MOST_ANSWERS_WAITING, ToDevice};
-use super::opening::{self, Opened};
+use super::hello::{self, Opened};
 use crate::auth::{Caller, by_token, not_signed_in, until_unknown};
 use crate::error::{Error, Result};
 use crate::http::Upgraded;
@@ -124,7 +124,7 @@ impl Connection {
                     if let Some(token) = token_in(text.as_str()) {
                         self.caller = by_token(&self.app, &token, &self.caller.address).await?;
                     }
-                    opening::open(&self.app, &self.caller, hello).await.map(Some)
+                    hello::open(&self.app, &self.caller, hello).await.map(Some)
                 }
                 Ok(_) => Err(Error::invalid(
                     "hello_missing",

@@ -18,11 +18,11 @@ use tokio::time::Instant;
 use tokio_util::sync::CancellationToken;
 use uuid::Uuid;
 
-use super::board::{Board, Picture};
+use super::snapshot::{Board, Picture};
 use crate::alarms::{Limits, Watched};
+use crate::background::in_background;
 use crate::utc;
 use crate::wire::{Change, Position};
-use crate::yielding::yielding;
 
 /// How long changes are gathered before they are sent as one message.
 const GATHERED_FOR: Duration = Duration::from_millis(50);
@@ -204,7 +204,8 @@ impl Hub {
         }
         let (begun, hub) = (Instant::now(), Arc::clone(self));
         // Where no thread can be had it is made here.
-        let (seq, text) = yielding(move || hub.snapshot()).await.unwrap_or_else(|_no_thread| self.snapshot());
+        let (seq, text) =
+            in_background(move || hub.snapshot()).await.unwrap_or_else(|_no_thread| self.snapshot());
         *last = Some((begun, seq, text.clone()));
         (seq, text)
     }

@@ -12,8 +12,8 @@ use lodestep_engine::stream::StreamId;
 use sha2::{Digest, Sha256};
 use uuid::Uuid;
 
+use super::live_session::{Findings, LiveSession};
 use super::sequence::Sequence;
-use super::walk::{Findings, Walk};
 use crate::sessions::provenance::hex;
 use crate::state::App;
 use crate::store::raw_chunks::Samples;
@@ -22,12 +22,12 @@ use crate::store::stream_visits::{self, StreamVisit};
 use crate::store::{StoreError, live_states, stream_chunks};
 
 /// The layout of a saved state is that of the private parts of these files.
-const LAYOUT: [&str; 2] = [include_str!("walk.rs"), include_str!("grid.rs")];
+const LAYOUT: [&str; 2] = [include_str!("live_session.rs"), include_str!("thinning.rs")];
 
 /// A walk, and where its device goes on.
 #[derive(Debug)]
 pub(super) struct Rebuilt {
-    pub(super) walk: Walk,
+    pub(super) walk: LiveSession,
     /// What it found on the way.
     pub(super) findings: Findings,
     /// By stream.
@@ -51,7 +51,7 @@ pub(super) struct Told {
 impl Told {
     pub(super) async fn of(app: &App, session: &Session) -> Result<Told, StoreError> {
         let db = app.store.read();
-        let config = super::opening::session_config(app, session).await?;
+        let config = super::hello::session_config(app, session).await?;
         let stored_hz = app.config.track_rate_hz;
         let fits = fits(&config, stored_hz);
         Ok(Told { config, stored_hz, visits: stream_visits::of_session(db, session.id).await?, fits })
@@ -81,7 +81,7 @@ pub(super) async fn from_all_samples(
     told: &Told,
 ) -> Result<Rebuilt, StoreError> {
     let inputs = Box::new(app.input_file.of_session());
-    let walk = Walk::new(told.config.clone(), told.stored_hz, Some(inputs)).map_err(|error| {
+    let walk = LiveSession::new(told.config.clone(), told.stored_hz, Some(inputs)).map_err(|error| {
         StoreError::Damaged { what: format!("the streams of session {session_id}"), why: error.to_string() }
     })?;
     let chunks = stream_chunks::as_received(app.store.read(), session_id);
@@ -99,7 +99,7 @@ pub(super) async fn from_a_saved_state(
     let before_ns = told.config.system.looks_back_ns();
     for state in live_states::from_before_the_newest(db, session_id, &told.fits, before_ns).await? {
         let inputs = Box::new(app.input_file.of_session());
-        let Some(walk) = Walk::restored(told.config.clone(), told.stored_hz, inputs, &state) else {
+        let Some(walk) = LiveSession::restored(told.config.clone(), told.stored_hz, inputs, &state) else {
             tracing::warn!(session = %session_id, "a saved state could not be read: the walk is made from its samples");
             continue;
         };
@@ -115,7 +115,7 @@ pub(super) async fn from_a_saved_state(
 
 /// Gives a walk that has taken so many samples what came after: `next` is the next batch of each stream.
 async fn replay(
-    mut walk: Walk,
+    mut walk: LiveSession,
     mut next: BTreeMap<StreamId, u64>,
     samples: u64,
     told: &Told,

@@ -49,7 +49,7 @@ impl Registry {
 
     /// Gives visits that are on disk to a session that is live on this server; any other will use them
     /// in its next run.
-    pub(crate) async fn tell_visits(&self, session_id: Uuid, visits: Vec<Visit>) {
+    pub(crate) async fn add_visits(&self, session_id: Uuid, visits: Vec<Visit>) {
         let actor = self.lock().get(&session_id).cloned();
         if let Some(actor) = actor {
             // One that has just ended has no use for them.

@@ -13,7 +13,7 @@ use tokio::time::Instant;
 
 use super::actor::{Actor, Go};
 use super::device;
-use super::walk::Findings;
+use super::live_session::Findings;
 use crate::error::{Error, Result};
 use crate::store::Record;
 use crate::store::live_states::LiveState;

@@ -6,15 +6,15 @@ use uuid::Uuid;
 
 use super::actor::Actor;
 use super::device;
+use super::live_session::Findings;
 use super::to_disk::Then;
-use super::walk::Findings;
 use crate::auth::Caller;
 use crate::error::{Error, Result};
 use crate::markers::checked_name;
 use crate::store::dialect::Connection;
 use crate::store::stands::{self, Stand};
 use crate::store::stream_visits::{self, StreamVisit};
-use crate::store::track::{self, Place, Run};
+use crate::store::track::{self, Place, TrackKind};
 use crate::store::visits::{self, Origin, Visit};
 use crate::store::{StoreError, anomalies, audit, markers, webhook_deliveries};
 use crate::utc;
@@ -116,7 +116,7 @@ impl Actor {
         changes.extend(self.changes(&mut findings, utc::now()));
         let entry = caller.map(|caller| entry(caller, &told.visit));
         let writer = self.app.store.writer().clone();
-        let run = (Run::Main, self.place);
+        let run = (TrackKind::Main, self.place);
         let write = async move {
             writer.run(move |db| write_visit(db, (told, run), entry, contradicted, findings).boxed()).await
         };
@@ -163,7 +163,7 @@ fn is_same(visit: &Visit, marker: &str, t_start_ns: i64) -> bool {
 /// A visit and what the walk made of it, all or nothing.
 async fn write_visit(
     db: &mut Connection,
-    (told, run): (StreamVisit, (Run, Place)),
+    (told, run): (StreamVisit, (TrackKind, Place)),
     entry: Option<audit::Entry>,
     contradicted: Vec<Visit>,
     findings: Findings,

@@ -4,10 +4,10 @@ use std::collections::HashMap;
 
 use lodestep_engine::parse::names;
 
+use super::defect::{Against, Defect};
 use super::finding::{Findings, Level};
 use super::frame_fit::{Fit, explain, median};
 use super::mapping::Mapping;
-use super::odd::{Against, Odd};
 use super::rows::Row;
 use crate::site::Plan;
 use crate::store::markers::Place;
@@ -58,26 +58,26 @@ pub(super) fn check(
             continue;
         }
         let Row { line, name, place, .. } = row;
-        let mut warn = |odd: Odd| findings.of_line(Level::Warning, *line, name, &odd);
+        let mut warn = |odd: Defect| findings.of_line(Level::Warning, *line, name, &odd);
         if let Some(old) = old {
             let moved_m = old.plan_distance_m(place);
             let swapped_m = old.plan_distance_m(&Place { e_m: place.n_m, n_m: place.e_m, u_m: None });
             if moved_m > FAR_MOVE_M && swapped_m < FAR_MOVE_M {
-                warn(Odd::SwappedRow { largest_move_m: FAR_MOVE_M, moved_m, swapped_m });
+                warn(Defect::SwappedRow { largest_move_m: FAR_MOVE_M, moved_m, swapped_m });
             } else if moved_m > FAR_MOVE_M {
-                warn(Odd::FarMove { largest_move_m: FAR_MOVE_M, moved_m });
+                warn(Defect::FarMove { largest_move_m: FAR_MOVE_M, moved_m });
             }
         } else {
             if let Some(like) = plain_names.get(&names::look(name)) {
-                warn(Odd::SimilarName { like: (*like).to_owned() });
+                warn(Defect::SimilarName { like: (*like).to_owned() });
             }
             if in_plan * 2 > rows.len() && !plan_names.contains_key(name.as_str()) {
-                warn(Odd::NotInPlan);
+                warn(Defect::NotInPlan);
             }
         }
         let radius_m = place.e_m.hypot(place.n_m);
         if radius_m > OFF_SITE * plan.ring_radius_m {
-            warn(Odd::OffSite { distance_m: radius_m, ring_radius_m: plan.ring_radius_m });
+            warn(Defect::OffSite { distance_m: radius_m, ring_radius_m: plan.ring_radius_m });
         }
         let mut around = Vec::new();
         for (other, there) in neighbours.near(place) {
@@ -86,7 +86,7 @@ pub(super) fn check(
             }
             let distance_m = place.plan_distance_m(&there);
             if distance_m < TOO_CLOSE_M {
-                warn(Odd::TooClose { least_apart_m: TOO_CLOSE_M, other: other.to_owned(), distance_m });
+                warn(Defect::TooClose { least_apart_m: TOO_CLOSE_M, other: other.to_owned(), distance_m });
             }
             if let (true, Some(u_m)) = (distance_m < NEIGHBOUR_M, there.u_m) {
                 around.push([there.e_m - place.e_m, there.n_m - place.n_m, u_m]);
@@ -95,7 +95,7 @@ pub(super) fn check(
         if let (Some(u_m), Some(ground_m)) = (place.u_m, ground_m(&around))
             && (u_m - ground_m).abs() > OFF_TERRAIN_M
         {
-            warn(Odd::OffTerrain { ground_m, height_m: u_m });
+            warn(Defect::OffTerrain { ground_m, height_m: u_m });
         }
     }
 }
@@ -150,33 +150,33 @@ fn of_all(
     };
     if let Some((fit, against)) = fit {
         let odd = told(&fit, against);
-        let suggested = matches!(odd, Odd::SwappedAxes { .. }).then(|| mapping.swapped());
+        let suggested = matches!(odd, Defect::SwappedAxes { .. }).then(|| mapping.swapped());
         findings.of_file(Level::Warning, &odd, suggested);
     }
     let raised: Vec<f64> = known.iter().filter_map(|(file, table)| Some(file.u_m? - table.u_m?)).collect();
     let typical_m = median(raised.clone());
     let spread_m = median(raised.iter().map(|raise| (raise - typical_m).abs()).collect());
     if raised.len() >= 4 && typical_m.abs() > SHIFTED_HEIGHT_M && spread_m < 0.2 * typical_m.abs() {
-        findings.of_file(Level::Warning, &Odd::ShiftedHeights { off_by_m: typical_m }, None);
+        findings.of_file(Level::Warning, &Defect::ShiftedHeights { off_by_m: typical_m }, None);
     }
 }
 
-fn told(fit: &Fit, against: Against) -> Odd {
+fn told(fit: &Fit, against: Against) -> Defect {
     let turn_deg = fit.turn_deg;
     if fit.mirrored && (turn_deg - 90.0).abs() < 5.0 && (fit.scale - 1.0).abs() < 0.05 {
-        return Odd::SwappedAxes { against };
+        return Defect::SwappedAxes { against };
     }
     if fit.mirrored {
-        return Odd::Mirrored { against, turn_deg };
+        return Defect::Mirrored { against, turn_deg };
     }
     if (fit.scale - 1.0).abs() > 0.005 {
-        return Odd::OtherUnit { against, scale: fit.scale };
+        return Defect::OtherUnit { against, scale: fit.scale };
     }
     if turn_deg.abs() > 0.05 {
-        return Odd::Turned { against, turn_deg };
+        return Defect::Turned { against, turn_deg };
     }
     let [east_m, north_m] = fit.shift_m;
-    Odd::Shifted { against, east_m, north_m }
+    Defect::Shifted { against, east_m, north_m }
 }
 
 /// Which markers are near a place, by cells.

@@ -6,7 +6,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::rows::Row;
-use super::write::Step;
+use super::write::MarkerEdit;
 use crate::store::marker_imports::Counts;
 use crate::store::markers::Place;
 
@@ -18,7 +18,7 @@ pub(crate) struct Difference {
     pub(crate) change: Change,
     /// What it is, and what it becomes.
     #[serde(flatten)]
-    pub(crate) step: Step,
+    pub(crate) step: MarkerEdit,
     /// The line of the file; `None` where the file lacks it.
     pub(crate) line: Option<u64>,
     /// How far it moves in plan, m; `None` where it is added or removed.
@@ -69,7 +69,7 @@ pub(super) fn difference(
             moved_m: before.map(|before| before.plan_distance_m(&after)),
             raised_m: before.and_then(|before| Some(after.u_m? - before.u_m?)),
             sigma_m: row.sigma_m,
-            step: Step { name: row.name.clone(), before, after: Some(after) },
+            step: MarkerEdit { name: row.name.clone(), before, after: Some(after) },
         });
     }
     if whole_table {
@@ -81,7 +81,7 @@ pub(super) fn difference(
                 moved_m: None,
                 raised_m: None,
                 sigma_m: None,
-                step: Step { name: name.clone(), before: Some(*place), after: None },
+                step: MarkerEdit { name: name.clone(), before: Some(*place), after: None },
             });
         }
     }

@@ -7,7 +7,7 @@ use lodestep_engine::parse::names;
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-use super::write::{Cause, Step, write};
+use super::write::{Cause, MarkerEdit, write};
 use crate::auth::Caller;
 use crate::error::{Error, Result};
 use crate::state::App;
@@ -271,7 +271,7 @@ async fn change(
                     Next::Remove => None,
                 };
                 let before = standing.as_ref().map(Marker::place);
-                let step = Step { name: name.clone(), before, after };
+                let step = MarkerEdit { name: name.clone(), before, after };
                 let revision = write(&mut *db, &[step], &cause).await?;
                 Ok::<_, Error>((standing, markers::get(&mut *db, &name).await?, revision))
             })

@@ -6,8 +6,8 @@ use lodestep_engine::figures::Figures;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use super::defect::Defect;
 use super::mapping::Mapping;
-use super::odd::Odd;
 
 /// Findings of one kind that are told one by one; of more, only the number.
 const MOST_OF_A_KIND: usize = 50;
@@ -38,7 +38,7 @@ pub(crate) struct Finding {
 }
 
 impl Finding {
-    fn of(level: Level, odd: &Odd) -> Finding {
+    fn of(level: Level, odd: &Defect) -> Finding {
         Finding {
             code: odd.code().to_owned(),
             level,
@@ -73,12 +73,12 @@ pub(crate) struct Findings {
 
 impl Findings {
     /// Adds one about the whole file.
-    pub(super) fn of_file(&mut self, level: Level, odd: &Odd, suggested: Option<Mapping>) {
+    pub(super) fn of_file(&mut self, level: Level, odd: &Defect, suggested: Option<Mapping>) {
         self.push(Finding { suggested, ..Finding::of(level, odd) });
     }
 
     /// Adds one about a line.
-    pub(super) fn of_line(&mut self, level: Level, line: u64, marker: &str, odd: &Odd) {
+    pub(super) fn of_line(&mut self, level: Level, line: u64, marker: &str, odd: &Defect) {
         let marker = (!marker.is_empty()).then(|| marker.to_owned());
         self.push(Finding { line: Some(line), marker, ..Finding::of(level, odd) });
     }

@@ -17,7 +17,7 @@ use super::finding::Level;
 use super::mapping::Mapping;
 use super::plan::{Plan, plan};
 use super::staged;
-use super::write::{Cause, Step};
+use super::write::{Cause, MarkerEdit};
 use crate::auth::Caller;
 use crate::error::{Error, Result};
 use crate::state::App;
@@ -52,7 +52,7 @@ pub(crate) struct ImportView {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 #[schemars(rename = "MarkerImportReading")]
-pub(crate) struct Reading {
+pub(crate) struct ReadOptions {
     /// Which column is what; guessed where it is left out.
     pub(crate) mapping: Option<Mapping>,
     /// Whether markers that the file does not name are removed.
@@ -96,7 +96,7 @@ pub(crate) async fn create(
     let file_name =
         file_name.map(|name| name.chars().filter(|c| !c.is_control()).take(FILE_NAME_LENGTH).collect());
     let now = utc::now();
-    let (plan, mut import) = compare(app, &file, Reading::default()).await?;
+    let (plan, mut import) = compare(app, &file, ReadOptions::default()).await?;
     (import.file_name, import.created_at, import.created_by) = (file_name, now, Some(caller.who));
     let (row, text) = (import.clone(), to_json(&plan)?);
     let forgotten = now - FORGOTTEN_AFTER;
@@ -113,7 +113,7 @@ pub(crate) async fn create(
 }
 
 /// Reads a file once more, by another mapping or against the table as it is now.
-pub(crate) async fn read_again(app: &App, id: Uuid, reading: Reading) -> Result<ImportView> {
+pub(crate) async fn read_again(app: &App, id: Uuid, reading: ReadOptions) -> Result<ImportView> {
     let db = app.store.read();
     let known = find(app, id).await?;
     expect(&known, ImportState::Compared)?;
@@ -167,13 +167,18 @@ pub(crate) async fn apply(app: &App, caller: Caller, id: Uuid, asked: Apply) -> 
     expect(&import, ImportState::Compared)?;
     let plan: Plan = from_json(id, &marker_imports::plan(app.store.read(), id).await?)?;
     check(&plan, asked.accept_warnings)?;
-    let steps: Vec<Step> = plan.differences.into_iter().map(|difference| difference.step).collect();
+    let steps: Vec<MarkerEdit> = plan.differences.into_iter().map(|difference| difference.step).collect();
     make(app, import.compared_revision, steps, Cause { caller, reason, import: Some((id, false)) }).await
 }
 
 /// Makes the steps of a file, or those that take it back, for a table in this revision; what is left of them when that is not to be
 /// goes again.
-pub(super) async fn make(app: &App, compared: i64, steps: Vec<Step>, cause: Cause) -> Result<MarkerImport> {
+pub(super) async fn make(
+    app: &App,
+    compared: i64,
+    steps: Vec<MarkerEdit>,
+    cause: Cause,
+) -> Result<MarkerImport> {
     let Some((id, is_revert)) = cause.import else {
         return Err(Error::Internal(anyhow::anyhow!("steps of no file")));
     };
@@ -253,9 +258,13 @@ pub(crate) async fn revert(app: &App, caller: Caller, id: Uuid, asked: Revert) -
     if !changed.is_empty() && !asked.skip_changed {
         return Err(changed_since(&changed, &now));
     }
-    let steps: Vec<Step> = back
+    let steps: Vec<MarkerEdit> = back
         .into_iter()
-        .map(|MarkerChange { marker, before, after, .. }| Step { name: marker, before: after, after: before })
+        .map(|MarkerChange { marker, before, after, .. }| MarkerEdit {
+            name: marker,
+            before: after,
+            after: before,
+        })
         .collect();
     make(app, revision, steps, Cause { caller, reason, import: Some((id, true)) }).await
 }
@@ -298,7 +307,7 @@ pub(super) async fn apply_at_once(
         .writer()
         .run(move |db| Box::pin(async move { marker_imports::insert(db, &import, &file, &text).await }));
     insert.await?;
-    let steps: Vec<Step> = plan.differences.into_iter().map(|Difference { step, .. }| step).collect();
+    let steps: Vec<MarkerEdit> = plan.differences.into_iter().map(|Difference { step, .. }| step).collect();
     let cause = Cause { caller, reason: String::new(), import: Some((id, false)) };
     let made = make(app, compared, steps, cause).await;
     if made.is_err() {
@@ -313,7 +322,7 @@ pub(super) async fn apply_at_once(
 }
 
 /// The plan of a file against the table as it is, on a thread for such work, with a row that says so.
-async fn compare(app: &App, file: &[u8], reading: Reading) -> Result<(Plan, MarkerImport)> {
+async fn compare(app: &App, file: &[u8], reading: ReadOptions) -> Result<(Plan, MarkerImport)> {
     let table = any_table::read(file)?;
     if let Some(mapping) = reading.mapping
         && !mapping.fits(table.columns.len())

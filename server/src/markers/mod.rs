@@ -2,6 +2,7 @@
 //! history of every marker, and what the walks say about its survey.
 
 mod checks;
+mod defect;
 mod difference;
 mod edit;
 mod finding;
@@ -10,7 +11,6 @@ mod grid;
 mod import;
 mod imports;
 mod mapping;
-mod odd;
 mod plan;
 mod residuals;
 mod rows;
@@ -23,7 +23,7 @@ mod write;
 pub(crate) use edit::{NewMarker, Seen, add, checked_name, put, remove};
 pub(crate) use import::{Imported, import, places_of_file};
 pub(crate) use imports::{
-    Apply, ImportView, Reading, Revert, apply, create, give_up, read_again, revert, view,
+    Apply, ImportView, ReadOptions, Revert, apply, create, give_up, read_again, revert, view,
 };
 pub(crate) use residuals::{Residuals, residuals};
 pub use seed::seed;

@@ -8,10 +8,10 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::checks::check;
+use super::defect::Defect;
 use super::difference::{Difference, difference};
 use super::finding::{Findings, Level};
 use super::mapping::Mapping;
-use super::odd::Odd;
 use super::rows::rows;
 use crate::site;
 use crate::store::marker_imports::Counts;
@@ -57,7 +57,7 @@ pub(super) fn plan(
     let mut compared = (Vec::new(), Counts::default());
     let mapping = mapping.or_else(|| Mapping::guess(&table.columns));
     match mapping {
-        None => findings.of_file(Level::Error, &Odd::ColumnsUnknown, None),
+        None => findings.of_file(Level::Error, &Defect::ColumnsUnknown, None),
         Some(mapping) => {
             let standing: HashMap<String, Place> =
                 standing.iter().map(|marker| (marker.name.clone(), marker.place())).collect();
@@ -66,7 +66,7 @@ pub(super) fn plan(
             compared = difference(&read, &standing, whole_table);
             let removed = compared.1.removed;
             if removed > 0 && !findings.has(Level::Error) {
-                findings.of_file(Level::Warning, &Odd::Removes { missing: removed }, None);
+                findings.of_file(Level::Warning, &Defect::Removes { missing: removed }, None);
             }
         }
     }

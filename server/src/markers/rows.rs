@@ -8,11 +8,11 @@ use lodestep_engine::parse::markers_csv::MarkerPlace;
 use lodestep_engine::parse::surveyed::Packed;
 use lodestep_engine::parse::{names, surveyed};
 
+use super::defect::Defect;
 use super::edit::{FARTHEST_M, NAME_LENGTH, checked_name};
 use super::finding::{Findings, Level};
 use super::grid;
 use super::mapping::{Mapping, metres_in};
-use super::odd::Odd;
 use crate::store::markers::Place;
 
 /// The share of a file's rows that makes a finding one of the whole file.
@@ -44,7 +44,7 @@ pub(super) fn rows(
     findings: &mut Findings,
 ) -> Vec<Row> {
     if table.rows.is_empty() {
-        findings.of_file(Level::Error, &Odd::NoRows, None);
+        findings.of_file(Level::Error, &Defect::NoRows, None);
     }
     let grid = grid::of(table, mapping, frame);
     let packed = packed_angles(table, mapping, frame);
@@ -52,7 +52,7 @@ pub(super) fn rows(
         Some(grid) => {
             // A mapping that has the axes the other way round is put right by the grid itself.
             let (central_meridian_deg, distance_m) = (grid.zone.central_meridian_deg, grid.distance_m);
-            let odd = Odd::NationalGrid { grid: grid.name.clone(), central_meridian_deg, distance_m };
+            let odd = Defect::NationalGrid { grid: grid.name.clone(), central_meridian_deg, distance_m };
             let level = if distance_m > grid::FARTHEST_M { Level::Error } else { Level::Warning };
             findings.of_file(level, &odd, None);
             if level == Level::Error {
@@ -65,19 +65,19 @@ pub(super) fn rows(
                 Some((shown(row.cells.get(first)?), packed?.degrees(value_of(table, row, first)?)?))
             });
             if let Some((found, degrees)) = shown_of {
-                findings.of_file(Level::Warning, &Odd::PackedAngles { found, degrees }, None);
+                findings.of_file(Level::Warning, &Defect::PackedAngles { found, degrees }, None);
             }
         }
         None if wrong_frame(table, mapping, frame, findings) => return Vec::new(),
         None if mapping.is_by_custom(&table.columns) => {
-            findings.of_file(Level::Warning, &Odd::AxesByCustom, Some(mapping.swapped()));
+            findings.of_file(Level::Warning, &Defect::AxesByCustom, Some(mapping.swapped()));
         }
         None => {}
     }
     let absolute = grid.is_some() || matches!(mapping, Mapping::Geographic { .. });
     if absolute && mapping.has_heights_above_the_sea(&table.columns) {
         let column = mapping.columns().2.and_then(|at| table.columns.get(at)).cloned().unwrap_or_default();
-        let odd = Odd::HeightsAboveTheSea { column };
+        let odd = Defect::HeightsAboveTheSea { column };
         findings.of_file(Level::Warning, &odd, Some(mapping.without_heights()));
     } else if !absolute && let Some(odd) = absolute_heights(table, mapping, frame) {
         findings.of_file(Level::Warning, &odd, Some(mapping.without_heights()));
@@ -88,16 +88,16 @@ pub(super) fn rows(
     for row in &table.rows {
         let mut filled = row.cells.iter().filter(|cell| !cell.is_empty());
         if let (Some(alone), None, true) = (filled.next(), filled.next(), row.cells.len() > 2) {
-            findings.of_line(Level::Warning, row.line, "", &Odd::NoMarker { found: shown(alone) });
+            findings.of_line(Level::Warning, row.line, "", &Defect::NoMarker { found: shown(alone) });
             continue;
         }
         let Some(read) = one(row, table, mapping, (frame, grid.as_ref(), packed), findings) else { continue };
         if let Some(line) = lines.insert(read.name.clone(), read.line) {
-            findings.of_line(Level::Error, read.line, &read.name, &Odd::RepeatedName { first_line: line });
+            findings.of_line(Level::Error, read.line, &read.name, &Defect::RepeatedName { first_line: line });
             continue;
         }
         if let Some(like) = looks.insert(names::look(&read.name), read.name.clone()) {
-            findings.of_line(Level::Warning, read.line, &read.name, &Odd::SimilarName { like });
+            findings.of_line(Level::Warning, read.line, &read.name, &Defect::SimilarName { like });
         }
         rows.push(read);
     }
@@ -118,13 +118,14 @@ fn one(
         Ok(name) => name,
         Err(error) => {
             let (found, sentence) = (shown(cell(name)), error.to_string());
-            let odd = Odd::WrongName { found, longest_letters: NAME_LENGTH, sentence };
+            let odd = Defect::WrongName { found, longest_letters: NAME_LENGTH, sentence };
             findings.of_line(Level::Error, row.line, "", &odd);
             return None;
         }
     };
     if name != written {
-        let odd = Odd::CleanedName { letters: written.chars().count(), kept_letters: name.chars().count() };
+        let odd =
+            Defect::CleanedName { letters: written.chars().count(), kept_letters: name.chars().count() };
         findings.of_line(Level::Warning, row.line, &name, &odd);
     }
     let comma = table.decimal_comma;
@@ -139,8 +140,8 @@ fn one(
         let text = cell(index);
         let (column, found) = (table.columns[index].clone(), shown(text));
         let odd = match read(index, text) {
-            None => Odd::NotANumber { column, found },
-            Some(value) if value.abs() > most => Odd::ValueOutOfRange { column, found, most },
+            None => Defect::NotANumber { column, found },
+            Some(value) if value.abs() > most => Defect::ValueOutOfRange { column, found, most },
             value => return value,
         };
         findings.of_line(Level::Error, row.line, &name, &odd);
@@ -168,7 +169,7 @@ fn one(
         }
     };
     if e_m.abs() > FARTHEST_M || n_m.abs() > FARTHEST_M {
-        let odd = Odd::PlaceOutOfRange { e_m, n_m, farthest_m: FARTHEST_M };
+        let odd = Defect::PlaceOutOfRange { e_m, n_m, farthest_m: FARTHEST_M };
         findings.of_line(Level::Error, row.line, &name, &odd);
         return None;
     }
@@ -215,7 +216,7 @@ fn packed_angles(table: &AnyTable, mapping: Mapping, frame: &LocalFrame) -> Opti
 }
 
 /// Whether the heights of a table in the site's own frame are near the height of its origin, where that is far from 0.
-fn absolute_heights(table: &AnyTable, mapping: Mapping, frame: &LocalFrame) -> Option<Odd> {
+fn absolute_heights(table: &AnyTable, mapping: Mapping, frame: &LocalFrame) -> Option<Defect> {
     let (_, _, Some(column)) = mapping.columns() else { return None };
     /// The site's ground is not farther above or below its origin, m.
     const FARTHEST_M: f64 = 300.0;
@@ -229,7 +230,7 @@ fn absolute_heights(table: &AnyTable, mapping: Mapping, frame: &LocalFrame) -> O
     heights.sort_by(f64::total_cmp);
     let typical_m = *heights.get(heights.len() / 2)?;
     let absolute = (typical_m - origin_m).abs() < FARTHEST_M && typical_m.abs() > FARTHEST_M;
-    absolute.then_some(Odd::AbsoluteHeights { typical_m, origin_m })
+    absolute.then_some(Defect::AbsoluteHeights { typical_m, origin_m })
 }
 
 /// Whether nearly all rows say that the columns mean something else, so that each of them need not.
@@ -252,22 +253,22 @@ fn wrong_frame(table: &AnyTable, mapping: Mapping, frame: &LocalFrame, findings:
     let [latitude_deg, longitude_deg] = [origin.latitude_deg, origin.longitude_deg];
     let (odd, suggested) = match mapping {
         Mapping::Geographic { .. } if share(&|a, b| near(b, a) && !near(a, b)) => {
-            (Odd::SwappedLatLon { latitude_deg, longitude_deg }, Some(mapping.swapped()))
+            (Defect::SwappedLatLon { latitude_deg, longitude_deg }, Some(mapping.swapped()))
         }
         Mapping::Geographic { .. } if share(&|a, b| a.abs() > 90.0 || b.abs() > 180.0) => {
-            (Odd::LooksLocal, Some(mapping.in_the_other_frame()))
+            (Defect::LooksLocal, Some(mapping.in_the_other_frame()))
         }
         Mapping::Geographic { .. } if share(&|a, b| !near(a, b)) => {
-            (Odd::OtherSite { latitude_deg, longitude_deg }, None)
+            (Defect::OtherSite { latitude_deg, longitude_deg }, None)
         }
         Mapping::Local { .. } if share(&|a, b| near(b, a) || near(a, b)) => {
             // The mapping's east is its longitude; where the values say otherwise, they are changed over.
             let other = mapping.in_the_other_frame();
             let suggested = if share(&|a, b| near(b, a)) { other } else { other.swapped() };
-            (Odd::LooksGeographic, Some(suggested))
+            (Defect::LooksGeographic, Some(suggested))
         }
         Mapping::Local { .. } if share(&|a, b| a.abs() > FARTHEST_M || b.abs() > FARTHEST_M) => {
-            (Odd::OtherGrid { farthest_m: FARTHEST_M }, None)
+            (Defect::OtherGrid { farthest_m: FARTHEST_M }, None)
         }
         _ => return false,
     };

@@ -2,7 +2,7 @@
 
 use lodestep_engine::geo::terrain;
 
-use super::write::{Cause, Step, write};
+use super::write::{Cause, MarkerEdit, write};
 use crate::auth::Caller;
 use crate::error::Result;
 use crate::state::App;
@@ -17,11 +17,11 @@ pub async fn seed(app: &App) -> Result<u64> {
     }
     // To the millimetre, as a survey would give them.
     let millimetres = |metres: f64| (metres * 1e3).round() / 1e3;
-    let steps: Vec<Step> = terrain::anchors(&app.site)
+    let steps: Vec<MarkerEdit> = terrain::anchors(&app.site)
         .into_iter()
         .map(|anchor| {
             let [e_m, n_m, u_m] = anchor.position_n_m.map(millimetres);
-            Step { name: anchor.name, before: None, after: Some(Place { e_m, n_m, u_m: Some(u_m) }) }
+            MarkerEdit { name: anchor.name, before: None, after: Some(Place { e_m, n_m, u_m: Some(u_m) }) }
         })
         .collect();
     let added = steps.len() as u64;

@@ -4,7 +4,7 @@
 use futures_util::FutureExt;
 use uuid::Uuid;
 
-use super::write::{Cause, Step, entry};
+use super::write::{Cause, MarkerEdit, entry};
 use crate::error::{Error, Result};
 use crate::state::App;
 use crate::store::dialect::Connection;
@@ -18,12 +18,12 @@ const STEPS: usize = 2_000;
 const REMOVED: u32 = 5_000;
 
 /// Writes the history of these steps, as it will be after the revision of the table that they were made for.
-pub(super) async fn stage(app: &App, steps: &[Step], cause: &Cause, revision: i64) -> Result<()> {
+pub(super) async fn stage(app: &App, steps: &[MarkerEdit], cause: &Cause, revision: i64) -> Result<()> {
     let Some((id, is_revert)) = cause.import else { return Ok(()) };
     clear(app, id, is_revert).await?;
     let now = utc::now();
     for piece in steps.chunks(STEPS) {
-        let change = |step: &Step| MarkerChange {
+        let change = |step: &MarkerEdit| MarkerChange {
             marker: step.name.clone(),
             revision: revision + 1,
             changed_at: now,

@@ -16,7 +16,7 @@ use crate::store::charts::{self, Series};
 use crate::store::marker_residuals;
 use crate::store::markers::Place;
 use crate::store::sessions;
-use crate::store::track::{self, Run};
+use crate::store::track::{self, TrackKind};
 
 /// The chart of how sure surveyed points are, by all visits of each: lines `east`, `north` and `up`, m.
 const POINT_SIGMA: &str = "point_sigma";
@@ -63,7 +63,7 @@ pub(crate) async fn surveyed_points(app: &App, session_id: Uuid) -> Result<Vec<S
     let mut points: Vec<(SurveyedPoint, Vec<[f64; 3]>)> = Vec::new();
     for visit in &visits {
         let ends = (visit.t_start_ns, visit.t_end_ns);
-        let of_stop = track::thinned(db, session_id, Run::Main, ends, (1, 0)).await?;
+        let of_stop = track::thinned(db, session_id, TrackKind::Main, ends, (1, 0)).await?;
         let Some(seen) = seen(&of_stop) else { continue };
         let known = points.iter_mut().find(|(point, _)| point.marker == visit.marker);
         if let Some((point, alone)) = known {

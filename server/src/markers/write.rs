@@ -17,7 +17,7 @@ use crate::utc;
 /// One marker's step from what it is to what it becomes.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[schemars(rename = "MarkerStep")]
-pub(crate) struct Step {
+pub(crate) struct MarkerEdit {
     /// The marker's name.
     #[schemars(example = &"A17")]
     pub(crate) name: String,
@@ -42,7 +42,7 @@ pub(crate) struct Cause {
 /// each is for the caller to have read in the same transaction.
 pub(super) async fn write(
     db: &mut Connection,
-    steps: &[Step],
+    steps: &[MarkerEdit],
     cause: &Cause,
 ) -> Result<Option<i64>, StoreError> {
     if steps.is_empty() {
@@ -50,7 +50,7 @@ pub(super) async fn write(
     }
     let now = utc::now();
     let revision = markers::bump_revision(&mut *db).await?;
-    for Step { name, before, after } in steps {
+    for MarkerEdit { name, before, after } in steps {
         match (before, after) {
             (None, Some(Place { e_m, n_m, u_m })) => {
                 let marker = Marker {
@@ -93,7 +93,7 @@ pub(super) async fn write(
 }
 
 /// What the audit log says of one marker: all.
-fn entry_of_one(Step { name, before, after }: &Step, cause: &Cause) -> audit::Entry {
+fn entry_of_one(MarkerEdit { name, before, after }: &MarkerEdit, cause: &Cause) -> audit::Entry {
     let told = |place: &Option<Place>| place.map(|place| json!(place));
     let action = match (before, after) {
         (None, _) => "marker.added",

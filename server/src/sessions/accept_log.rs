@@ -5,7 +5,7 @@ use std::io;
 use axum::http::StatusCode;
 use bytes::Bytes;
 use futures_util::FutureExt;
-use lodestep_engine::parse::Reading;
+use lodestep_engine::parse::ReadOptions;
 use lodestep_engine::system::StreamRule;
 use uuid::Uuid;
 
@@ -14,12 +14,12 @@ use super::read_log::{self, ReadLog, ReadLogError};
 use super::unpack::{Packing, UnpackError, UnpackLimits};
 use super::uploads::{self, disk_error, parse_sha256};
 use super::{upload_copy, upload_file};
+use crate::background::in_background;
 use crate::error::{Error, Place, Result};
 use crate::state::App;
 use crate::store::logs::{self, Codec, Log, LogState};
 use crate::store::{anomalies, raw_chunks, session_search, sessions};
 use crate::utc;
-use crate::yielding::yielding;
 
 /// Finishes an upload whose bytes have this SHA-256, to be read as this says (or as was said when it
 /// began). Finishing again is answered in the same way.
@@ -27,7 +27,7 @@ pub(crate) async fn finish(
     app: &App,
     log_id: Uuid,
     sha256: Option<String>,
-    reading: Option<Reading>,
+    reading: Option<ReadOptions>,
 ) -> Result<Log> {
     let _turn = app.upload_turns.take(log_id).await;
     let log = uploads::get(app, log_id).await?;
@@ -150,7 +150,7 @@ fn limits(app: &App) -> UnpackLimits {
 }
 
 /// What the bytes that have arrived would be read as; nothing changes.
-pub(crate) async fn preview_upload(app: &App, log_id: Uuid, reading: Option<Reading>) -> Result<Preview> {
+pub(crate) async fn preview_upload(app: &App, log_id: Uuid, reading: Option<ReadOptions>) -> Result<Preview> {
     let _turn = app.upload_turns.take(log_id).await;
     let log = uploads::get(app, log_id).await?;
     if log.state != LogState::Receiving {
@@ -180,7 +180,7 @@ pub(crate) async fn preview_bytes(
     app: &App,
     bytes: Bytes,
     rule: &'static StreamRule,
-    reading: Reading,
+    reading: ReadOptions,
     part: bool,
 ) -> Result<Preview> {
     look(app, move || Ok(Box::new(io::Cursor::new(bytes))), rule, reading, part).await
@@ -190,7 +190,7 @@ async fn look(
     app: &App,
     open: impl FnOnce() -> io::Result<Box<dyn io::Read>> + Send + 'static,
     rule: &'static StreamRule,
-    reading: Reading,
+    reading: ReadOptions,
     part: bool,
 ) -> Result<Preview> {
     let limits = limits(app);
@@ -309,7 +309,7 @@ async fn settle(app: &App, log: Log) -> Result<Log> {
 }
 
 async fn blocking<T: Send + 'static>(work: impl FnOnce() -> T + Send + 'static) -> Result<T> {
-    yielding(work).await.map_err(|error| Error::Internal(anyhow::Error::new(error)))
+    in_background(work).await.map_err(|error| Error::Internal(anyhow::Error::new(error)))
 }
 
 /// What the sender is told about a log that is not right.

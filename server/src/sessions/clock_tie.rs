@@ -11,12 +11,12 @@ use lodestep_engine::identify::{self, KeyedVisit, LEAST_MATCHED, TrackStand, tie
 use tokio::runtime::Handle;
 use uuid::Uuid;
 
+use super::computation;
 use super::parameters::Wanted;
 use super::process::{ProcessError, blocking};
-use super::put_in_place::gone_when_dangling;
-use super::run;
-use super::stored_grid;
-use super::stored_walk::Walk;
+use super::replace_result::gone_when_dangling;
+use super::stored_session::StoredSession;
+use super::thinning;
 use crate::jobs::progress::Progress;
 use crate::state::App;
 use crate::store::clock_ties::{self, ClockTie, TieState};
@@ -47,7 +47,7 @@ pub(super) async fn tie(app: &App, session_id: Uuid, progress: Progress) -> Resu
         write(app, session_id, tie, moved).await?;
         return Ok(progress);
     }
-    let walk = Walk::read(app, session_id, Wanted::Site).await?;
+    let walk = StoredSession::read(app, session_id, Wanted::Site).await?;
     if !walk.is_of_logs() {
         return Ok(progress);
     }
@@ -66,7 +66,7 @@ pub(super) async fn tie(app: &App, session_id: Uuid, progress: Progress) -> Resu
     }
     let start = &walk.session.start;
     let start_n_m = start.known.then_some([start.position_m[0], start.position_m[1]]);
-    let cell_ns = stored_grid::cell_ns(app.config.track_rate_hz);
+    let cell_ns = thinning::cell_ns(app.config.track_rate_hz);
     let (stands, _, progress) = blocking(app, walk, progress, move |store, runtime, walk, progress| {
         stands_without_markers(store, runtime, walk, cell_ns, progress)
     })
@@ -131,13 +131,13 @@ fn to_ns(t_s: f64) -> i64 {
 fn stands_without_markers(
     store: &Store,
     runtime: &Handle,
-    walk: &mut Walk,
+    walk: &mut StoredSession,
     cell_ns: i64,
     progress: &mut Progress,
 ) -> Result<Vec<TrackStand>, ProcessError> {
     let mut run = walk.begin_to_tie()?;
     run.thin(cell_ns);
-    let fed = run::feed(&mut run, walk.samples_in_order(store, runtime), |_| {
+    let fed = computation::feed(&mut run, walk.samples_in_order(store, runtime), |_| {
         progress.tell("tying_clocks", 0.0);
         !progress.is_stopping()
     });

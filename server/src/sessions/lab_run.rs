@@ -9,13 +9,13 @@ use lodestep_engine::parameters::Parameters;
 use tokio::runtime::Handle;
 use uuid::Uuid;
 
+use super::computation;
 use super::parameters::Wanted;
 use super::process::{ProcessError, blocking, make_automatically, no_track};
 use super::provenance::provenance;
-use super::put_in_place::gone_when_dangling;
-use super::run;
-use super::stored_grid;
-use super::stored_walk::Walk;
+use super::replace_result::gone_when_dangling;
+use super::stored_session::StoredSession;
+use super::thinning;
 use crate::jobs::progress::Progress;
 use crate::state::App;
 use crate::store::jobs::{self, Job, JobState};
@@ -37,7 +37,7 @@ pub(crate) async fn compute(
     // A newer engine may know a parameter no longer, or in another range.
     let parameters = Parameters::new(asked.parameters.clone())
         .map_err(|error| ProcessError::Parameters(error.to_string()))?;
-    let mut walk = Walk::read(app, asked.session_id, Wanted::Defaults).await?;
+    let mut walk = StoredSession::read(app, asked.session_id, Wanted::Defaults).await?;
     parameters.apply(&mut walk.config);
     walk.chosen.parameters = parameters;
     if let Some(kinds) = &asked.aids {
@@ -46,7 +46,7 @@ pub(crate) async fn compute(
     if !walk.config.system.aids().contains(&AidKind::MARKERS) {
         walk.config.identification = None;
     }
-    let cell_ns = stored_grid::cell_ns(app.config.track_rate_hz);
+    let cell_ns = thinning::cell_ns(app.config.track_rate_hz);
     let (computed, _, _) = blocking(app, walk, progress, move |store, runtime, walk, progress| {
         work(store, runtime, walk, &asked, cell_ns, progress)
     })
@@ -65,7 +65,7 @@ struct Outcome {
 fn work(
     store: &Store,
     runtime: &Handle,
-    walk: &mut Walk,
+    walk: &mut StoredSession,
     asked: &LabRun,
     cell_ns: i64,
     progress: &mut Progress,
@@ -74,7 +74,7 @@ fn work(
     make_automatically(store, runtime, walk, cell_ns, progress)?;
     let mut run = walk.begin_in_lab(asked.solution)?;
     let total = walk.samples().max(1) as f64;
-    let fed = run::feed(&mut run, walk.samples_in_order(store, runtime), |done| {
+    let fed = computation::feed(&mut run, walk.samples_in_order(store, runtime), |done| {
         progress.tell("filtering", FILTERED_AT * done as f64 / total);
         !progress.is_stopping()
     });

@@ -7,7 +7,7 @@ use lodestep_engine::parse::log_format::{LogFormat, Note};
 use lodestep_engine::parse::log_survey::{LogSurvey, Survey};
 use lodestep_engine::parse::mapping::{Delimiter, Mapping};
 use lodestep_engine::parse::remark::LogCause;
-use lodestep_engine::parse::{ParseError, Reading, StreamReader};
+use lodestep_engine::parse::{ParseError, ReadOptions, StreamReader};
 use lodestep_engine::stream::Kind;
 use lodestep_engine::system::StreamRule;
 use schemars::JsonSchema;
@@ -61,7 +61,7 @@ pub(crate) fn preview(
     source: impl Read,
     rule: &'static StreamRule,
     limits: UnpackLimits,
-    reading: Reading,
+    reading: ReadOptions,
     part: bool,
 ) -> Result<Preview, UnpackError> {
     let field_unsaid = reading.field_ut_per_count.is_none();
@@ -71,7 +71,7 @@ pub(crate) fn preview(
         Kind::Values => reading.field_ut_per_count,
     };
     let mut survey = LogSurvey::default();
-    let mut reader = match StreamReader::new(rule, Reading { field_ut_per_count, ..reading }) {
+    let mut reader = match StreamReader::new(rule, ReadOptions { field_ut_per_count, ..reading }) {
         Ok(reader) => reader,
         Err(error) => return Ok(Preview::of_nothing(part, error)),
     };
@@ -205,12 +205,12 @@ mod tests {
         encoder.write_all(log(20_000).as_bytes()).unwrap();
         let packed = encoder.finish().unwrap();
         let half = &packed[..packed.len() / 2];
-        let seen = preview(half, foot(), LIMITS, Reading::default(), true).unwrap();
+        let seen = preview(half, foot(), LIMITS, ReadOptions::default(), true).unwrap();
         assert!(seen.problem.is_none() && seen.part);
         assert!(seen.survey.samples > 5_000 && seen.survey.samples < 15_000, "{}", seen.survey.samples);
         assert_eq!((seen.format, seen.survey.rate_hz), (Some(LogFormat::Canonical), Some(100.0)));
         // Of a whole file the same is told.
-        let whole = preview(half, foot(), LIMITS, Reading::default(), false).unwrap();
+        let whole = preview(half, foot(), LIMITS, ReadOptions::default(), false).unwrap();
         assert!(whole.problem.is_none() && whole.survey.samples >= seen.survey.samples);
         assert!(whole.remarks.iter().any(|remark| remark.contains("cut off")), "{:?}", whole.remarks);
     }
@@ -218,11 +218,11 @@ mod tests {
     #[test]
     fn one_wrong_line_is_left_out_and_told_and_mostly_wrong_ones_are_a_problem() {
         let text = log(5_000) + "50.0,0,0,zero,0,0,9.8\n";
-        let seen = preview(text.as_bytes(), foot(), LIMITS, Reading::default(), false).unwrap();
+        let seen = preview(text.as_bytes(), foot(), LIMITS, ReadOptions::default(), false).unwrap();
         assert_eq!((seen.survey.samples, seen.columns.len()), (5_000, 7));
         assert!(seen.problem.is_none() && seen.remarks[0].contains("line 5002"), "{:?}", seen.remarks);
         let text = log(1_000) + &"50.0,0,0,zero,0,0,9.8\n".repeat(1_001);
-        let seen = preview(text.as_bytes(), foot(), LIMITS, Reading::default(), false).unwrap();
+        let seen = preview(text.as_bytes(), foot(), LIMITS, ReadOptions::default(), false).unwrap();
         let problem = seen.problem.unwrap();
         assert_eq!((&*problem.code, problem.place.unwrap().line), ("not_a_number", Some(1_002)));
         assert!(problem.detail.contains("1001 of 2001 lines"), "{}", problem.detail);
@@ -230,8 +230,9 @@ mod tests {
 
     #[test]
     fn an_unknown_table_shows_its_columns() {
-        let seen = preview(&b"a,b,c,d,e,f,g\n1,2,3,4,5,6,7\n"[..], foot(), LIMITS, Reading::default(), false)
-            .unwrap();
+        let seen =
+            preview(&b"a,b,c,d,e,f,g\n1,2,3,4,5,6,7\n"[..], foot(), LIMITS, ReadOptions::default(), false)
+                .unwrap();
         assert_eq!((seen.format, seen.columns.len(), seen.rows.len()), (None, 7, 1));
         assert_eq!(seen.problem.unwrap().code, "unknown_format");
     }
@@ -240,15 +241,15 @@ mod tests {
     fn rows_of_numbers_are_looked_at_by_the_columns_of_their_stream() {
         let fixes = &catalogue::named("fixes").unwrap().streams[0];
         let log = "t_s,e_m,n_m,u_m\n0,1,2,3\n1,1,2,3\n2,1,2,3\n";
-        let seen = preview(log.as_bytes(), fixes, LIMITS, Reading::default(), false).unwrap();
+        let seen = preview(log.as_bytes(), fixes, LIMITS, ReadOptions::default(), false).unwrap();
         assert!(seen.problem.is_none());
         assert_eq!((seen.format, seen.survey.rate_hz), (Some(LogFormat::Canonical), Some(1.0)));
         assert_eq!((seen.columns.len(), seen.rows.len(), seen.clock_ns), (4, 3, Some([0, 2_000_000_000])));
         assert_eq!(seen.survey.first_rows[0], [Some(0.0), Some(1.0), Some(2.0), Some(3.0), None]);
-        let said = Reading { rate_hz: Some(100.0), ..Reading::default() };
+        let said = ReadOptions { rate_hz: Some(100.0), ..ReadOptions::default() };
         let wrong = preview(log.as_bytes(), fixes, LIMITS, said, false).unwrap();
         assert_eq!(wrong.problem.unwrap().code, "bad_mapping");
-        let foot = preview(log.as_bytes(), foot(), LIMITS, Reading::default(), false).unwrap();
+        let foot = preview(log.as_bytes(), foot(), LIMITS, ReadOptions::default(), false).unwrap();
         assert_eq!(foot.problem.unwrap().code, "missing_column");
     }
 }

@@ -12,20 +12,20 @@ use tokio::runtime::Handle;
 use uuid::Uuid;
 
 use super::clock_tie;
+use super::computation::{self, Computed};
 use super::parameters::Wanted;
 use super::provenance::provenance;
-use super::put_in_place::{gone_when_dangling, put_beside, put_in_place};
-use super::run::{self, Computed};
-use super::stored_grid;
-use super::stored_walk::Walk;
+use super::replace_result::{gone_when_dangling, put_beside, replace_result};
+use super::stored_session::StoredSession;
+use super::thinning;
+use crate::background::in_background;
 use crate::error::{Error, Result};
 use crate::faults::place_again;
 use crate::jobs::progress::Progress;
 use crate::state::App;
 use crate::store::lab_runs::Provenance;
-use crate::store::track::Run;
+use crate::store::track::TrackKind;
 use crate::store::{Store, StoreError};
-use crate::yielding::yielding;
 
 /// Why a session's track could not be computed. The former track stays.
 #[derive(Debug, thiserror::Error)]
@@ -64,14 +64,14 @@ pub(crate) enum ProcessError {
 /// which nobody needs to wait for.
 pub(crate) async fn process(app: &App, session_id: Uuid, progress: Progress) -> Result<(), ProcessError> {
     let progress = clock_tie::tie(app, session_id, progress).await?;
-    let walk = Walk::read(app, session_id, Wanted::Site).await?;
-    let cell_ns = stored_grid::cell_ns(app.config.track_rate_hz);
+    let walk = StoredSession::read(app, session_id, Wanted::Site).await?;
+    let cell_ns = thinning::cell_ns(app.config.track_rate_hz);
     let ((main, filtered), walk, mut progress) =
         blocking(app, walk, progress, move |store, runtime, walk, progress| {
             compute(store, runtime, walk, cell_ns, progress)
         })
         .await?;
-    put_in_place(app, &walk, main).await?;
+    replace_result(app, &walk, main).await?;
     place_again(app, session_id).await.map_err(|error| match error {
         Error::Store(error) => gone_when_dangling(error),
         error => ProcessError::Read(anyhow::Error::new(error)),
@@ -94,12 +94,14 @@ pub(crate) async fn process(app: &App, session_id: Uuid, progress: Progress) -> 
 /// Does a piece of the work on a thread that may block.
 pub(super) async fn blocking<T: Send + 'static>(
     app: &App,
-    mut walk: Walk,
+    mut walk: StoredSession,
     mut progress: Progress,
-    work: impl FnOnce(&Store, &Handle, &mut Walk, &mut Progress) -> Result<T, ProcessError> + Send + 'static,
-) -> Result<(T, Walk, Progress), ProcessError> {
+    work: impl FnOnce(&Store, &Handle, &mut StoredSession, &mut Progress) -> Result<T, ProcessError>
+    + Send
+    + 'static,
+) -> Result<(T, StoredSession, Progress), ProcessError> {
     let (store, runtime) = (app.store.clone(), Handle::current());
-    let working = yielding(move || {
+    let working = in_background(move || {
         let done = work(&store, &runtime, &mut walk, &mut progress)?;
         Ok((done, walk, progress))
     });
@@ -116,7 +118,7 @@ const COMPARED_AT: f64 = 0.98;
 fn compute(
     store: &Store,
     runtime: &Handle,
-    walk: &mut Walk,
+    walk: &mut StoredSession,
     cell_ns: i64,
     progress: &mut Progress,
 ) -> Result<((Computed, Provenance), Vec<TrackPoint>), ProcessError> {
@@ -124,17 +126,17 @@ fn compute(
     let clocks_told = walk.clocks_told(store, runtime);
     walk.anomalies.extend(clocks_told);
     make_automatically(store, runtime, walk, cell_ns, progress)?;
-    let mut main = walk.begin(Run::Main)?;
+    let mut main = walk.begin(TrackKind::Main)?;
     main.record();
     let total = walk.samples().max(1) as f64;
-    let fed = run::feed(&mut main, walk.samples_in_order(store, runtime), |done| {
+    let fed = computation::feed(&mut main, walk.samples_in_order(store, runtime), |done| {
         progress.tell("filtering", FILTERED_AT * done as f64 / total);
         !progress.is_stopping()
     });
     if !fed.map_err(ProcessError::Read)? {
         return Err(ProcessError::Stopping);
     }
-    let filtered = run::thinned(&main.track.points, cell_ns);
+    let filtered = computation::thinned(&main.track.points, cell_ns);
     if filtered.is_empty() {
         return Err(no_track(walk.samples(), &main.track.anomalies));
     }
@@ -166,14 +168,14 @@ pub(super) fn no_track(samples: u64, anomalies: &[Anomaly]) -> ProcessError {
 fn without_markers(
     store: &Store,
     runtime: &Handle,
-    walk: &Walk,
+    walk: &StoredSession,
     cell_ns: i64,
     progress: &mut Progress,
 ) -> Result<Vec<TrackPoint>, ProcessError> {
-    let mut run = walk.begin(Run::WithoutMarkers)?;
+    let mut run = walk.begin(TrackKind::WithoutMarkers)?;
     run.thin(cell_ns);
     let total = walk.samples().max(1) as f64;
-    let fed = run::feed(&mut run, walk.samples_in_order(store, runtime), |done| {
+    let fed = computation::feed(&mut run, walk.samples_in_order(store, runtime), |done| {
         progress.tell("comparing", STORED_AT + (COMPARED_AT - STORED_AT) * done as f64 / total);
         !progress.is_stopping()
     });
@@ -184,7 +186,7 @@ fn without_markers(
 pub(super) fn make_automatically(
     store: &Store,
     runtime: &Handle,
-    walk: &mut Walk,
+    walk: &mut StoredSession,
     cell_ns: i64,
     progress: &mut Progress,
 ) -> Result<(), ProcessError> {
@@ -193,10 +195,10 @@ pub(super) fn make_automatically(
     if !walk.session.automatic_visits {
         return Ok(());
     }
-    let mut run = walk.begin(Run::Filtered)?;
+    let mut run = walk.begin(TrackKind::Filtered)?;
     run.thin(cell_ns);
     let total = walk.samples().max(1) as f64;
-    let fed = run::feed(&mut run, walk.samples_in_order(store, runtime), |done| {
+    let fed = computation::feed(&mut run, walk.samples_in_order(store, runtime), |done| {
         progress.tell("identifying", FILTERED_AT * done as f64 / total);
         !progress.is_stopping()
     });
@@ -214,9 +216,9 @@ pub(super) fn make_automatically(
 pub(crate) async fn full_track(
     app: &App,
     session_id: Uuid,
-    run: Run,
+    run: TrackKind,
 ) -> Result<(Vec<TrackPoint>, Vec<VisitOutcome>)> {
-    let walk = match Walk::read(app, session_id, Wanted::AsStored).await {
+    let walk = match StoredSession::read(app, session_id, Wanted::AsStored).await {
         Err(ProcessError::SessionGone) => return Err(Error::not_found("session", session_id)),
         Err(ProcessError::Store(error)) => return Err(error.into()),
         Err(ProcessError::Parameters(why)) => return Err(Error::conflict("wrong_parameter", why)),
@@ -225,9 +227,9 @@ pub(crate) async fn full_track(
     };
     let (store, runtime) = (app.store.clone(), Handle::current());
     let _permit = app.log_readers.acquire().await;
-    let computing = yielding(move || {
+    let computing = in_background(move || {
         let mut run = walk.begin(run)?;
-        run::feed(&mut run, walk.samples_in_order(&store, &runtime), |_| true)?;
+        computation::feed(&mut run, walk.samples_in_order(&store, &runtime), |_| true)?;
         run.smooth(|_| true);
         Ok::<_, anyhow::Error>(run.track)
     });

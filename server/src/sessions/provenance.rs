@@ -4,11 +4,11 @@ use lodestep_engine::session::{SessionConfig, Solution, Visit};
 use sha2::{Digest, Sha256};
 use tokio::runtime::Handle;
 
-use super::in_time_order::StreamReadings;
+use super::merge_by_time::StreamReadings;
 use super::parameters::Chosen;
 use super::process::ProcessError;
 use super::stored_samples::{Recording, StoredSamples};
-use super::stored_walk::Walk;
+use super::stored_session::StoredSession;
 use crate::store::lab_runs::{Input, Provenance, Source};
 use crate::store::{Store, raw_chunks};
 use crate::stream_field::StreamField;
@@ -20,7 +20,7 @@ pub(crate) const ENGINE_SHA256: &str = env!("LODESTEP_ENGINE_SHA256");
 
 /// Of a walk that has been computed, on a thread that may block.
 pub(super) fn provenance(
-    walk: &Walk,
+    walk: &StoredSession,
     store: &Store,
     runtime: &Handle,
     (chosen, solution, track_sha256): (&Chosen, Solution, &str),

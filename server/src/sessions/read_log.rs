@@ -7,7 +7,7 @@ use std::path::Path;
 use lodestep_engine::anomaly::{Anomaly, Cause as _};
 use lodestep_engine::parse::log_format::LogFormat;
 use lodestep_engine::parse::remark::LogCause;
-use lodestep_engine::parse::{ParseError, Reading, StreamReader};
+use lodestep_engine::parse::{ParseError, ReadOptions, StreamReader};
 use lodestep_engine::stream::{Readings, StreamId};
 use lodestep_engine::system::StreamRule;
 use sha2::{Digest, Sha256};
@@ -71,7 +71,7 @@ pub(crate) fn read_log(
     path: &Path,
     spill_path: &Path,
     (stream, rule): (StreamId, &'static StreamRule),
-    reading: Reading,
+    reading: ReadOptions,
     limits: UnpackLimits,
 ) -> Result<ReadLog, ReadLogError> {
     let file = File::open(path).map_err(UnpackError::Io)?;

@@ -64,7 +64,7 @@ pub(crate) async fn choose(
         if replaces {
             app.live.work_out_again(session_id).await;
         }
-        app.live.tell_visits(session_id, vec![visit.clone()]).await;
+        app.live.add_visits(session_id, vec![visit.clone()]).await;
     } else {
         jobs::queue::enqueue(app, session_id).await?;
     }

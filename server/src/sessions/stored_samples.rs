@@ -4,7 +4,7 @@ use lodestep_engine::stream::{Kind, Readings, StreamId};
 use tokio::runtime::Handle;
 use uuid::Uuid;
 
-use super::in_time_order::StreamReadings;
+use super::merge_by_time::StreamReadings;
 use crate::store::logs;
 use crate::store::raw_chunks::{self, Origin};
 use crate::store::{Store, StoreError};

@@ -12,7 +12,7 @@ use flate2::bufread::GzDecoder;
 use lodestep_engine::parse::ParseError;
 use lodestep_engine::parse::sensor_files::Joined;
 
-use super::{archive, signature};
+use super::{archive, magic_bytes};
 
 /// Below this many unpacked bytes the ratio is not judged: a short log of a still sensor packs well.
 pub const RATIO_GRACE_BYTES: u64 = 16 << 20;
@@ -176,12 +176,12 @@ pub struct Unpack<R: Read> {
 impl<R: Read> Unpack<R> {
     /// Looks at the first bytes of `source` and chooses how to unpack it.
     pub fn new(mut source: R, limits: UnpackLimits) -> Result<Self, UnpackError> {
-        let mut head = Vec::with_capacity(signature::LONGEST);
-        source.by_ref().take(signature::LONGEST as u64).read_to_end(&mut head).map_err(UnpackError::Io)?;
+        let mut head = Vec::with_capacity(magic_bytes::LONGEST);
+        source.by_ref().take(magic_bytes::LONGEST as u64).read_to_end(&mut head).map_err(UnpackError::Io)?;
         if head.is_empty() {
             return Err(UnpackError::Empty);
         }
-        if head.starts_with(signature::ZIP) {
+        if head.starts_with(magic_bytes::ZIP) {
             let Joined { csv, note } = archive::read(io::Cursor::new(head).chain(source), limits)?;
             let stream = Stream::Joined(io::Cursor::new(csv));
             return Ok(Unpack {
@@ -193,7 +193,7 @@ impl<R: Read> Unpack<R> {
                 note: Some(note),
             });
         }
-        let packing = signature::packing(&head);
+        let packing = magic_bytes::packing(&head);
         if packing == Packing::Plain {
             refuse_foreign(&head)?;
         }
@@ -356,7 +356,7 @@ impl<R: Read> Unpack<R> {
 }
 
 fn refuse_foreign(head: &[u8]) -> Result<(), UnpackError> {
-    match signature::foreign(head) {
+    match magic_bytes::foreign(head) {
         Some((found, advice)) => Err(UnpackError::NotALog { found, advice }),
         None => Ok(()),
     }

@@ -10,7 +10,7 @@ use axum::body::{Body, BodyDataStream};
 use axum::http::StatusCode;
 use bytes::Bytes;
 use futures_util::{FutureExt, StreamExt};
-use lodestep_engine::parse::Reading;
+use lodestep_engine::parse::ReadOptions;
 use lodestep_engine::stream::StreamId;
 use schemars::JsonSchema;
 use serde::Deserialize;
@@ -61,7 +61,7 @@ pub(crate) struct BeginLog {
     pub(crate) sha256: Option<String>,
     /// What the log does not say itself.
     #[serde(default)]
-    pub(crate) reading: Reading,
+    pub(crate) reading: ReadOptions,
 }
 
 /// Begins an upload, or finds the one of these very bytes that was begun before, to go on from there.
@@ -159,9 +159,9 @@ fn known(begun: &[Log], stream: StreamId, sha256: &str) -> Option<Log> {
 }
 
 /// Refuses bytes that this session holds already, read in another way: they would be other samples.
-pub(crate) fn same_reading(held: &Log, asked: &Reading) -> Result<()> {
+pub(crate) fn same_reading(held: &Log, asked: &ReadOptions) -> Result<()> {
     // The clock's zero follows from the other stream's log, which may have come later.
-    let said = |reading: &Reading| Reading { clock_zero_ns: None, ..reading.clone() };
+    let said = |reading: &ReadOptions| ReadOptions { clock_zero_ns: None, ..reading.clone() };
     if said(&held.reading) == said(asked) {
         return Ok(());
     }

@@ -1,6 +1,6 @@
 //! Logs on their way and logs that were handed in, one stream each.
 
-use lodestep_engine::parse::Reading;
+use lodestep_engine::parse::ReadOptions;
 use lodestep_engine::parse::log_format::LogFormat;
 use lodestep_engine::stream::StreamId;
 use schemars::JsonSchema;
@@ -41,8 +41,8 @@ pub struct Log {
     /// Its format; `None` until it was read.
     pub format: Option<LogFormat>,
     /// What was said of it that it does not say itself.
-    #[serde(default, skip_serializing_if = "Reading::is_empty")]
-    pub reading: Reading,
+    #[serde(default, skip_serializing_if = "ReadOptions::is_empty")]
+    pub reading: ReadOptions,
     /// Samples found in it.
     pub samples: u64,
     /// Time of the first sample, ns.

@@ -9,7 +9,7 @@ use super::dialect::Connection;
 use super::live_states::{self, LiveState};
 use super::raw_chunks::{Packed, Samples};
 use super::stands::{self, Stand};
-use super::track::{self, Place, Run};
+use super::track::{self, Place, TrackKind};
 use super::visits::Visit;
 use super::{StoreError, anomalies, sessions, stream_chunks, visits, webhook_deliveries};
 
@@ -77,10 +77,10 @@ pub(super) async fn write(db: &mut Connection, records: &[&PackedRecord]) -> Res
     let points = with_ids().flat_map(|(packed, id)| {
         packed.record.points.iter().map(move |point| (id, packed.record.place, point))
     });
-    track::upsert_of(db, Run::Main, &points.collect::<Vec<_>>()).await?;
+    track::upsert_of(db, TrackKind::Main, &points.collect::<Vec<_>>()).await?;
     for PackedRecord { record, .. } in records {
         let id = record.session_id;
-        track::revise(db, id, (Run::Main, record.place), &record.revised).await?;
+        track::revise(db, id, (TrackKind::Main, record.place), &record.revised).await?;
         stands::upsert(&mut *db, id, &record.stands).await?;
         for visit in &record.automatic {
             visits::insert(&mut *db, visit).await?;

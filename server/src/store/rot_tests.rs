@@ -9,7 +9,7 @@ use uuid::Uuid;
 
 use super::raw_chunks::Samples;
 use super::tests::{point, sample, session_of, store};
-use super::track::{self, Place, Run};
+use super::track::{self, Place, TrackKind};
 use super::{Record, Store, StoreError, removal, scrub, sessions, stage, stream_chunks};
 use crate::utc;
 
@@ -44,7 +44,7 @@ async fn samples(store: &Store, id: Uuid) -> Result<Vec<Samples>, StoreError> {
 }
 
 async fn points(store: &Store, id: Uuid) -> Result<Vec<TrackPoint>, StoreError> {
-    track::points(store.read(), id, Run::Main).try_collect().await
+    track::points(store.read(), id, TrackKind::Main).try_collect().await
 }
 
 async fn damaged(store: &Store) -> Vec<String> {
@@ -98,7 +98,7 @@ async fn a_result_that_is_written_in_pieces_is_seen_only_when_it_is_whole() {
     let place = track::shown(store.read(), id).await.unwrap().other();
     assert_eq!(place, Place::Second);
     // Twice, as after a server that was killed in between: what lay there goes first.
-    for runs in [vec![(Run::Main, new[1_000..].to_vec())], vec![(Run::Main, new.clone())]] {
+    for runs in [vec![(TrackKind::Main, new[1_000..].to_vec())], vec![(TrackKind::Main, new.clone())]] {
         stage::write(&store, id, place, runs).await.unwrap();
         assert_eq!(points(&store, id).await.unwrap(), before);
     }

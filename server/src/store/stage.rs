@@ -5,7 +5,7 @@ use futures_util::FutureExt;
 use lodestep_engine::event::TrackPoint;
 use uuid::Uuid;
 
-use super::track::{self, Place, Run};
+use super::track::{self, Place, TrackKind};
 use super::{Store, StoreError};
 
 /// Points in a piece: some tens of milliseconds.
@@ -18,7 +18,7 @@ pub async fn write(
     store: &Store,
     session_id: Uuid,
     place: Place,
-    runs: Vec<(Run, Vec<TrackPoint>)>,
+    runs: Vec<(TrackKind, Vec<TrackPoint>)>,
 ) -> Result<(), StoreError> {
     clear(store, session_id, place).await?;
     for (run, points) in runs {
@@ -31,7 +31,7 @@ pub async fn write(
 pub async fn add(
     store: &Store,
     session_id: Uuid,
-    run: (Run, Place),
+    run: (TrackKind, Place),
     points: Vec<TrackPoint>,
 ) -> Result<(), StoreError> {
     let mut rest = points;

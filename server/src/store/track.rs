@@ -15,7 +15,7 @@ use super::{StoreError, columns};
 /// Which computation of a walk a track comes from.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
-pub enum Run {
+pub enum TrackKind {
     /// With every aid that the data allow; smoothed, once the walk is finished.
     #[default]
     Main,
@@ -25,13 +25,13 @@ pub enum Run {
     WithoutMarkers,
 }
 
-impl Run {
+impl TrackKind {
     /// `main`, `filtered` or `without_markers`, as tables and the wire spell it.
     pub const fn name(self) -> &'static str {
         match self {
-            Run::Main => "main",
-            Run::Filtered => "filtered",
-            Run::WithoutMarkers => "without_markers",
+            TrackKind::Main => "main",
+            TrackKind::Filtered => "filtered",
+            TrackKind::WithoutMarkers => "without_markers",
         }
     }
 }
@@ -64,7 +64,7 @@ impl Place {
     }
 
     /// The name of a run that lies here, as the table spells it.
-    fn run(self, run: Run) -> String {
+    fn run(self, run: TrackKind) -> String {
         format!("{}{}", run.name(), self.ending())
     }
 }
@@ -213,7 +213,7 @@ fn tilt(row: &Row) -> sqlx::Result<Option<Tilt>> {
 pub fn points<'a>(
     db: impl Executor<'a> + 'a,
     session_id: Uuid,
-    run: Run,
+    run: TrackKind,
 ) -> impl Stream<Item = Result<TrackPoint, StoreError>> + 'a {
     sqlx::query_as(concat!("select * from track_points where ", shown_run!(), " order by t_ns"))
         .bind(session_id.to_string())
@@ -229,7 +229,7 @@ pub fn points<'a>(
 pub async fn thinned(
     db: impl Executor<'_>,
     session_id: Uuid,
-    run: Run,
+    run: TrackKind,
     (from_ns, to_ns): (i64, i64),
     (cell_ns, slack_ns): (i64, i64),
 ) -> Result<Vec<TrackPoint>, StoreError> {
@@ -254,7 +254,7 @@ pub async fn thinned(
 pub async fn since(
     db: impl Executor<'_>,
     session_id: Uuid,
-    run: Run,
+    run: TrackKind,
     since_ns: i64,
 ) -> Result<Vec<TrackPoint>, StoreError> {
     let query = sqlx::query_as(concat!(
@@ -273,7 +273,7 @@ pub async fn since(
 pub async fn trail(
     db: impl Executor<'_>,
     session_id: Uuid,
-    run: Run,
+    run: TrackKind,
 ) -> Result<Vec<(i64, f64, f64)>, StoreError> {
     let query = sqlx::query_as(concat!(
         "select * from track_points where ",
@@ -301,7 +301,7 @@ pub async fn last_at(
         " and t_ns <= $3 order by t_ns desc limit 1"
     ))
     .bind(session_id.to_string())
-    .bind(Run::Main.name())
+    .bind(TrackKind::Main.name())
     .bind(t_ns);
     let row: Option<Stored> = query.fetch_optional(db).await?;
     Ok(row.map(|Stored(point)| point))
@@ -311,7 +311,7 @@ pub async fn last_at(
 pub async fn span(db: impl Executor<'_>, session_id: Uuid) -> Result<Option<(i64, i64)>, StoreError> {
     let query = sqlx::query_as(concat!("select min(t_ns), max(t_ns) from track_points where ", shown_run!()))
         .bind(session_id.to_string())
-        .bind(Run::Main.name());
+        .bind(TrackKind::Main.name());
     let (first, last): (Option<i64>, Option<i64>) = query.fetch_one(db).await?;
     Ok(first.zip(last))
 }
@@ -321,7 +321,7 @@ pub async fn first(db: impl Executor<'_>, session_id: Uuid) -> Result<Option<Tra
     let query =
         sqlx::query_as(concat!("select * from track_points where ", shown_run!(), " order by t_ns limit 1"))
             .bind(session_id.to_string())
-            .bind(Run::Main.name());
+            .bind(TrackKind::Main.name());
     let row: Option<Stored> = query.fetch_optional(db).await?;
     Ok(row.map(|Stored(point)| point))
 }
@@ -330,7 +330,7 @@ pub async fn first(db: impl Executor<'_>, session_id: Uuid) -> Result<Option<Tra
 pub async fn upsert(
     db: &mut Connection,
     session_id: Uuid,
-    (run, place): (Run, Place),
+    (run, place): (TrackKind, Place),
     points: &[TrackPoint],
 ) -> Result<(), StoreError> {
     let session_id = session_id.to_string();
@@ -341,7 +341,7 @@ pub async fn upsert(
 /// The same of several sessions, each point with its session's id and place.
 pub(super) async fn upsert_of(
     db: &mut Connection,
-    run: Run,
+    run: TrackKind,
     points: &[(&str, Place, &TrackPoint)],
 ) -> Result<(), StoreError> {
     let runs = [Place::First, Place::Second].map(|place| place.run(run));
@@ -367,7 +367,7 @@ pub(super) async fn upsert_of(
 pub async fn revise(
     db: &mut Connection,
     session_id: Uuid,
-    (run, place): (Run, Place),
+    (run, place): (TrackKind, Place),
     points: &[TrackPoint],
 ) -> Result<(), StoreError> {
     let (session_id, run) = (session_id.to_string(), place.run(run));
@@ -407,7 +407,7 @@ pub async fn clear_some(
     at_most: u32,
 ) -> Result<bool, StoreError> {
     let [main, filtered, without_markers] =
-        [Run::Main, Run::Filtered, Run::WithoutMarkers].map(|run| place.run(run));
+        [TrackKind::Main, TrackKind::Filtered, TrackKind::WithoutMarkers].map(|run| place.run(run));
     let query = sqlx::query(CLEAR_SOME)
         .bind(session_id.to_string())
         .bind(main)

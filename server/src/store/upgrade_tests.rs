@@ -14,7 +14,7 @@ use tempfile::TempDir;
 use uuid::Uuid;
 
 use super::sessions::Filter;
-use super::track::{self, Run};
+use super::track::{self, TrackKind};
 use super::{
     Store, accounts, anomalies, audit, backup, charts, fault_changes, fault_photos, faults, inspectors, jobs,
     lab_runs, lab_tracks, logs, mappings, marker_changes, marker_imports, marker_residuals, markers,
@@ -254,7 +254,7 @@ async fn read_everything(store: &Store) -> BTreeMap<&'static str, usize> {
             let chunks: Vec<_> = stream_chunks::of_stream(db, session, stream).try_collect().await.unwrap();
             count("samples", chunks.iter().map(|chunk| chunk.readings.len()).sum());
         }
-        for run in [Run::Main, Run::Filtered, Run::WithoutMarkers] {
+        for run in [TrackKind::Main, TrackKind::Filtered, TrackKind::WithoutMarkers] {
             let points: Vec<_> = track::points(db, session, run).try_collect().await.unwrap();
             count("points", points.len());
         }

@@ -2,7 +2,7 @@
 
 import { html, one, render } from "../html.js";
 import { t } from "../i18n.js";
-import { mayNot } from "../ui/may_not.js";
+import { forbidden } from "../ui/forbidden.js";
 import { showTokens } from "../account/tokens.js";
 import { showAccounts } from "./accounts.js";
 import { showAudit } from "./audit.js";
@@ -20,7 +20,7 @@ const PARTS = {
 
 /** @type {import("../ui/router.js").MakeView} */
 export function adminView(app, side, argument) {
-  const refused = mayNot(app, "administer");
+  const refused = forbidden(app, "administer");
   if (refused) {
     render(
       side,

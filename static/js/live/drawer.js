@@ -9,9 +9,9 @@ import { t, translate } from "../i18n.js";
 import { offBefore, visitOutcome, visitTime } from "../state/findings.js";
 import { standCards, standClicked } from "../stands/list.js";
 import { aboutAnomaly, streamOf, systemOf, word } from "../systems/index.js";
-import { sentence } from "../told.js";
+import { sentence } from "../sentences.js";
 import { problemBox } from "../ui/problem.js";
-import { presenceGlyph } from "../ui/signs.js";
+import { presenceGlyph } from "../ui/symbols.js";
 
 const CANDIDATES = 5;
 /** Stands shown, the newest. */

@@ -4,7 +4,7 @@ import { sectorAt } from "../geometry.js";
 import { length, number, shortDuration } from "../format.js";
 import { render, setAttribute, setText } from "../html.js";
 import { t } from "../i18n.js";
-import { presencePath } from "../ui/signs.js";
+import { presencePath } from "../ui/symbols.js";
 
 const ROW = `
   <svg class="glyph" viewBox="0 0 18 18" aria-hidden="true"></svg>

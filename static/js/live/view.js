@@ -5,7 +5,7 @@ import { sectorAt } from "../geometry.js";
 import { html, one, render } from "../html.js";
 import { t, translate } from "../i18n.js";
 import { faultCards } from "../faults/cards.js";
-import { severitySign, presenceGlyph } from "../ui/signs.js";
+import { severitySymbol, presenceGlyph } from "../ui/symbols.js";
 import { makeDrawer } from "./drawer.js";
 import { PeopleList } from "./people_list.js";
 
@@ -42,7 +42,7 @@ export function liveView(app, side) {
   render(
     one("#legend"),
     html` ${["walking", "standing", "silent", "lost"].map((p) => html`<span>${presenceGlyph(p)}${t(`presence.${p}`)}</span>`)}
-    ${["low", "medium", "high"].map((s) => html`<span>${severitySign(s)}${t(`severity.${s}`)}</span>`)}`,
+    ${["low", "medium", "high"].map((s) => html`<span>${severitySymbol(s)}${t(`severity.${s}`)}</span>`)}`,
   );
 
   const list = new PeopleList(app, one(".people", side));

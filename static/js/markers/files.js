@@ -5,7 +5,7 @@ import * as api from "../api.js";
 import { dateTime, number } from "../format.js";
 import { html, one, render, setText } from "../html.js";
 import { t, tOr } from "../i18n.js";
-import { sentence } from "../told.js";
+import { sentence } from "../sentences.js";
 import { problemBox } from "../ui/problem.js";
 import { sourceOf } from "./source.js";
 
@@ -17,7 +17,7 @@ import { sourceOf } from "./source.js";
  *   unchanged: number, reason: string, created_at: string, applied_at: string | null, applied_by: string | null, reverted_at: string | null,
  * }} Import
  * @typedef {{code: string, level: "error" | "warning", line: number | null, marker: string | null, detail: string,
- *   figures?: import("../told.js").Figures | null, suggested: Mapping | null}} Finding
+ *   figures?: import("../sentences.js").Figures | null, suggested: Mapping | null}} Finding
  * @typedef {Import & {
  *   encoding: string, columns: string[], sample: string[][], rows: number, mapping: Mapping | null, findings: Finding[],
  *   finding_counts: Record<string, number>, differences: Difference[],

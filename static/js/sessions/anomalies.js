@@ -4,7 +4,7 @@ import { elapsed } from "../format.js";
 import { html } from "../html.js";
 import { t } from "../i18n.js";
 import { aboutAnomaly, streamOf, word } from "../systems/index.js";
-import { sentence } from "../told.js";
+import { sentence } from "../sentences.js";
 
 /** How many of its kind are told by this one. @param {import("../state/findings.js").Anomaly} a */
 export const times = (a) => a.times ?? 1;

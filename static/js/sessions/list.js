@@ -6,7 +6,7 @@ import { html, one, render, setText } from "../html.js";
 import { t, translate } from "../i18n.js";
 import { fetchScreen } from "./open.js";
 import { problemBox } from "../ui/problem.js";
-import { FLAGS, MODES, PAGE, SORTS, readWanted, toQuery, writeWanted } from "./wanted.js";
+import { FLAGS, MODES, PAGE, SORTS, readSearch, toQuery, writeSearch } from "./search.js";
 
 /** @type {Record<string, string>} */
 const TONES = { finished: "good", failed: "bad", processing: "warn", live: "good", receiving: "warn" };
@@ -37,7 +37,7 @@ export const stateTag = (state) => html`<span class="tag ${TONES[state] ?? ""}">
 
 /** @type {import("../ui/router.js").MakeView} */
 export function sessionsView(app, side) {
-  const wanted = readWanted(location.hash);
+  const wanted = readSearch(location.hash);
   const option = (/** @type {string} */ value, /** @type {string} */ words, /** @type {string} */ chosen) =>
     html`<option value="${value}" ${value === chosen && "selected"}>${words}</option>`;
   render(
@@ -53,7 +53,7 @@ export function sessionsView(app, side) {
             autocomplete="off"
             value="${wanted.text}"
           />
-          <details ${writeWanted({ ...wanted, text: "", page: 0 }) !== "#/sessions" && "open"}>
+          <details ${writeSearch({ ...wanted, text: "", page: 0 }) !== "#/sessions" && "open"}>
             <summary data-t="sessions.filter"></summary>
             <div class="two">
               <label class="field"
@@ -124,7 +124,7 @@ export function sessionsView(app, side) {
     }
   }
 
-  /** @param {import("./wanted.js").Page} found */
+  /** @param {import("./search.js").Page} found */
   function show(found) {
     setText(one(".summary", side), t("sessions.summary", { n: found.total, size: bytes(found.stored_bytes) }));
     render(
@@ -161,7 +161,7 @@ export function sessionsView(app, side) {
   }
 
   function changed() {
-    history.replaceState(null, "", writeWanted(wanted));
+    history.replaceState(null, "", writeSearch(wanted));
     clearTimeout(timer);
     timer = window.setTimeout(fetchPage, REST_MS);
   }
@@ -226,7 +226,7 @@ export function sessionsView(app, side) {
   }
 }
 
-/** @param {import("./wanted.js").Found} s */
+/** @param {import("./search.js").Found} s */
 function flagsOf(s) {
   const flags = [
     s.closure_is_large && t("sessions.has.closure", { m: length(s.closure_m) }),

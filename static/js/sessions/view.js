@@ -4,7 +4,7 @@ import * as api from "../api.js";
 import { html, one, render } from "../html.js";
 import { t, translate } from "../i18n.js";
 import { inkNamed } from "../map/ink.js";
-import { aidsChoice, drawnAs, labChoice, runChoice, runName, walkChoice } from "../replay/choice.js";
+import { aidsChoice, drawnAs, labChoice, runChoice, runName, walkChoice } from "../replay/run_picker.js";
 import { readMoment, writeMoment } from "../replay/link.js";
 import { STORED, aidsOf, isOwn, pathLength, runByAids, runNamed } from "../replay/runs.js";
 import { makeReplay, walkOf } from "../replay/screen.js";
@@ -90,13 +90,13 @@ export function sessionView(app, side, id, asked, askAgain) {
   let gone = false;
   /** As the page knows it; the walk itself says so when it is there. */
   let system = systemOf(app.live.sessions.get(id));
-  /** @type {import("../replay/choice.js").Run[]} */
+  /** @type {import("../replay/run_picker.js").Run[]} */
   let runs = [];
   /** @type {import("../replay/screen.js").Walk | null} */
   let own = null;
   /** @type {import("../replay/screen.js").Walk[]} */
   let beside = [];
-  /** @type {import("../replay/choice.js").OtherWalk[] | null} */
+  /** @type {import("../replay/run_picker.js").OtherWalk[] | null} */
   let others = null;
   /** @type {string | null} */
   let computing = null;

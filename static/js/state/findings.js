@@ -9,7 +9,7 @@
  * }} Visit the outcome is there once the visit has been weighed
  * @typedef {{
  *   session_id: string, anomaly: string, t_start_ns: number, t_end_ns: number, samples: number, detail: string,
- *   figures?: import("../told.js").Figures | null, times?: number,
+ *   figures?: import("../sentences.js").Figures | null, times?: number,
  * }} Anomaly its system knows which stream it is of; one may tell of several times
  * @typedef {{marker: string | null, probability: number, distance_m: number | null}} Candidate
  * @typedef {{

@@ -16,7 +16,7 @@ fn held(session: &Session) -> usize {
 fn held_at(scenario: &Scenario, times_s: &[i64]) -> Vec<usize> {
     let (mut session, mut events) = scenario.session();
     let mut sizes = Vec::new();
-    for (foot, sample) in scenario.in_time_order() {
+    for (foot, sample) in scenario.merge_by_time() {
         if times_s.get(sizes.len()).is_some_and(|t_s| sample.t_ns >= t_s * SECOND_NS) {
             sizes.push(held(&session));
         }

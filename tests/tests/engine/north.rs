@@ -157,7 +157,7 @@ fn a_visit_that_is_keyed_in_late_gives_the_same_track() {
         let mut late = scenario.clone();
         late.visits.clear();
         let (mut session, mut events) = late.session();
-        for (foot, sample) in scenario.in_time_order() {
+        for (foot, sample) in scenario.merge_by_time() {
             session.push(foot, &sample, &mut events);
             let newest_ns = sample.t_ns;
             for visit in scenario.visits.iter().filter(|visit| visit.t_end_ns + 9 * SECOND_NS == newest_ns) {

@@ -139,7 +139,7 @@ fn a_foot_that_lags_by_more_is_not_waited_for_and_its_samples_are_counted() {
 fn points_come_while_the_walk_goes_on() {
     let scenario = short_walk();
     let (mut session, mut events) = scenario.session();
-    for (foot, sample) in scenario.in_time_order() {
+    for (foot, sample) in scenario.merge_by_time() {
         session.push(foot, &sample, &mut events);
         if sample.t_ns < 13 * SECOND_NS {
             continue;

@@ -55,7 +55,7 @@ impl Live {
                 identification,
                 ..scenario.config.clone()
             },
-            samples: scenario.in_time_order(),
+            samples: scenario.merge_by_time(),
             keyed: Vec::new(),
         }
     }

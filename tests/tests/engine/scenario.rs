@@ -123,7 +123,7 @@ impl Scenario {
     }
 
     /// The samples of the session's feet in the order of their times, left first where they are equal.
-    pub(crate) fn in_time_order(&self) -> Vec<(Side, ImuSample)> {
+    pub(crate) fn merge_by_time(&self) -> Vec<(Side, ImuSample)> {
         let mut merged = Vec::with_capacity(self.logs[0].len() + self.logs[1].len());
         let (mut left, mut right) = (self.logs[0].iter().peekable(), self.logs[1].iter().peekable());
         loop {
@@ -159,7 +159,7 @@ impl Scenario {
     /// Tells a session everything in the order of time.
     pub(crate) fn run(&self) -> Told {
         let (mut session, mut events) = self.session();
-        for (foot, sample) in self.in_time_order() {
+        for (foot, sample) in self.merge_by_time() {
             session.push(foot, &sample, &mut events);
         }
         session.finish(&mut events);

@@ -86,7 +86,7 @@ fn a_visit_that_was_told_late_gives_the_very_track_of_one_that_was_told_in_time(
     let visits = std::mem::take(&mut scenario.visits);
     let (mut session, mut events) = scenario.session();
     let mut late = visits.into_iter().peekable();
-    for (foot, sample) in scenario.in_time_order() {
+    for (foot, sample) in scenario.merge_by_time() {
         session.push(foot, &sample, &mut events);
         while let Some(visit) = late.next_if(|visit| sample.t_ns >= visit.t_end_ns + 7 * SECOND_NS) {
             session.visit(visit, &mut events);
@@ -113,7 +113,7 @@ fn a_live_trail_bends_at_a_visit_and_goes_on_where_it_was() {
     scenario.config.solution = Solution::Trail;
     let visit = with_visits(short_walk(), &[30]).visits.remove(0);
     let (mut session, mut events) = scenario.session();
-    for (foot, sample) in scenario.in_time_order() {
+    for (foot, sample) in scenario.merge_by_time() {
         if sample.t_ns == 36 * SECOND_NS && foot == lodestep_engine::systems::pedestrian::Side::Left {
             session.visit(visit.clone(), &mut events);
             let Some(Event::Revision { points }) = events.last() else { panic!("the trail bends") };

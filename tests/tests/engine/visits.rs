@@ -27,7 +27,7 @@ fn told_at(scenario: &Scenario, after_ns: i64) -> Told {
 
 fn told_to(mut session: Session, mut events: Vec<Event>, scenario: &Scenario, after_ns: i64) -> Told {
     let mut untold = scenario.visits.iter().peekable();
-    for (foot, sample) in scenario.in_time_order() {
+    for (foot, sample) in scenario.merge_by_time() {
         while let Some(visit) = untold.next_if(|visit| {
             let from_ns = if after_ns < 0 { visit.t_start_ns } else { visit.t_end_ns };
             sample.t_ns >= from_ns + after_ns

@@ -65,7 +65,7 @@ fn run(scenario: &Scenario, identification: Identification, keyed: bool) -> Told
     config.identification = Some(identification);
     let (mut session, mut events, mut told) = (Session::new(config).unwrap(), Vec::new(), Told::default());
     let mut visits = scenario.visits.iter().filter(|_| keyed).peekable();
-    for (foot, sample) in scenario.in_time_order() {
+    for (foot, sample) in scenario.merge_by_time() {
         if let Some(visit) = visits.next_if(|visit| visit.t_end_ns < sample.t_ns) {
             session.visit(visit.clone(), &mut events);
         }
@@ -166,7 +166,7 @@ fn without_a_marker_database_nothing_is_told_of_stands_and_the_track_is_the_same
     let with = run(&scenario, identification(), false);
     let mut session = Session::new(scenario.config.clone()).unwrap();
     let (mut events, mut without) = (Vec::new(), Told::default());
-    for (foot, sample) in scenario.in_time_order() {
+    for (foot, sample) in scenario.merge_by_time() {
         session.push(foot, &sample, &mut events);
         without.take(&mut events);
     }

@@ -10,7 +10,7 @@ use lodestep_engine::sample::ImuSample;
 use lodestep_engine::sim::pedestrian::{SensorModel, Walk, WalkKind, simulate};
 use lodestep_engine::stream::Readings;
 use lodestep_engine::systems::pedestrian::Side;
-use lodestep_server::store::track::{self, Run};
+use lodestep_server::store::track::{self, TrackKind};
 use lodestep_server::store::{IS_SHARED, Store, stream_chunks, visits};
 use lodestep_tests::device::TestDevice;
 use lodestep_tests::feed::TestFeed;
@@ -257,7 +257,7 @@ async fn stream_with_parameters(
     assert_eq!(log[0]["after"][0]["marker"], "A1", "{log}");
     let store = open_store(&server).await;
     let id = Uuid::parse_str(&session_id).unwrap();
-    let track: Vec<_> = track::points(store.read(), id, Run::Main).try_collect().await.unwrap();
+    let track: Vec<_> = track::points(store.read(), id, TrackKind::Main).try_collect().await.unwrap();
     let visits = visits::of_session(store.read(), id).await.unwrap();
     store.close().await;
     assert!(track.len() > 100, "only {} points", track.len());

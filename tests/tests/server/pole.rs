@@ -7,7 +7,7 @@ use std::time::Duration;
 
 use lodestep_engine::parse::batch::{Batch, StreamKey};
 use lodestep_engine::parse::live_message::{Answer, DeviceMessage, Hello};
-use lodestep_engine::parse::{Reading, StreamReader, frame};
+use lodestep_engine::parse::{ReadOptions, StreamReader, frame};
 use lodestep_engine::stream::{Readings, StreamId};
 use lodestep_engine::systems::pole::DECLARATION;
 use lodestep_server::cli;
@@ -83,7 +83,7 @@ impl Survey {
     fn readings(&self, stream: &str, file: &str) -> Readings {
         let stream = DECLARATION.stream(StreamId::read(stream).unwrap()).unwrap();
         let rule = DECLARATION.rule_of(&stream).unwrap();
-        let mut reader = StreamReader::new(rule, Reading::default()).unwrap();
+        let mut reader = StreamReader::new(rule, ReadOptions::default()).unwrap();
         let mut readings = reader.none();
         reader.push(&self.bytes(file), &mut readings).unwrap();
         reader.finish(&mut readings).unwrap();

@@ -28,7 +28,7 @@ async fn handed_in(server: &TestServer) -> String {
     session_id
 }
 
-async fn tell_visits(server: &TestServer, session_id: &str, kind: &str, body: String) -> Answer {
+async fn add_visits(server: &TestServer, session_id: &str, kind: &str, body: String) -> Answer {
     let post = server.client.post(server.api(&format!("/sessions/{session_id}/visits")));
     ask(post.header("content-type", kind).body(body)).await
 }
@@ -45,7 +45,7 @@ async fn a_session_is_processed_with_and_without_its_markers() {
     let server = TestServer::start().await;
     let session_id = handed_in(&server).await;
     let told =
-        tell_visits(&server, &session_id, "text/csv", "t_start_s,t_end_s,marker\n4,7,A1\n".into()).await;
+        add_visits(&server, &session_id, "text/csv", "t_start_s,t_end_s,marker\n4,7,A1\n".into()).await;
     assert_eq!((told.status, told.body["added"].as_u64()), (201, Some(1)), "{told:?}");
 
     let job = server.process(&session_id).await;
@@ -206,7 +206,7 @@ async fn visits_are_checked_as_a_whole_and_added_once() {
     let server = TestServer::start().await;
     let session_id = handed_in(&server).await;
     let json_kind = "application/json";
-    let tell = async |body: Value| tell_visits(&server, &session_id, json_kind, body.to_string()).await;
+    let tell = async |body: Value| add_visits(&server, &session_id, json_kind, body.to_string()).await;
     let good = json!({ "marker": "A1", "t_start_s": 4.0, "t_end_s": 7.5 });
     assert_eq!(tell(json!([good, good])).await.body["added"], 1);
     let again = tell(good.clone()).await;
@@ -220,10 +220,9 @@ async fn visits_are_checked_as_a_whole_and_added_once() {
     let backward = tell(json!({ "marker": "A1", "t_start_s": 9, "t_end_s": 8.5 })).await;
     assert_eq!((backward.status, backward.code()), (422, "bad_time"));
     assert_eq!(tell(json!({ "marker": "A1" })).await.code(), "wrong_field");
-    let csv =
-        tell_visits(&server, &session_id, "text/csv", "t_start_s,t_end_s,marker\n1,x,A1\n".into()).await;
+    let csv = add_visits(&server, &session_id, "text/csv", "t_start_s,t_end_s,marker\n1,x,A1\n".into()).await;
     assert_eq!((csv.status, csv.body["where"]["line"].as_u64()), (422, Some(2)), "{csv:?}");
-    let picture = tell_visits(&server, &session_id, "image/png", String::new()).await;
+    let picture = add_visits(&server, &session_id, "image/png", String::new()).await;
     assert_eq!(picture.status, 415);
     // Of the refused lists nothing was stored.
     let visits = server.look(&format!("/sessions/{session_id}/visits")).await.body;

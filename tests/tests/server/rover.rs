@@ -8,7 +8,7 @@ use std::time::Duration;
 use lodestep_engine::parse::batch::{Batch, StreamKey};
 use lodestep_engine::parse::gnss::{self, GnssQuality};
 use lodestep_engine::parse::live_message::{Answer, DeviceMessage, Hello};
-use lodestep_engine::parse::{Reading, StreamReader, frame};
+use lodestep_engine::parse::{ReadOptions, StreamReader, frame};
 use lodestep_engine::stream::{Readings, StreamId};
 use lodestep_engine::systems::rover::DECLARATION;
 use lodestep_server::cli;
@@ -81,7 +81,7 @@ impl Walk {
     fn readings(&self, stream: &str, file: &str) -> Readings {
         let stream = DECLARATION.stream(StreamId::read(stream).unwrap()).unwrap();
         let mut reader =
-            StreamReader::new(DECLARATION.rule_of(&stream).unwrap(), Reading::default()).unwrap();
+            StreamReader::new(DECLARATION.rule_of(&stream).unwrap(), ReadOptions::default()).unwrap();
         let mut readings = reader.none();
         reader.push(&self.bytes(file), &mut readings).unwrap();
         reader.finish(&mut readings).unwrap();

@@ -8,7 +8,7 @@ use super::slow_errors::{stride, stride_matrix};
 use crate::event::{Event, TrackPoint, VisitOutcome};
 use crate::ins::eskf::Eskf;
 use crate::ins::layout::ErrorState;
-use crate::ins::rows::Rows;
+use crate::ins::linear_maps::Rows;
 use crate::replay::filter::Replayed;
 use crate::rotation::{azimuth, cayley, wrap};
 use crate::visit::Visit;

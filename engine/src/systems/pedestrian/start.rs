@@ -9,7 +9,7 @@ use super::contradictions::Contradiction;
 use super::doubts::Doubts;
 use super::filter::{Filter, Setting};
 use super::foot::FootState;
-use super::line::FootLine;
+use super::preprocess::FootLine;
 use super::slow_errors::blocks;
 use super::start_field::{FirstField, first_field};
 use crate::anomaly::Cause;

@@ -4,7 +4,7 @@ use super::causes::WalkCause;
 use super::config::Config;
 use super::filter::Filter;
 use super::kept_step::KeptStep;
-use super::line::FootLine;
+use super::preprocess::FootLine;
 use super::side::Side;
 use super::slow_errors::blocks;
 use super::start::{self, Starts};

@@ -14,7 +14,7 @@ use crate::event::AidOutcome;
 use crate::ins::earth::Earth;
 use crate::ins::eskf::Eskf;
 use crate::ins::layout::ErrorState::{Attitude, Velocity};
-use crate::ins::rows::Rows;
+use crate::ins::linear_maps::Rows;
 use crate::ins::strapdown::ImuInterval;
 use crate::ins::tape::Tape;
 use crate::sample::ImuSample;

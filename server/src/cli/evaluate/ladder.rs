@@ -19,7 +19,7 @@ use crate::cli::print::print;
 use crate::cli::progress;
 use crate::cli::run::run;
 use crate::cli::solution::Solution;
-use crate::sessions::in_time_order::StreamReadings;
+use crate::sessions::merge_by_time::StreamReadings;
 
 /// The arguments of `lodestep evaluate ladder`.
 #[derive(Debug, Args)]

@@ -25,7 +25,7 @@ use crate::cli::failure::Failure;
 use crate::cli::log_file::{LogFile, read_small};
 use crate::cli::print::print;
 use crate::cli::progress;
-use crate::sessions::in_time_order::StreamReadings;
+use crate::sessions::merge_by_time::StreamReadings;
 
 /// The arguments of `lodestep evaluate stance`.
 #[derive(Debug, Args)]

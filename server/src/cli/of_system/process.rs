@@ -8,7 +8,7 @@ use clap::Args;
 use lodestep_engine::event::AidKind;
 use lodestep_engine::geo::Site;
 use lodestep_engine::parameters::Parameters;
-use lodestep_engine::parse::Reading;
+use lodestep_engine::parse::ReadOptions;
 use lodestep_engine::session::{ConfigError, SessionConfig, Visit};
 use lodestep_engine::stream::{Kind, Stream, StreamId};
 use lodestep_engine::system::Declaration;
@@ -196,14 +196,14 @@ pub(super) fn run_logs(config: SessionConfig, visits: &[Visit], logs: &[StreamLo
     let system = config.system.declaration();
     let sensors = logs.iter().filter(|(stream, _)| stream.kind == Kind::Imu);
     let paths: Vec<&Path> = sensors.map(|(_, path)| *path).collect();
-    let clock_zero_ns = log_file::shared_zero_ns(&paths, &Reading::default())?;
+    let clock_zero_ns = log_file::shared_zero_ns(&paths, &ReadOptions::default())?;
     let bar = progress::of_bytes();
     let mut streams = Vec::new();
     for (stream, path) in logs {
         let unknown = || ConfigError::Own(format!("the {} system has no stream {}", system.name, stream.id));
         let rule = system.rule_of(stream).ok_or_else(unknown)?;
         let clock_zero_ns = clock_zero_ns.filter(|_| stream.kind == Kind::Imu);
-        let reading = Reading { clock_zero_ns, ..Reading::default() };
+        let reading = ReadOptions { clock_zero_ns, ..ReadOptions::default() };
         streams.push((stream.id, LogFile::open_of(rule, path, reading, &bar)?));
     }
     let walked = run(config, visits, streams);

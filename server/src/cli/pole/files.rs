@@ -5,18 +5,18 @@ use std::path::Path;
 use anyhow::Result;
 use indicatif::ProgressBar;
 use lodestep_engine::parse::gnss::{self, GnssClock, GnssRow, LEAP_SECONDS};
-use lodestep_engine::parse::{Reading, stops_csv, switch_csv};
+use lodestep_engine::parse::{ReadOptions, stops_csv, switch_csv};
 use lodestep_engine::stream::Readings;
 use lodestep_engine::systems::pole::recorder::Recorder;
 use lodestep_engine::systems::pole::recording::Stop;
 
 use crate::cli::failure::Failure;
 use crate::cli::log_file::{LogFile, read_small};
-use crate::sessions::in_time_order::StreamReadings as _;
+use crate::sessions::merge_by_time::StreamReadings as _;
 
 /// The samples of the sensor.
 pub(super) fn samples(path: &Path, recorder: &mut Recorder) -> Result<()> {
-    let mut log = LogFile::open_as(path, Reading::default(), &ProgressBar::hidden())?;
+    let mut log = LogFile::open_as(path, ReadOptions::default(), &ProgressBar::hidden())?;
     loop {
         let Readings::Imu(piece) = log.next_piece()? else {
             return Err(Failure::bad_input(

@@ -12,7 +12,7 @@ use crate::system::{NotRestored, SessionConfig, Solution};
 use crate::systems::pedestrian::config::Config;
 use crate::systems::pedestrian::filter::{Filter, Setting};
 use crate::systems::pedestrian::kept_step::KeptStep;
-use crate::systems::pedestrian::line::FootLine;
+use crate::systems::pedestrian::preprocess::FootLine;
 use crate::systems::pedestrian::slow_errors::blocks;
 
 #[derive(Debug, Serialize, Deserialize)]

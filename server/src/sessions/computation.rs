@@ -7,9 +7,9 @@ use lodestep_engine::session::{ConfigError, Session, SessionConfig, Summary, Vis
 use lodestep_engine::stream::Reading;
 use lodestep_engine::track::Track;
 
-use super::in_time_order::{InTimeOrder, Step, StreamReadings};
-use super::run_figures::figures_of;
-use super::stored_grid::Grid;
+use super::merge_by_time::{Merged, MergedByTime, StreamReadings};
+use super::run_metrics::figures_of;
+use super::thinning::Thinning;
 use crate::charts::{Recorder, of_points};
 use crate::store;
 use crate::store::lab_runs::Figures;
@@ -36,27 +36,31 @@ pub(crate) struct Computed {
 }
 
 /// A run under way: a session of the engine and the track that it has told so far.
-pub(crate) struct Run {
+pub(crate) struct Computation {
     session: Session,
     events: Vec<Event>,
     pub(crate) track: Track,
-    /// Of its points, only the first in each cell of this grid are kept.
-    grid: Option<Grid>,
+    /// Of its points, only the first in each cell of this thinning are kept.
+    thinning: Option<Thinning>,
     /// What was done to read the streams; no part of the track, which is the same for the same samples.
     pub(crate) read_with: Vec<Anomaly>,
     /// Looks on for the charts, where they are wanted.
     recorder: Option<Box<Recorder>>,
 }
 
-impl Run {
+impl Computation {
     /// Before its first sample. Room for the points of `most_epochs` (0 where nobody knows) is taken at once: a track
     /// that grows is moved as a whole again and again, and for that moment held twice.
-    pub(crate) fn new(config: SessionConfig, visits: &[Visit], most_epochs: u64) -> Result<Run, ConfigError> {
-        let mut run = Run {
+    pub(crate) fn new(
+        config: SessionConfig,
+        visits: &[Visit],
+        most_epochs: u64,
+    ) -> Result<Computation, ConfigError> {
+        let mut run = Computation {
             session: Session::new(config)?,
             events: Vec::new(),
             track: Track { points: Vec::with_capacity(most_epochs as usize), ..Track::default() },
-            grid: None,
+            thinning: None,
             read_with: Vec::new(),
             recorder: None,
         };
@@ -68,7 +72,7 @@ impl Run {
 
     /// Keeps points at the stored rate alone, where not every epoch is wanted.
     pub(crate) fn thin(&mut self, cell_ns: i64) {
-        self.grid = Some(Grid::new(cell_ns));
+        self.thinning = Some(Thinning::new(cell_ns));
         self.track.points = Vec::new();
     }
 
@@ -77,9 +81,9 @@ impl Run {
         self.recorder = Some(Box::new(Recorder::new(self.session.config())));
     }
 
-    fn take(&mut self, step: Step<'_>) {
-        match step {
-            Step::Reading(stream, reading) => {
+    fn take(&mut self, merged: Merged<'_>) {
+        match merged {
+            Merged::Reading(stream, reading) => {
                 self.session.push(stream, reading, &mut self.events);
                 if let Some(recorder) = &mut self.recorder {
                     if let Reading::Imu(sample) = reading {
@@ -88,13 +92,13 @@ impl Run {
                     recorder.look(&self.session, reading.t_ns());
                 }
             }
-            Step::End(stream) => self.session.end(stream, &mut self.events),
+            Merged::End(stream) => self.session.end(stream, &mut self.events),
         }
         self.take_events();
     }
 
     fn take_events(&mut self) {
-        let Run { session, events, track, recorder, grid, .. } = self;
+        let Computation { session, events, track, recorder, thinning, .. } = self;
         for value in session.chart_values() {
             if let Some(recorder) = recorder {
                 recorder.value(value);
@@ -104,8 +108,8 @@ impl Run {
             if let Some(recorder) = recorder {
                 recorder.event(&event);
             }
-            let skipped = match (&event, &mut *grid) {
-                (Event::Point(point), Some(grid)) => !grid.takes(point.t_ns),
+            let skipped = match (&event, &mut *thinning) {
+                (Event::Point(point), Some(thinning)) => !thinning.takes(point.t_ns),
                 _ => false,
             };
             if !skipped {
@@ -144,14 +148,14 @@ impl Run {
         self.session.summary()
     }
 
-    /// What is stored of it: of the points the first in each cell of the grid.
+    /// What is stored of it: of the points the first in each cell of the thinning.
     /// `process_s` is how long all of it took.
     pub(crate) fn into_computed(mut self, cell_ns: i64, process_s: f64) -> Computed {
         let recorded = self.recorder.take().map(|recorder| recorder.into_series());
         let mut charts = recorded.unwrap_or_default();
         charts.extend(of_points(
             self.session.config().system.declaration(),
-            store::track::Run::Main,
+            store::track::TrackKind::Main,
             &self.track.points,
         ));
         let summary = self.summary();
@@ -173,8 +177,8 @@ impl Run {
 /// Feeds all samples to a run. `go_on` hears how many are done and says whether to continue; the answer
 /// is no when it said so.
 pub(crate) fn feed<S: StreamReadings>(
-    run: &mut Run,
-    mut samples: InTimeOrder<S>,
+    run: &mut Computation,
+    mut samples: MergedByTime<S>,
     mut go_on: impl FnMut(u64) -> bool,
 ) -> anyhow::Result<bool> {
     let mut done = 0;
@@ -190,8 +194,8 @@ pub(crate) fn feed<S: StreamReadings>(
     Ok(true)
 }
 
-/// The first point in each cell of the grid.
+/// The first point in each cell of the thinning.
 pub(crate) fn thinned(points: &[TrackPoint], cell_ns: i64) -> Vec<TrackPoint> {
-    let mut grid = Grid::new(cell_ns);
-    points.iter().filter(|point| grid.takes(point.t_ns)).copied().collect()
+    let mut thinning = Thinning::new(cell_ns);
+    points.iter().filter(|point| thinning.takes(point.t_ns)).copied().collect()
 }

@@ -17,11 +17,11 @@ const NICENESS: i32 = 10;
 pub(crate) struct GaveUp(String);
 
 /// Does a piece of work that may take long, and gives its answer.
-pub(crate) async fn yielding<T: Send + 'static>(
+pub(crate) async fn in_background<T: Send + 'static>(
     work: impl FnOnce() -> T + Send + 'static,
 ) -> Result<T, GaveUp> {
     let (answer, answered) = oneshot::channel();
-    let thread = std::thread::Builder::new().name("yielding".into()).spawn(move || {
+    let thread = std::thread::Builder::new().name("background".into()).spawn(move || {
         make_room();
         let done = std::panic::catch_unwind(AssertUnwindSafe(work));
         // Who no longer waits need not be told.
@@ -62,8 +62,8 @@ mod tests {
     #[tokio::test]
     async fn work_is_done_elsewhere_and_a_panic_is_an_answer() {
         let here = std::thread::current().id();
-        assert_ne!(yielding(|| std::thread::current().id()).await.unwrap(), here);
-        let gave_up = yielding(|| panic!("three legs")).await.unwrap_err();
+        assert_ne!(in_background(|| std::thread::current().id()).await.unwrap(), here);
+        let gave_up = in_background(|| panic!("three legs")).await.unwrap_err();
         assert_eq!(gave_up.to_string(), "three legs");
     }
 
@@ -72,7 +72,7 @@ mod tests {
     async fn such_work_has_a_lower_priority_and_nobody_else() {
         let niceness = || rustix::process::getpriority_process(Some(rustix::thread::gettid())).unwrap();
         let here = niceness();
-        assert_eq!(yielding(niceness).await.unwrap(), here.clamp(NICENESS, 19));
+        assert_eq!(in_background(niceness).await.unwrap(), here.clamp(NICENESS, 19));
         assert_eq!(niceness(), here);
     }
 }

@@ -17,14 +17,14 @@ pub(crate) fn cell_of(t_ns: i64, cell_ns: i64) -> i64 {
 
 /// Chooses among points that come by time.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Grid {
+pub(crate) struct Thinning {
     cell_ns: i64,
     last_cell: Option<i64>,
 }
 
-impl Grid {
-    pub(crate) fn new(cell_ns: i64) -> Grid {
-        Grid { cell_ns, last_cell: None }
+impl Thinning {
+    pub(crate) fn new(cell_ns: i64) -> Thinning {
+        Thinning { cell_ns, last_cell: None }
     }
 
     /// Whether a point is the first of its cell.
@@ -41,7 +41,7 @@ mod tests {
     use super::*;
 
     fn kept(times: &[i64], cell_ns: i64) -> Vec<i64> {
-        let mut grid = Grid::new(cell_ns);
+        let mut grid = Thinning::new(cell_ns);
         times.iter().copied().filter(|t| grid.takes(*t)).collect()
     }
 

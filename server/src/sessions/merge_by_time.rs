@@ -16,7 +16,7 @@ pub(crate) trait StreamReadings {
 
 /// What happens next in a session.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) enum Step<'a> {
+pub(crate) enum Merged<'a> {
     /// This stream has a reading.
     Reading(StreamId, Reading<'a>),
     /// This stream has no more.
@@ -43,12 +43,12 @@ impl<S: StreamReadings> Source<S> {
 
 /// The merged sequence. Of equal times the stream goes first whose name does in the alphabet. A stream whose clock steps
 /// back keeps its own order; that is for the session to judge.
-pub(crate) struct InTimeOrder<S> {
+pub(crate) struct MergedByTime<S> {
     sources: Vec<Source<S>>,
     anomalies: Vec<Anomaly>,
 }
 
-impl<S: StreamReadings> InTimeOrder<S> {
+impl<S: StreamReadings> MergedByTime<S> {
     pub(crate) fn new(streams: impl IntoIterator<Item = (impl Into<StreamId>, S)>) -> Self {
         let mut sources: Vec<_> = streams
             .into_iter()
@@ -60,7 +60,7 @@ impl<S: StreamReadings> InTimeOrder<S> {
             })
             .collect();
         sources.sort_by_key(|source| source.stream);
-        InTimeOrder { sources, anomalies: Vec::new() }
+        MergedByTime { sources, anomalies: Vec::new() }
     }
 
     /// What was done to read the streams that have ended.
@@ -69,7 +69,7 @@ impl<S: StreamReadings> InTimeOrder<S> {
     }
 
     /// The next step; `None` when every stream has ended.
-    pub(crate) fn next(&mut self) -> anyhow::Result<Option<Step<'_>>> {
+    pub(crate) fn next(&mut self) -> anyhow::Result<Option<Merged<'_>>> {
         let mut oldest: Option<(usize, i64)> = None;
         for number in 0..self.sources.len() {
             match self.sources[number].next_ns()? {
@@ -78,7 +78,7 @@ impl<S: StreamReadings> InTimeOrder<S> {
                     let of_stream = readings.anomalies().into_iter();
                     self.anomalies
                         .extend(of_stream.map(|anomaly| Anomaly { stream: Some(stream), ..anomaly }));
-                    return Ok(Some(Step::End(stream)));
+                    return Ok(Some(Merged::End(stream)));
                 }
                 Some(t_ns) if oldest.is_none_or(|(_, oldest_ns)| t_ns < oldest_ns) => {
                     oldest = Some((number, t_ns));
@@ -89,7 +89,7 @@ impl<S: StreamReadings> InTimeOrder<S> {
         let Some((number, _)) = oldest else { return Ok(None) };
         let source = &mut self.sources[number];
         source.at += 1;
-        Ok(source.piece.get(source.at - 1).map(|reading| Step::Reading(source.stream, reading)))
+        Ok(source.piece.get(source.at - 1).map(|reading| Merged::Reading(source.stream, reading)))
     }
 }
 
@@ -120,12 +120,12 @@ mod tests {
 
     fn merged(left: Vec<i64>, right: Vec<i64>) -> Vec<(StreamId, Option<i64>)> {
         let streams = [(self::right(), Times(right.into_iter())), (self::left(), Times(left.into_iter()))];
-        let mut order = InTimeOrder::new(streams);
+        let mut order = MergedByTime::new(streams);
         let mut steps = Vec::new();
         while let Some(step) = order.next().unwrap() {
             steps.push(match step {
-                Step::Reading(stream, reading) => (stream, Some(reading.t_ns())),
-                Step::End(stream) => (stream, None),
+                Merged::Reading(stream, reading) => (stream, Some(reading.t_ns())),
+                Merged::End(stream) => (stream, None),
             });
         }
         steps

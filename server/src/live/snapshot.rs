@@ -25,7 +25,7 @@ const RECENT_SHOWN: usize = 50;
 #[derive(Clone, Debug, Default)]
 pub struct Board {
     inspectors: Vec<Inspector>,
-    sessions: BTreeMap<Uuid, Walk>,
+    sessions: BTreeMap<Uuid, Shown>,
     faults: BTreeMap<Uuid, Fault>,
     alarms: BTreeMap<String, Alarm>,
     markers_revision: i64,
@@ -33,7 +33,7 @@ pub struct Board {
 
 /// One session on the board.
 #[derive(Clone, Debug)]
-struct Walk {
+struct Shown {
     session: Session,
     trail: Trail,
     position: Option<Position>,
@@ -136,7 +136,7 @@ impl Board {
 
     fn apply_session(&mut self, session: &Session) {
         self.sessions.entry(session.id).and_modify(|walk| walk.session = session.clone()).or_insert_with(
-            || Walk {
+            || Shown {
                 session: session.clone(),
                 trail: Trail::default(),
                 position: None,

@@ -12,7 +12,7 @@ use lodestep_engine::session::{ConfigError, Session, SessionConfig, Summary, Vis
 use lodestep_engine::stream::{Readings, StreamId};
 use serde::{Deserialize, Serialize};
 
-use super::grid::{Choice, Grid, SavedGrid};
+use super::thinning::{Choice, SavedThinning, Thinning};
 use super::trail::TrailPoint;
 use crate::store::anomalies::Gathered;
 use crate::store::live_states::LiveState;
@@ -29,9 +29,9 @@ const SAVED_EVERY_NS: i64 = 90_000_000_000;
 
 /// A walk in progress.
 #[derive(Debug)]
-pub(crate) struct Walk {
+pub(crate) struct LiveSession {
     session: Session,
-    grid: Grid,
+    grid: Thinning,
     shown: VecDeque<TrailPoint>,
     moved_ns: i64,
     samples_taken: u64,
@@ -44,7 +44,7 @@ pub(crate) struct Walk {
 #[derive(Serialize, Deserialize)]
 struct Saved {
     engine: Vec<u8>,
-    grid: SavedGrid,
+    grid: SavedThinning,
     shown: VecDeque<TrailPoint>,
     moved_ns: i64,
     samples_taken: u64,
@@ -104,17 +104,17 @@ impl Findings {
     }
 }
 
-impl Walk {
+impl LiveSession {
     /// A walk that waits for its first readings, of which so many points a second are stored; what it seldom needs lies in
     /// `inputs`.
     pub(crate) fn new(
         config: SessionConfig,
         stored_hz: f64,
         inputs: Option<Box<dyn InputStore>>,
-    ) -> Result<Walk, ConfigError> {
-        Ok(Walk {
+    ) -> Result<LiveSession, ConfigError> {
+        Ok(LiveSession {
             session: Session::with_store(config, inputs)?,
-            grid: Grid::new(stored_hz),
+            grid: Thinning::new(stored_hz),
             shown: VecDeque::new(),
             moved_ns: i64::MIN,
             samples_taken: 0,
@@ -129,11 +129,11 @@ impl Walk {
         stored_hz: f64,
         inputs: Box<dyn InputStore>,
         state: &LiveState,
-    ) -> Option<Walk> {
+    ) -> Option<LiveSession> {
         let saved: Saved = postcard::from_bytes(&state.body).ok()?;
-        Some(Walk {
+        Some(LiveSession {
             session: Session::restored(config, &saved.engine, Some(inputs)).ok()?,
-            grid: Grid::restored(stored_hz, saved.grid),
+            grid: Thinning::restored(stored_hz, saved.grid),
             shown: saved.shown,
             moved_ns: saved.moved_ns,
             samples_taken: saved.samples_taken,

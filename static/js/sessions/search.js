@@ -23,7 +23,7 @@ const ZONE = "+08:00";
  * @param {string} hash
  * @returns {Wanted}
  */
-export function readWanted(hash) {
+export function readSearch(hash) {
   const query = new URLSearchParams(hash.split("?")[1] ?? "");
   const word = (/** @type {string} */ name, /** @type {string[]} */ known) => {
     const found = query.get(name) ?? "";
@@ -45,7 +45,7 @@ export function readWanted(hash) {
 }
 
 /** @param {Wanted} wanted */
-export function writeWanted(wanted) {
+export function writeSearch(wanted) {
   const parts = [];
   for (const [name, value] of Object.entries(wanted)) {
     const text =

@@ -5,7 +5,7 @@ const CELL_M = 20;
 /**
  * @template {{name: string, e_m: number, n_m: number}} Place
  */
-export class Grid {
+export class SpatialIndex {
   /** @param {Place[]} places */
   constructor(places) {
     /** @type {Map<string, Place>} */

@@ -1,9 +1,9 @@
 //! The picture with which a server starts: what was on disk when it stopped.
 
-use super::board::{Board, RESTING_SHOWN};
+use super::snapshot::{Board, RESTING_SHOWN};
 use crate::sessions::unknown_start::is_unknown;
 use crate::store::sessions::{Filter, Session, SessionState};
-use crate::store::track::Run;
+use crate::store::track::TrackKind;
 use crate::store::{
     Store, StoreError, alarms, anomalies, faults, inspectors, markers, sessions, stands, track, visits,
 };
@@ -11,7 +11,7 @@ use crate::utc;
 use crate::wire::{Change, Motion, Position};
 
 /// Reads the picture.
-pub async fn board_from_store(store: &Store) -> Result<Board, StoreError> {
+pub async fn snapshot_from_store(store: &Store) -> Result<Board, StoreError> {
     let db = store.read();
     let mut board = Board::default();
     board.apply(&Change::Inspectors { inspectors: inspectors::list(db).await? });
@@ -42,7 +42,7 @@ pub async fn session_changes(store: &Store, session: Session) -> Result<Vec<Chan
     let mut changes = vec![Change::Session { session: Some(session.clone()), deleted: None }];
     let last = track::last_at(db, session_id, i64::MAX).await?.filter(|last| !is_unknown(last.sigma_n_m));
     if let Some(last) = last {
-        let points = track::trail(db, session_id, Run::Main).await?;
+        let points = track::trail(db, session_id, TrackKind::Main).await?;
         changes.push(Change::Revision { session_id, points });
         changes.push(Change::Position(Position {
             session_id,

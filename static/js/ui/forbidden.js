@@ -8,7 +8,7 @@ import { t } from "../i18n.js";
  * @param {"walk" | "administer"} right
  * @returns {{text: string} | null} null where they may
  */
-export function mayNot(app, right) {
+export function forbidden(app, right) {
   const { me } = app;
   const role = me.role ? t(`role.${me.role}`) : "–";
   if (!app.may(right)) return notice(t(`may_not.${right}`, { role }));

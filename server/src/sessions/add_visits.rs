@@ -59,7 +59,7 @@ pub(crate) struct Overlap {
 }
 
 /// Adds visits to a session: all, or none when one of them cannot be.
-pub(crate) async fn tell(
+pub(crate) async fn add(
     app: &App,
     caller: &Caller,
     session_id: Uuid,
@@ -115,7 +115,7 @@ pub(crate) async fn tell(
         .await?;
     let new = added.len() as u64;
     app.hub.publish_all(added.iter().cloned().map(Change::Visit));
-    app.live.tell_visits(session_id, added).await;
+    app.live.add_visits(session_id, added).await;
     let visits = visits::of_session(app.store.read(), session_id).await?;
     Ok(AddedVisits { added: new, unchanged: of_list - new, overlaps: overlaps(&visits), visits })
 }

@@ -7,7 +7,7 @@ use std::collections::VecDeque;
 
 use serde::{Deserialize, Serialize};
 
-use crate::sessions::stored_grid::{cell_ns, cell_of};
+use crate::sessions::thinning::{cell_ns, cell_of};
 
 /// At most this many points are shown each second: enough for a walking pace.
 const SHOWN_HZ: i64 = 5;
@@ -28,7 +28,7 @@ pub(crate) enum Choice {
 
 /// The epochs that were chosen so far.
 #[derive(Clone, Debug)]
-pub(crate) struct Grid {
+pub(crate) struct Thinning {
     stored_cell_ns: i64,
     /// A multiple of the stored cell, so that a shown point is always a stored one.
     shown_cell_ns: i64,
@@ -39,7 +39,7 @@ pub(crate) struct Grid {
 
 /// What is saved of it.
 #[derive(Clone, Copy, Debug, Serialize, Deserialize)]
-pub(crate) struct SavedGrid {
+pub(crate) struct SavedThinning {
     newest: Option<(i64, bool)>,
     last_shown_ns: Option<i64>,
 }
@@ -62,25 +62,25 @@ impl Chosen {
     }
 }
 
-impl Grid {
+impl Thinning {
     /// A grid that stores at most so many points a second.
-    pub(crate) fn new(stored_hz: f64) -> Grid {
+    pub(crate) fn new(stored_hz: f64) -> Thinning {
         let stored_cell_ns = cell_ns(stored_hz);
         let shown_cell_ns =
             ((1_000_000_000 / SHOWN_HZ + stored_cell_ns - 1) / stored_cell_ns) * stored_cell_ns;
-        Grid { stored_cell_ns, shown_cell_ns, recent: VecDeque::new(), last_shown_ns: None }
+        Thinning { stored_cell_ns, shown_cell_ns, recent: VecDeque::new(), last_shown_ns: None }
     }
 
     /// What the next choices depend on.
-    pub(crate) fn saved(&self) -> SavedGrid {
+    pub(crate) fn saved(&self) -> SavedThinning {
         let newest = self.recent.back().map(|chosen| (chosen.t_ns(), chosen.shown()));
-        SavedGrid { newest, last_shown_ns: self.last_shown_ns }
+        SavedThinning { newest, last_shown_ns: self.last_shown_ns }
     }
 
     /// A grid that chooses on as the one that was saved, and does not know what that chose before.
-    pub(crate) fn restored(stored_hz: f64, saved: SavedGrid) -> Grid {
+    pub(crate) fn restored(stored_hz: f64, saved: SavedThinning) -> Thinning {
         let recent = saved.newest.map(|(t_ns, shown)| Chosen::new(t_ns, shown)).into_iter().collect();
-        Grid { recent, last_shown_ns: saved.last_shown_ns, ..Grid::new(stored_hz) }
+        Thinning { recent, last_shown_ns: saved.last_shown_ns, ..Thinning::new(stored_hz) }
     }
 
     /// Chooses about a new epoch; epochs come in the order of their times.
@@ -117,7 +117,7 @@ mod tests {
 
     #[test]
     fn a_hundred_epochs_a_second_are_stored_at_ten_and_shown_at_five() {
-        let mut grid = Grid::new(10.0);
+        let mut grid = Thinning::new(10.0);
         let choices: Vec<_> = (0..200).map(|i| grid.choose(i * 10_000_000)).collect();
         assert_eq!(choices.iter().filter(|c| **c != Choice::Skipped).count(), 20);
         assert_eq!(choices.iter().filter(|c| **c == Choice::Shown).count(), 10);
@@ -128,7 +128,7 @@ mod tests {
 
     #[test]
     fn a_correction_meets_the_epochs_that_were_chosen() {
-        let mut grid = Grid::new(10.0);
+        let mut grid = Thinning::new(10.0);
         let times: Vec<i64> = (0..500).map(|i| 3_700_000 + i * 9_900_000).collect();
         let first: Vec<_> = times.iter().map(|t| grid.choose(*t)).collect();
         let again: Vec<_> = times.iter().map(|t| grid.chosen(*t)).collect();
@@ -138,7 +138,7 @@ mod tests {
 
     #[test]
     fn a_slower_log_is_kept_whole_and_a_hole_shifts_nothing() {
-        let mut grid = Grid::new(10.0);
+        let mut grid = Thinning::new(10.0);
         assert_eq!(grid.choose(0), Choice::Shown);
         // The even cell after the hole is empty: the first epoch of the odd one is shown instead.
         assert_eq!(grid.choose(910_000_000), Choice::Shown);

@@ -11,22 +11,22 @@ use lodestep_engine::system::ClockAhead;
 use tokio::runtime::Handle;
 use uuid::Uuid;
 
+use super::computation;
 use super::engine_config::engine_config;
 use super::identification::identification;
-use super::in_time_order::{InTimeOrder, StreamReadings as _};
+use super::merge_by_time::{MergedByTime, StreamReadings as _};
 use super::parameters::{self, Chosen, Wanted};
 use super::process::ProcessError;
-use super::run;
 use super::stored_samples::{self, Recording, StoredSamples};
 use crate::state::App;
 use crate::store::raw_chunks::Origin;
 use crate::store::sessions::Session;
-use crate::store::track::Run;
+use crate::store::track::TrackKind;
 use crate::store::visits;
 use crate::store::{self, Store};
 
 /// What a session is computed from.
-pub(super) struct Walk {
+pub(super) struct StoredSession {
     pub(super) session: Session,
     pub(super) config: SessionConfig,
     /// What the configuration says where it is not the default.
@@ -43,8 +43,12 @@ pub(super) struct Walk {
     clocks: OnceLock<Option<ClockAhead>>,
 }
 
-impl Walk {
-    pub(super) async fn read(app: &App, session_id: Uuid, wanted: Wanted) -> Result<Walk, ProcessError> {
+impl StoredSession {
+    pub(super) async fn read(
+        app: &App,
+        session_id: Uuid,
+        wanted: Wanted,
+    ) -> Result<StoredSession, ProcessError> {
         let db = app.store.read();
         let session = store::sessions::get(db, session_id).await?.ok_or(ProcessError::SessionGone)?;
         let mut recordings = Vec::new();
@@ -108,7 +112,17 @@ impl Walk {
         let chosen = parameters::of_walk(app, &session, wanted).await?;
         chosen.parameters.apply(&mut config);
         let clocks = OnceLock::new();
-        Ok(Walk { session, config, chosen, recordings, visits: told, automatic, outcomes, anomalies, clocks })
+        Ok(StoredSession {
+            session,
+            config,
+            chosen,
+            recordings,
+            visits: told,
+            automatic,
+            outcomes,
+            anomalies,
+            clocks,
+        })
     }
 
     /// The log whose clock is ahead of the other's, where what they hold shows that. Found once, on a thread that may block.
@@ -157,9 +171,9 @@ impl Walk {
     }
 
     /// The samples, to be read on a thread that may block.
-    pub(super) fn samples_in_order(&self, store: &Store, runtime: &Handle) -> InTimeOrder<StoredSamples> {
+    pub(super) fn samples_in_order(&self, store: &Store, runtime: &Handle) -> MergedByTime<StoredSamples> {
         let ahead = self.clock_ahead(store, runtime);
-        InTimeOrder::new(self.recordings.iter().map(|recording| {
+        MergedByTime::new(self.recordings.iter().map(|recording| {
             let ahead = ahead.filter(|ahead| ahead.stream == recording.stream);
             let ahead_ns = ahead.map_or(0, |ahead| (ahead.ahead_by_s * 1e9).round() as i64);
             let samples = StoredSamples::new(store.clone(), runtime.clone(), recording.origin);
@@ -168,15 +182,15 @@ impl Walk {
     }
 
     /// One run, before its first sample.
-    pub(super) fn begin(&self, run: Run) -> Result<run::Run, ConfigError> {
+    pub(super) fn begin(&self, run: TrackKind) -> Result<computation::Computation, ConfigError> {
         let mut config = self.config.clone();
         let visits = match run {
-            Run::Main => {
+            TrackKind::Main => {
                 config.solution = Solution::Smoothed;
                 &self.visits[..]
             }
-            Run::Filtered => &self.visits[..],
-            Run::WithoutMarkers => {
+            TrackKind::Filtered => &self.visits[..],
+            TrackKind::WithoutMarkers => {
                 let mut aids = config.system.aids();
                 aids.retain(|aid| *aid != AidKind::MARKERS);
                 config.system.use_aids(&aids);
@@ -184,13 +198,13 @@ impl Walk {
                 &[]
             }
         };
-        run::Run::new(config, visits, self.most_epochs())
+        computation::Computation::new(config, visits, self.most_epochs())
     }
 }
 
-impl Walk {
+impl StoredSession {
     /// A run that knows no marker and tells its stands all the same, before its first sample.
-    pub(super) fn begin_to_tie(&self) -> Result<run::Run, ConfigError> {
+    pub(super) fn begin_to_tie(&self) -> Result<computation::Computation, ConfigError> {
         let mut config = self.config.clone();
         let mut aids = config.system.aids();
         aids.retain(|aid| *aid != AidKind::MARKERS);
@@ -198,15 +212,15 @@ impl Walk {
         if let Some(identification) = &mut config.identification {
             identification.automatic_visits.clear();
         }
-        run::Run::new(config, &[], self.most_epochs())
+        computation::Computation::new(config, &[], self.most_epochs())
     }
 
     /// A lab run, before its first sample: as the configuration has it, for this solution.
-    pub(super) fn begin_in_lab(&self, solution: Solution) -> Result<run::Run, ConfigError> {
+    pub(super) fn begin_in_lab(&self, solution: Solution) -> Result<computation::Computation, ConfigError> {
         let mut config = self.config.clone();
         config.solution = solution;
         let visits = if config.system.aids().contains(&AidKind::MARKERS) { &self.visits[..] } else { &[] };
-        run::Run::new(config, visits, self.most_epochs())
+        computation::Computation::new(config, visits, self.most_epochs())
     }
 
     /// Visits of whatever origin that a run with markers uses.

@@ -31,7 +31,7 @@ impl Against {
 
 /// One thing that is odd.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) enum Odd {
+pub(super) enum Defect {
     /// A file without rows.
     NoRows,
     /// A name that no marker can have.
@@ -100,230 +100,230 @@ pub(super) enum Odd {
     Removes { missing: u64 },
 }
 
-impl Odd {
+impl Defect {
     /// One word for programs and for the page's own words.
     pub(super) fn code(&self) -> &'static str {
         match self {
-            Odd::NoRows => "no_rows",
-            Odd::WrongName { .. } => "wrong_name",
-            Odd::RepeatedName { .. } => "repeated_name",
-            Odd::NotANumber { .. } => "not_a_number",
-            Odd::ValueOutOfRange { .. } | Odd::PlaceOutOfRange { .. } => "out_of_range",
-            Odd::SwappedLatLon { .. } => "swapped_lat_lon",
-            Odd::LooksLocal => "looks_local",
-            Odd::LooksGeographic => "looks_geographic",
-            Odd::OtherSite { .. } | Odd::OtherGrid { .. } => "wrong_frame",
-            Odd::NationalGrid { .. } => "national_grid",
-            Odd::AxesByCustom => "axes_by_custom",
-            Odd::HeightsAboveTheSea { .. } => "heights_above_the_sea",
-            Odd::AbsoluteHeights { .. } => "absolute_heights",
-            Odd::PackedAngles { .. } => "packed_angles",
-            Odd::NoMarker { .. } => "no_marker",
-            Odd::CleanedName { .. } => "cleaned_name",
-            Odd::ColumnsUnknown => "columns_unknown",
-            Odd::SwappedRow { .. } => "swapped_row",
-            Odd::FarMove { .. } => "far_move",
-            Odd::SimilarName { .. } => "similar_name",
-            Odd::NotInPlan => "not_in_plan",
-            Odd::OffSite { .. } => "off_site",
-            Odd::TooClose { .. } => "too_close",
-            Odd::OffTerrain { .. } => "off_terrain",
-            Odd::SwappedAxes { .. } => "swapped_axes",
-            Odd::Mirrored { .. } => "mirrored",
-            Odd::OtherUnit { .. } => "other_unit",
-            Odd::Turned { .. } => "turned",
-            Odd::Shifted { .. } => "shifted",
-            Odd::ShiftedHeights { .. } => "shifted_heights",
-            Odd::Removes { .. } => "removes",
+            Defect::NoRows => "no_rows",
+            Defect::WrongName { .. } => "wrong_name",
+            Defect::RepeatedName { .. } => "repeated_name",
+            Defect::NotANumber { .. } => "not_a_number",
+            Defect::ValueOutOfRange { .. } | Defect::PlaceOutOfRange { .. } => "out_of_range",
+            Defect::SwappedLatLon { .. } => "swapped_lat_lon",
+            Defect::LooksLocal => "looks_local",
+            Defect::LooksGeographic => "looks_geographic",
+            Defect::OtherSite { .. } | Defect::OtherGrid { .. } => "wrong_frame",
+            Defect::NationalGrid { .. } => "national_grid",
+            Defect::AxesByCustom => "axes_by_custom",
+            Defect::HeightsAboveTheSea { .. } => "heights_above_the_sea",
+            Defect::AbsoluteHeights { .. } => "absolute_heights",
+            Defect::PackedAngles { .. } => "packed_angles",
+            Defect::NoMarker { .. } => "no_marker",
+            Defect::CleanedName { .. } => "cleaned_name",
+            Defect::ColumnsUnknown => "columns_unknown",
+            Defect::SwappedRow { .. } => "swapped_row",
+            Defect::FarMove { .. } => "far_move",
+            Defect::SimilarName { .. } => "similar_name",
+            Defect::NotInPlan => "not_in_plan",
+            Defect::OffSite { .. } => "off_site",
+            Defect::TooClose { .. } => "too_close",
+            Defect::OffTerrain { .. } => "off_terrain",
+            Defect::SwappedAxes { .. } => "swapped_axes",
+            Defect::Mirrored { .. } => "mirrored",
+            Defect::OtherUnit { .. } => "other_unit",
+            Defect::Turned { .. } => "turned",
+            Defect::Shifted { .. } => "shifted",
+            Defect::ShiftedHeights { .. } => "shifted_heights",
+            Defect::Removes { .. } => "removes",
         }
     }
 
     /// Its figures and the names in its sentence.
     pub(super) fn figures(&self) -> Figures {
         match self {
-            Odd::NoRows
-            | Odd::LooksLocal
-            | Odd::LooksGeographic
-            | Odd::AxesByCustom
-            | Odd::ColumnsUnknown
-            | Odd::NotInPlan => Figures::new(),
-            Odd::NationalGrid { grid, central_meridian_deg, distance_m } => figures([
+            Defect::NoRows
+            | Defect::LooksLocal
+            | Defect::LooksGeographic
+            | Defect::AxesByCustom
+            | Defect::ColumnsUnknown
+            | Defect::NotInPlan => Figures::new(),
+            Defect::NationalGrid { grid, central_meridian_deg, distance_m } => figures([
                 ("grid", grid.as_str().into()),
                 ("central_meridian_deg", (*central_meridian_deg).into()),
                 ("distance_m", (*distance_m).into()),
             ]),
-            Odd::HeightsAboveTheSea { column } => figures([("column", column.as_str().into())]),
-            Odd::AbsoluteHeights { typical_m, origin_m } => {
+            Defect::HeightsAboveTheSea { column } => figures([("column", column.as_str().into())]),
+            Defect::AbsoluteHeights { typical_m, origin_m } => {
                 figures([("typical_m", (*typical_m).into()), ("origin_m", (*origin_m).into())])
             }
-            Odd::PackedAngles { found, degrees } => {
+            Defect::PackedAngles { found, degrees } => {
                 figures([("found", found.as_str().into()), ("degrees", (*degrees).into())])
             }
-            Odd::NoMarker { found } => figures([("found", found.as_str().into())]),
-            Odd::CleanedName { letters, kept_letters } => figures([
+            Defect::NoMarker { found } => figures([("found", found.as_str().into())]),
+            Defect::CleanedName { letters, kept_letters } => figures([
                 ("letters", (*letters as f64).into()),
                 ("kept_letters", (*kept_letters as f64).into()),
             ]),
-            Odd::WrongName { found, longest_letters, .. } => figures([
+            Defect::WrongName { found, longest_letters, .. } => figures([
                 ("found", found.as_str().into()),
                 ("longest_letters", (*longest_letters as f64).into()),
             ]),
-            Odd::RepeatedName { first_line } => figures([("first_line", (*first_line as f64).into())]),
-            Odd::NotANumber { column, found } => {
+            Defect::RepeatedName { first_line } => figures([("first_line", (*first_line as f64).into())]),
+            Defect::NotANumber { column, found } => {
                 figures([("column", column.as_str().into()), ("found", found.as_str().into())])
             }
-            Odd::ValueOutOfRange { column, found, most } => figures([
+            Defect::ValueOutOfRange { column, found, most } => figures([
                 ("column", column.as_str().into()),
                 ("found", found.as_str().into()),
                 ("most", (*most).into()),
             ]),
-            Odd::PlaceOutOfRange { e_m, n_m, farthest_m } => figures([
+            Defect::PlaceOutOfRange { e_m, n_m, farthest_m } => figures([
                 ("east_m", (*e_m).into()),
                 ("north_m", (*n_m).into()),
                 ("farthest_m", (*farthest_m).into()),
             ]),
-            Odd::SwappedLatLon { latitude_deg, longitude_deg }
-            | Odd::OtherSite { latitude_deg, longitude_deg } => figures([
+            Defect::SwappedLatLon { latitude_deg, longitude_deg }
+            | Defect::OtherSite { latitude_deg, longitude_deg } => figures([
                 ("latitude_deg", (*latitude_deg).into()),
                 ("longitude_deg", (*longitude_deg).into()),
             ]),
-            Odd::OtherGrid { farthest_m } => figures([("farthest_m", (*farthest_m).into())]),
-            Odd::SwappedRow { largest_move_m, moved_m, swapped_m } => figures([
+            Defect::OtherGrid { farthest_m } => figures([("farthest_m", (*farthest_m).into())]),
+            Defect::SwappedRow { largest_move_m, moved_m, swapped_m } => figures([
                 ("largest_move_m", (*largest_move_m).into()),
                 ("moved_m", (*moved_m).into()),
                 ("swapped_m", (*swapped_m).into()),
             ]),
-            Odd::FarMove { largest_move_m, moved_m } => {
+            Defect::FarMove { largest_move_m, moved_m } => {
                 figures([("largest_move_m", (*largest_move_m).into()), ("moved_m", (*moved_m).into())])
             }
-            Odd::SimilarName { like } => figures([("like", like.as_str().into())]),
-            Odd::OffSite { distance_m, ring_radius_m } => {
+            Defect::SimilarName { like } => figures([("like", like.as_str().into())]),
+            Defect::OffSite { distance_m, ring_radius_m } => {
                 figures([("distance_m", (*distance_m).into()), ("ring_radius_m", (*ring_radius_m).into())])
             }
-            Odd::TooClose { least_apart_m, other, distance_m } => figures([
+            Defect::TooClose { least_apart_m, other, distance_m } => figures([
                 ("least_apart_m", (*least_apart_m).into()),
                 ("other", other.as_str().into()),
                 ("distance_m", (*distance_m).into()),
             ]),
-            Odd::OffTerrain { ground_m, height_m } => {
+            Defect::OffTerrain { ground_m, height_m } => {
                 figures([("ground_m", (*ground_m).into()), ("height_m", (*height_m).into())])
             }
-            Odd::SwappedAxes { against } => against.and(Figures::new()),
-            Odd::Mirrored { against, turn_deg } | Odd::Turned { against, turn_deg } => {
+            Defect::SwappedAxes { against } => against.and(Figures::new()),
+            Defect::Mirrored { against, turn_deg } | Defect::Turned { against, turn_deg } => {
                 against.and(figures([("turn_deg", (*turn_deg).into())]))
             }
-            Odd::OtherUnit { against, scale } => against.and(figures([("scale", (*scale).into())])),
-            Odd::Shifted { against, east_m, north_m } => {
+            Defect::OtherUnit { against, scale } => against.and(figures([("scale", (*scale).into())])),
+            Defect::Shifted { against, east_m, north_m } => {
                 against.and(figures([("east_m", (*east_m).into()), ("north_m", (*north_m).into())]))
             }
-            Odd::ShiftedHeights { off_by_m } => figures([("off_by_m", (*off_by_m).into())]),
-            Odd::Removes { missing } => figures([("missing", (*missing as f64).into())]),
+            Defect::ShiftedHeights { off_by_m } => figures([("off_by_m", (*off_by_m).into())]),
+            Defect::Removes { missing } => figures([("missing", (*missing as f64).into())]),
         }
     }
 
     /// Expected, found, what to do.
     pub(super) fn sentence(&self) -> String {
         match self {
-            Odd::NoRows => {
+            Defect::NoRows => {
                 "expected a row for each marker, found none: check that this is the file you meant".to_owned()
             }
-            Odd::WrongName { sentence, .. } => sentence.clone(),
-            Odd::RepeatedName { first_line } => format!(
+            Defect::WrongName { sentence, .. } => sentence.clone(),
+            Defect::RepeatedName { first_line } => format!(
                 "expected every marker once, found it in line {first_line} already: remove one of the two"
             ),
-            Odd::NotANumber { column, found } => format!(
+            Defect::NotANumber { column, found } => format!(
                 "expected a number with a point before its decimals in column {column:?}, found {found:?}: correct it, or choose another column"
             ),
-            Odd::ValueOutOfRange { column, found, most } => format!(
+            Defect::ValueOutOfRange { column, found, most } => format!(
                 "expected a value from −{most} to {most} in column {column:?}, found {found:?}: correct it, or choose another column"
             ),
-            Odd::PlaceOutOfRange { e_m, n_m, farthest_m } => format!(
+            Defect::PlaceOutOfRange { e_m, n_m, farthest_m } => format!(
                 "expected a place within {farthest_m} m of the site's origin, found {e_m:.0} m east and {n_m:.0} m north of it: check frame and columns"
             ),
-            Odd::SwappedLatLon { latitude_deg, longitude_deg } => format!(
+            Defect::SwappedLatLon { latitude_deg, longitude_deg } => format!(
                 "expected latitudes near {latitude_deg:.2}° and longitudes near {longitude_deg:.2}°, found the one in the other's column: change the two columns over"
             ),
-            Odd::LooksLocal => {
+            Defect::LooksLocal => {
                 "expected degrees, found values that can only be metres: choose the site's frame".to_owned()
             }
-            Odd::LooksGeographic => {
+            Defect::LooksGeographic => {
                 "expected metres from the site's origin, found degrees of latitude and longitude: choose the geographic frame".to_owned()
             }
-            Odd::OtherSite { latitude_deg, longitude_deg } => format!(
+            Defect::OtherSite { latitude_deg, longitude_deg } => format!(
                 "expected places near {latitude_deg:.2}° N {longitude_deg:.2}° E, found others: check that this is the file of this site and that the degrees are decimal and on WGS84"
             ),
-            Odd::OtherGrid { farthest_m } => format!(
+            Defect::OtherGrid { farthest_m } => format!(
                 "expected metres from the site's origin, found coordinates farther than {farthest_m} m, such as those of a projected national grid: give them in the site's frame or as latitude and longitude"
             ),
-            Odd::NationalGrid { grid, central_meridian_deg, distance_m } => format!(
+            Defect::NationalGrid { grid, central_meridian_deg, distance_m } => format!(
                 "expected metres from the site's origin, found coordinates of a national grid, {grid} with central meridian {central_meridian_deg}°, which puts them {distance_m:.0} m from the site: check that this is the grid; they are read by it where that is near enough"
             ),
-            Odd::AxesByCustom => {
+            Defect::AxesByCustom => {
                 "expected to be told which axis goes north, found X and Y alone: read with X to the north, as surveyors in China have it; change the two columns over where it is not so".to_owned()
             }
-            Odd::HeightsAboveTheSea { column } => format!(
+            Defect::HeightsAboveTheSea { column } => format!(
                 "expected heights above the ellipsoid, found column {column:?}, which says that they are above the sea: the two differ by tens of metres; take a column of ellipsoidal heights, or leave the heights out"
             ),
-            Odd::AbsoluteHeights { typical_m, origin_m } => format!(
+            Defect::AbsoluteHeights { typical_m, origin_m } => format!(
                 "expected heights above the site's origin, found some about {typical_m:.0} m, near the {origin_m:.0} m of the origin itself: subtract the origin's height in the same datum, or leave the heights out"
             ),
-            Odd::PackedAngles { found, degrees } => format!(
+            Defect::PackedAngles { found, degrees } => format!(
                 "expected degrees with decimals, found angles such as {found:?}, which puts nothing at the site; read as degrees, minutes and seconds, {degrees:.6}°: check one of them"
             ),
-            Odd::NoMarker { found } => format!(
+            Defect::NoMarker { found } => format!(
                 "expected a name and its place, found {found:?} alone in the line: it was left out"
             ),
-            Odd::CleanedName { letters, kept_letters } => format!(
+            Defect::CleanedName { letters, kept_letters } => format!(
                 "expected a name of letters that can be seen, found one of {letters} of which {kept_letters} are kept: check that it still says what it should"
             ),
-            Odd::ColumnsUnknown => {
+            Defect::ColumnsUnknown => {
                 "expected columns for name, east and north or for name, latitude and longitude, found none by these names: say which is which".to_owned()
             }
-            Odd::SwappedRow { largest_move_m, moved_m, swapped_m } => format!(
+            Defect::SwappedRow { largest_move_m, moved_m, swapped_m } => format!(
                 "expected a move of at most {largest_move_m} m, found {moved_m:.1} m, and {swapped_m:.1} m with east and north changed over: correct the row"
             ),
-            Odd::FarMove { largest_move_m, moved_m } => format!(
+            Defect::FarMove { largest_move_m, moved_m } => format!(
                 "expected a move of at most {largest_move_m} m, found {moved_m:.1} m: check the survey"
             ),
-            Odd::SimilarName { like } => format!(
+            Defect::SimilarName { like } => format!(
                 "expected a new name, found one that reads like {like:?}: is it the same marker?"
             ),
-            Odd::NotInPlan => {
+            Defect::NotInPlan => {
                 "expected the name of a node, as most of the file has, found another: check the name".to_owned()
             }
-            Odd::OffSite { distance_m, ring_radius_m } => format!(
+            Defect::OffSite { distance_m, ring_radius_m } => format!(
                 "expected a place beneath the reflector, found one {distance_m:.0} m from its middle, beyond its ring of {ring_radius_m:.0} m: check frame and columns"
             ),
-            Odd::TooClose { least_apart_m, other, distance_m } => format!(
+            Defect::TooClose { least_apart_m, other, distance_m } => format!(
                 "expected markers at least {least_apart_m} m apart, found {other:?} at {distance_m:.2} m: is it the same marker?"
             ),
-            Odd::OffTerrain { ground_m, height_m } => format!(
+            Defect::OffTerrain { ground_m, height_m } => format!(
                 "expected a height near the {ground_m:.1} m that the markers around it say, found {height_m:.1} m: check the height and its datum"
             ),
-            Odd::SwappedAxes { against } => format!(
+            Defect::SwappedAxes { against } => format!(
                 "expected {} places, found them with east and north changed over: change the two columns over",
                 against.whose()
             ),
-            Odd::Mirrored { against, turn_deg } => format!(
+            Defect::Mirrored { against, turn_deg } => format!(
                 "expected {} places, found them mirrored and turned by {turn_deg:.1}°: check the signs and the order of the axes",
                 against.whose()
             ),
-            Odd::OtherUnit { against, scale } => format!(
+            Defect::OtherUnit { against, scale } => format!(
                 "expected {} places, found them on another scale, {scale:.4} of a metre for one: check the unit",
                 against.whose()
             ),
-            Odd::Turned { against, turn_deg } => format!(
+            Defect::Turned { against, turn_deg } => format!(
                 "expected {} places, found them turned by {turn_deg:.2}°: check which north the file has",
                 against.whose()
             ),
-            Odd::Shifted { against, east_m, north_m } => format!(
+            Defect::Shifted { against, east_m, north_m } => format!(
                 "expected {} places, found them all shifted by {east_m:.2} m east and {north_m:.2} m north: check origin and datum",
                 against.whose()
             ),
-            Odd::ShiftedHeights { off_by_m } => format!(
+            Defect::ShiftedHeights { off_by_m } => format!(
                 "expected the table's heights, found them all off by {off_by_m:.2} m: check the heights' datum and the site's origin"
             ),
-            Odd::Removes { missing } => format!(
+            Defect::Removes { missing } => format!(
                 "expected every marker in a file that is the whole table, found {missing} missing: they will be removed"
             ),
         }
@@ -336,75 +336,85 @@ mod tests {
     use crate::page_words::assert_words;
 
     /// One of each. Which comes after which is asked of every kind, so that the compiler asks for a new one.
-    fn one_of_each() -> impl Iterator<Item = Odd> {
+    fn one_of_each() -> impl Iterator<Item = Defect> {
         let text = || "text".to_owned();
-        let next = move |odd: &Odd| {
+        let next = move |odd: &Defect| {
             Some(match odd {
-                Odd::NoRows => Odd::WrongName { found: text(), longest_letters: 40, sentence: text() },
-                Odd::WrongName { .. } => Odd::RepeatedName { first_line: 2 },
-                Odd::RepeatedName { .. } => Odd::NotANumber { column: text(), found: text() },
-                Odd::NotANumber { .. } => Odd::ValueOutOfRange { column: text(), found: text(), most: 90.0 },
-                Odd::ValueOutOfRange { .. } => Odd::PlaceOutOfRange { e_m: 1e6, n_m: 2.0, farthest_m: 1e5 },
-                Odd::PlaceOutOfRange { .. } => {
-                    Odd::SwappedLatLon { latitude_deg: 25.0, longitude_deg: 106.0 }
+                Defect::NoRows => Defect::WrongName { found: text(), longest_letters: 40, sentence: text() },
+                Defect::WrongName { .. } => Defect::RepeatedName { first_line: 2 },
+                Defect::RepeatedName { .. } => Defect::NotANumber { column: text(), found: text() },
+                Defect::NotANumber { .. } => {
+                    Defect::ValueOutOfRange { column: text(), found: text(), most: 90.0 }
                 }
-                Odd::SwappedLatLon { .. } => Odd::LooksLocal,
-                Odd::LooksLocal => Odd::LooksGeographic,
-                Odd::LooksGeographic => Odd::OtherSite { latitude_deg: 25.0, longitude_deg: 106.0 },
-                Odd::OtherSite { .. } => Odd::OtherGrid { farthest_m: 1e5 },
-                Odd::OtherGrid { .. } => {
-                    Odd::NationalGrid { grid: text(), central_meridian_deg: 108.0, distance_m: 12.0 }
+                Defect::ValueOutOfRange { .. } => {
+                    Defect::PlaceOutOfRange { e_m: 1e6, n_m: 2.0, farthest_m: 1e5 }
                 }
-                Odd::NationalGrid { .. } => Odd::AxesByCustom,
-                Odd::AxesByCustom => Odd::HeightsAboveTheSea { column: text() },
-                Odd::HeightsAboveTheSea { .. } => {
-                    Odd::AbsoluteHeights { typical_m: 1112.0, origin_m: 1110.0 }
+                Defect::PlaceOutOfRange { .. } => {
+                    Defect::SwappedLatLon { latitude_deg: 25.0, longitude_deg: 106.0 }
                 }
-                Odd::AbsoluteHeights { .. } => Odd::PackedAngles { found: text(), degrees: 25.653_247 },
-                Odd::PackedAngles { .. } => Odd::NoMarker { found: text() },
-                Odd::NoMarker { .. } => Odd::CleanedName { letters: 4, kept_letters: 3 },
-                Odd::CleanedName { .. } => Odd::ColumnsUnknown,
-                Odd::ColumnsUnknown => Odd::SwappedRow { largest_move_m: 1.0, moved_m: 90.0, swapped_m: 0.1 },
-                Odd::SwappedRow { .. } => Odd::FarMove { largest_move_m: 1.0, moved_m: 1.5 },
-                Odd::FarMove { .. } => Odd::SimilarName { like: text() },
-                Odd::SimilarName { .. } => Odd::NotInPlan,
-                Odd::NotInPlan => Odd::OffSite { distance_m: 400.0, ring_radius_m: 250.0 },
-                Odd::OffSite { .. } => Odd::TooClose { least_apart_m: 1.0, other: text(), distance_m: 0.2 },
-                Odd::TooClose { .. } => Odd::OffTerrain { ground_m: 3.0, height_m: 12.0 },
-                Odd::OffTerrain { .. } => Odd::SwappedAxes { against: Against::Table(9) },
-                Odd::SwappedAxes { against: Against::Table(_) } => {
-                    Odd::SwappedAxes { against: Against::Plan(9) }
+                Defect::SwappedLatLon { .. } => Defect::LooksLocal,
+                Defect::LooksLocal => Defect::LooksGeographic,
+                Defect::LooksGeographic => Defect::OtherSite { latitude_deg: 25.0, longitude_deg: 106.0 },
+                Defect::OtherSite { .. } => Defect::OtherGrid { farthest_m: 1e5 },
+                Defect::OtherGrid { .. } => {
+                    Defect::NationalGrid { grid: text(), central_meridian_deg: 108.0, distance_m: 12.0 }
                 }
-                Odd::SwappedAxes { against: Against::Plan(_) } => {
-                    Odd::Mirrored { against: Against::Table(9), turn_deg: 30.0 }
+                Defect::NationalGrid { .. } => Defect::AxesByCustom,
+                Defect::AxesByCustom => Defect::HeightsAboveTheSea { column: text() },
+                Defect::HeightsAboveTheSea { .. } => {
+                    Defect::AbsoluteHeights { typical_m: 1112.0, origin_m: 1110.0 }
                 }
-                Odd::Mirrored { against: Against::Table(_), .. } => {
-                    Odd::Mirrored { against: Against::Plan(9), turn_deg: 30.0 }
+                Defect::AbsoluteHeights { .. } => Defect::PackedAngles { found: text(), degrees: 25.653_247 },
+                Defect::PackedAngles { .. } => Defect::NoMarker { found: text() },
+                Defect::NoMarker { .. } => Defect::CleanedName { letters: 4, kept_letters: 3 },
+                Defect::CleanedName { .. } => Defect::ColumnsUnknown,
+                Defect::ColumnsUnknown => {
+                    Defect::SwappedRow { largest_move_m: 1.0, moved_m: 90.0, swapped_m: 0.1 }
                 }
-                Odd::Mirrored { against: Against::Plan(_), .. } => {
-                    Odd::OtherUnit { against: Against::Table(9), scale: 0.001 }
+                Defect::SwappedRow { .. } => Defect::FarMove { largest_move_m: 1.0, moved_m: 1.5 },
+                Defect::FarMove { .. } => Defect::SimilarName { like: text() },
+                Defect::SimilarName { .. } => Defect::NotInPlan,
+                Defect::NotInPlan => Defect::OffSite { distance_m: 400.0, ring_radius_m: 250.0 },
+                Defect::OffSite { .. } => {
+                    Defect::TooClose { least_apart_m: 1.0, other: text(), distance_m: 0.2 }
                 }
-                Odd::OtherUnit { against: Against::Table(_), .. } => {
-                    Odd::OtherUnit { against: Against::Plan(9), scale: 0.001 }
+                Defect::TooClose { .. } => Defect::OffTerrain { ground_m: 3.0, height_m: 12.0 },
+                Defect::OffTerrain { .. } => Defect::SwappedAxes { against: Against::Table(9) },
+                Defect::SwappedAxes { against: Against::Table(_) } => {
+                    Defect::SwappedAxes { against: Against::Plan(9) }
                 }
-                Odd::OtherUnit { against: Against::Plan(_), .. } => {
-                    Odd::Turned { against: Against::Table(9), turn_deg: 2.0 }
+                Defect::SwappedAxes { against: Against::Plan(_) } => {
+                    Defect::Mirrored { against: Against::Table(9), turn_deg: 30.0 }
                 }
-                Odd::Turned { against: Against::Table(_), .. } => {
-                    Odd::Turned { against: Against::Plan(9), turn_deg: 2.0 }
+                Defect::Mirrored { against: Against::Table(_), .. } => {
+                    Defect::Mirrored { against: Against::Plan(9), turn_deg: 30.0 }
                 }
-                Odd::Turned { against: Against::Plan(_), .. } => {
-                    Odd::Shifted { against: Against::Table(9), east_m: 470.0, north_m: -230.0 }
+                Defect::Mirrored { against: Against::Plan(_), .. } => {
+                    Defect::OtherUnit { against: Against::Table(9), scale: 0.001 }
                 }
-                Odd::Shifted { against: Against::Table(_), .. } => {
-                    Odd::Shifted { against: Against::Plan(9), east_m: 470.0, north_m: -230.0 }
+                Defect::OtherUnit { against: Against::Table(_), .. } => {
+                    Defect::OtherUnit { against: Against::Plan(9), scale: 0.001 }
                 }
-                Odd::Shifted { against: Against::Plan(_), .. } => Odd::ShiftedHeights { off_by_m: 30.0 },
-                Odd::ShiftedHeights { .. } => Odd::Removes { missing: 12 },
-                Odd::Removes { .. } => return None,
+                Defect::OtherUnit { against: Against::Plan(_), .. } => {
+                    Defect::Turned { against: Against::Table(9), turn_deg: 2.0 }
+                }
+                Defect::Turned { against: Against::Table(_), .. } => {
+                    Defect::Turned { against: Against::Plan(9), turn_deg: 2.0 }
+                }
+                Defect::Turned { against: Against::Plan(_), .. } => {
+                    Defect::Shifted { against: Against::Table(9), east_m: 470.0, north_m: -230.0 }
+                }
+                Defect::Shifted { against: Against::Table(_), .. } => {
+                    Defect::Shifted { against: Against::Plan(9), east_m: 470.0, north_m: -230.0 }
+                }
+                Defect::Shifted { against: Against::Plan(_), .. } => {
+                    Defect::ShiftedHeights { off_by_m: 30.0 }
+                }
+                Defect::ShiftedHeights { .. } => Defect::Removes { missing: 12 },
+                Defect::Removes { .. } => return None,
             })
         };
-        std::iter::successors(Some(Odd::NoRows), next)
+        std::iter::successors(Some(Defect::NoRows), next)
     }
 
     #[test]

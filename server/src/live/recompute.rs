@@ -6,12 +6,12 @@
 use futures_util::FutureExt;
 
 use super::actor::{Actor, Go, from_disk};
-use super::board_from_store::session_changes;
 use super::changes::{automatic_visits, is_same};
 use super::device;
+use super::snapshot_from_store::session_changes;
 use crate::error::Error;
 use crate::store::stands::{self, Stand};
-use crate::store::track::{self, Run};
+use crate::store::track::{self, TrackKind};
 use crate::store::visits::{self, Visit};
 use crate::store::{StoreError, live_states, sessions, stage};
 use crate::wire::Change;
@@ -52,7 +52,7 @@ impl Actor {
         let gone = removed.clone();
         let points: Vec<_> = findings.points.into_values().collect();
         let place = self.place.other();
-        stage::write(&self.app.store, id, place, vec![(Run::Main, points)]).await?;
+        stage::write(&self.app.store, id, place, vec![(TrackKind::Main, points)]).await?;
         self.app
             .store
             .writer()

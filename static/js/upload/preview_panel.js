@@ -17,7 +17,7 @@ import { previewCard } from "./preview_card.js";
  * @param {(stream: string) => File | undefined} fileOf
  * @param {() => void} onLooked
  */
-export function makeLooking(app, side, system, fileOf, onLooked) {
+export function makePreviewPanel(app, side, system, fileOf, onLooked) {
   const slots = system.uploadSlots;
   /** What is said of each log besides what it says itself, and what the server makes of it. */
   /** @type {Record<string, import("./preview.js").Reading>} by stream */

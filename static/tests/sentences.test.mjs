@@ -4,7 +4,7 @@ import { afterEach, test } from "node:test";
 import { setLanguage } from "../js/i18n.js";
 import { html } from "../js/html.js";
 import { system } from "../js/systems/pedestrian.js";
-import { figure, sentence } from "../js/told.js";
+import { figure, sentence } from "../js/sentences.js";
 
 const table = async (/** @type {string} */ name) =>
   JSON.parse(await readFile(new URL(`../messages/${name}.json`, import.meta.url), "utf8"));

@@ -9,16 +9,16 @@ use lodestep_engine::session::Visit;
 use uuid::Uuid;
 
 use super::anomaly_runs;
+use super::computation::Computed;
 use super::process::ProcessError;
-use super::run::Computed;
-use super::stored_walk::Walk;
+use super::stored_session::StoredSession;
 use crate::charts;
 use crate::live::session_changes;
 use crate::state::App;
 use crate::store::anomalies::Gathered;
 use crate::store::lab_runs::Provenance;
 use crate::store::stands::Stand;
-use crate::store::track::{self, Run};
+use crate::store::track::{self, TrackKind};
 use crate::store::visits::Origin;
 use crate::store::{self, StoreError, anomalies, stage};
 use crate::utc;
@@ -30,9 +30,9 @@ const MOST_KNOWN: u32 = 2_000;
 /// Puts the new result in the place of the former one: all of it or nothing. What the former was compared
 /// with goes, too. The points are written beside the former ones, in pieces; the last write shows them, and is as short whatever the
 /// walk.
-pub(super) async fn put_in_place(
+pub(super) async fn replace_result(
     app: &App,
-    walk: &Walk,
+    walk: &StoredSession,
     (main, provenance): (Computed, Provenance),
 ) -> Result<(), ProcessError> {
     let session_id = walk.session.id;
@@ -52,7 +52,7 @@ pub(super) async fn put_in_place(
     let stands: Vec<_> = main.stands.iter().map(Stand::from).collect();
     let place = track::shown(app.store.read(), session_id).await?.other();
     let Computed { stored: points, summary, report, figures, sha256, .. } = main;
-    stage::write(&app.store, session_id, place, vec![(Run::Main, points)])
+    stage::write(&app.store, session_id, place, vec![(TrackKind::Main, points)])
         .await
         .map_err(gone_when_dangling)?;
     // Who is told of anomalies has heard of those that were known.
@@ -132,13 +132,14 @@ pub(super) async fn put_beside(
 ) -> Result<(), ProcessError> {
     let session = store::sessions::get(app.store.read(), session_id).await?;
     let system = session.ok_or(ProcessError::SessionGone)?.declaration();
-    let mut charts = charts::pack(&charts::of_points(system, Run::Filtered, &filtered))?;
+    let mut charts = charts::pack(&charts::of_points(system, TrackKind::Filtered, &filtered))?;
     if let Some(points) = &without_markers {
-        charts.extend(charts::pack(&charts::of_points(system, Run::WithoutMarkers, points))?);
+        charts.extend(charts::pack(&charts::of_points(system, TrackKind::WithoutMarkers, points))?);
     }
     // A reader sees them grow meanwhile; the job ends with their charts.
     let place = track::shown(app.store.read(), session_id).await?;
-    for (run, points) in [(Run::Filtered, Some(filtered)), (Run::WithoutMarkers, without_markers)] {
+    for (run, points) in [(TrackKind::Filtered, Some(filtered)), (TrackKind::WithoutMarkers, without_markers)]
+    {
         stage::add(&app.store, session_id, (run, place), points.unwrap_or_default())
             .await
             .map_err(gone_when_dangling)?;

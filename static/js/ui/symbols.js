@@ -32,7 +32,7 @@ const SHAPES = {
 };
 
 /** @param {string} severity */
-export function severitySign(severity) {
+export function severitySymbol(severity) {
   return html`<svg class="fault-sign" data-severity="${severity}" viewBox="0 0 16 16" aria-hidden="true">
     ${SHAPES[severity] ?? SHAPES.low}
   </svg>`;
