@@ -172,7 +172,8 @@ mod tests {
     #[test]
     fn what_is_not_as_described_is_seen() {
         let id = "01900000-0000-7000-8000-000000000000";
-        let inspector = json!({"id": id, "name": "Li Na", "created_at": "2026-11-28T08:15:00Z"});
+        let inspector =
+            json!({"id": id, "name": "Li Na", "kind": "person", "created_at": "2026-11-28T08:15:00Z"});
         assert_eq!(told("/api/v1/inspectors", 200, &json!([inspector])), Ok(()));
         let path = format!("/api/v1/inspectors/{id}");
         for (field, value) in [("id", json!("7")), ("name", json!(7)), ("nickname", json!("Na"))] {

@@ -108,7 +108,7 @@ async fn a_body_that_does_not_fit_is_told_what_was_expected_what_was_found_and_w
             422,
             "wrong_field",
             json!("nmae"),
-            "expected only the fields name, found \"nmae\" in nmae: leave it out",
+            "expected only the fields kind, name, found \"nmae\" in nmae: leave it out",
         ),
         // A word that is none of those there are, an id that is none, a time that is none.
         (

@@ -6,7 +6,7 @@ mod starting;
 mod telling;
 mod weighing;
 
-pub(super) use weighing::Weighed;
+pub(super) use weighing::{Between, Weighed};
 
 use std::collections::{BTreeMap, VecDeque};
 
@@ -75,8 +75,8 @@ pub(super) struct Body {
     last_seen: BTreeMap<usize, i64>,
     /// When each antenna last had a fix that could be weighed, ns.
     fixed_ns: BTreeMap<usize, i64>,
-    /// The usual time between two rows of antennas, and of stations, ns.
-    between_ns: [Option<i64>; 2],
+    /// How often each antenna and each station writes.
+    between: BTreeMap<usize, Between>,
     /// Rows of the encoders that a pose has fitted, and others.
     seats: u32,
     unseated: u32,
@@ -125,7 +125,7 @@ impl Body {
             growths: [Growth::default(); 2],
             last_seen: BTreeMap::new(),
             fixed_ns: BTreeMap::new(),
-            between_ns: [None; 2],
+            between: BTreeMap::new(),
             seats: 0,
             unseated: 0,
             back_ns: [None; 3],

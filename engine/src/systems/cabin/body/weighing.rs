@@ -17,8 +17,12 @@ use crate::systems::cabin::watch::Watch;
 const THERE_NS: i64 = 1_000_000_000;
 /// An inertial sensor is silent after so long, ns.
 const SENSOR_SILENT_NS: i64 = 250_000_000;
-/// Stations are silent after so many times the usual time between two rows, and after this long at least, ns.
-const USUAL_TIMES: i64 = 12;
+/// A group of devices is silent after so many times the usual time between two rows of its quickest, and after this long at least, ns.
+const USUAL_TIMES: i64 = 4;
+/// How often a device writes is known after so many of its rows.
+const KNOWN_AFTER: u32 = 3;
+/// Beyond this, a time between two rows is an outage and nothing usual, ns.
+const LONGEST_BETWEEN_NS: i64 = 5_000_000_000;
 const STATIONS_SILENT_NS: i64 = 500_000_000;
 const ANTENNAS_SILENT_NS: i64 = 300_000_000;
 /// The encoders, after so many times the usual time between two readings and after this long at least, ns.
@@ -35,6 +39,15 @@ pub(in crate::systems::cabin) struct Weighed {
     pub(in crate::systems::cabin) t_ns: i64,
     pub(in crate::systems::cabin) nis: f64,
     pub(in crate::systems::cabin) taken: bool,
+}
+
+/// How often a device writes.
+#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
+pub(in crate::systems::cabin) struct Between {
+    /// Times between two rows that were seen.
+    rows: u32,
+    /// Their running mean, ns.
+    usual_ns: i64,
 }
 
 impl Body {
@@ -86,7 +99,7 @@ impl Body {
 
     pub(super) fn antenna(&mut self, row: &AntennaRow, aids: &mut Aids, watch: &mut Watch) -> Option<bool> {
         let aid = aids.antenna(row.antenna);
-        self.note_row(row.t_ns, 0, aids.antenna(0)..aids.station(0));
+        self.note_row(row.t_ns, aid);
         self.last_seen.insert(aid, row.t_ns);
         let filter = self.filter.as_mut()?;
         if !believable(row) {
@@ -129,7 +142,7 @@ impl Body {
         if matches!(self.rig.targets.get(row.target), None | Some(Target::Elsewhere)) {
             return None;
         }
-        self.note_row(row.t_ns, 1, aids.station(0)..aids.encoders());
+        self.note_row(row.t_ns, aid);
         let filter = self.filter.as_mut()?;
         let aid = aids.station(row.station);
         self.last_seen.insert(aid, row.t_ns);
@@ -198,13 +211,17 @@ impl Body {
         }
     }
 
-    /// Keeps the usual time between two rows of the stations, or of the antennas.
-    fn note_row(&mut self, t_ns: i64, kind: usize, all: std::ops::Range<usize>) {
-        let last_ns = all.filter_map(|aid| self.last_seen.get(&aid)).max();
-        if let Some(between_ns) = last_ns.map(|last_ns| (t_ns - last_ns).clamp(0, 2_000_000_000)) {
-            let usual_ns = self.between_ns[kind].unwrap_or(between_ns);
-            self.between_ns[kind] = Some(usual_ns + (between_ns - usual_ns) / 32);
+    /// Keeps the usual time between two rows of a device: each has its own rate, and several may write at the same moments.
+    fn note_row(&mut self, t_ns: i64, aid: usize) {
+        let Some(last_ns) = self.last_seen.get(&aid) else { return };
+        let between_ns = t_ns - last_ns;
+        if !(1..=LONGEST_BETWEEN_NS).contains(&between_ns) {
+            return;
         }
+        let usual = self.between.entry(aid).or_insert(Between { rows: 0, usual_ns: between_ns });
+        usual.rows = usual.rows.saturating_add(1);
+        // The first few count alike, later ones as long as thirty-two.
+        usual.usual_ns += (between_ns - usual.usual_ns) / i64::from(usual.rows.min(32));
     }
 
     /// Devices that have gone silent.
@@ -213,12 +230,15 @@ impl Body {
             let cause = CabinCause::SensorSilent { silent_s: (t_ns - last_ns) as f64 * 1e-9 };
             watch.wrong_since(if self.is_cabin { "imu" } else { "platform_imu" }, cause, last_ns, t_ns, 1);
         }
-        let silent_ns = |kind: usize, least_ns: i64| {
-            let usual_ns = self.between_ns[kind].unwrap_or(i64::MAX / 64);
+        let silent_ns = |all: std::ops::Range<usize>, least_ns: i64| {
+            let known =
+                all.filter_map(|aid| self.between.get(&aid)).filter(|usual| usual.rows >= KNOWN_AFTER);
+            // Until a rate is known, any pause may be usual.
+            let usual_ns = known.map(|usual| usual.usual_ns).min().unwrap_or(LONGEST_BETWEEN_NS);
             (USUAL_TIMES * usual_ns).clamp(least_ns, 2_000_000_000.max(3 * usual_ns))
         };
-        let antennas_silent_ns = silent_ns(0, ANTENNAS_SILENT_NS);
-        let stations_silent_ns = silent_ns(1, STATIONS_SILENT_NS);
+        let antennas_silent_ns = silent_ns(aids.antenna(0)..aids.station(0), ANTENNAS_SILENT_NS);
+        let stations_silent_ns = silent_ns(aids.station(0)..aids.encoders(), STATIONS_SILENT_NS);
         let readings_ns = self.filter.as_ref().map_or(0, Filter::between_readings_ns);
         let encoders_silent_ns = ENCODERS_SILENT_NS.max(USUAL_READINGS * readings_ns);
         let antennas: Vec<usize> = (0..self.rig.antennas.len()).map(|k| aids.antenna(k)).collect();
