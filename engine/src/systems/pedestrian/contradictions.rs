@@ -8,6 +8,8 @@ use crate::word::Word;
 pub const FIELD_CONTRADICTION: AnomalyKind = AnomalyKind(Word::declared("field_contradiction", 31));
 /// Rates and specific forces do not belong together: by them a swing does not come to rest where the foot stands.
 pub const SWINGS_DO_NOT_CLOSE: AnomalyKind = AnomalyKind(Word::declared("swings_do_not_close", 32));
+/// The gyro is not what it was: its bias has changed on the way.
+pub const GYRO_CHANGED: AnomalyKind = AnomalyKind(Word::declared("gyro_changed", 38));
 /// Two feet contradict each other: they part, or both are in the air.
 pub const FEET_CONTRADICT: AnomalyKind = AnomalyKind(Word::declared("feet_contradict", 33));
 /// Barometer and track disagree about the height.
@@ -49,6 +51,16 @@ pub(crate) enum Contradiction {
     SwingsDoNotClose {
         /// How fast the foot is then by its strapdown, m/s, on the mean.
         landing_speed_m_s: f64,
+    },
+    /// The swings of both feet leave the same velocity where the feet stand.
+    BothFeetOpen {
+        /// How much of their fastest speed, percent.
+        open_percent: f64,
+    },
+    /// The gyro's bias has changed within some strides.
+    GyroChanged {
+        /// By how much, degrees/s.
+        change_deg_s: f64,
     },
     /// The tracks of the feet part.
     FeetPart {
@@ -110,7 +122,10 @@ impl Cause for Contradiction {
             Contradiction::FieldUpsideDown { .. }
             | Contradiction::FieldOfAnotherPlace { .. }
             | Contradiction::FieldAgainstGyro { .. } => FIELD_CONTRADICTION,
-            Contradiction::SwingsDoNotClose { .. } => SWINGS_DO_NOT_CLOSE,
+            Contradiction::SwingsDoNotClose { .. } | Contradiction::BothFeetOpen { .. } => {
+                SWINGS_DO_NOT_CLOSE
+            }
+            Contradiction::GyroChanged { .. } => GYRO_CHANGED,
             Contradiction::FeetPart { .. } | Contradiction::FeetOutOfStep { .. } => FEET_CONTRADICT,
             Contradiction::Lifted { .. }
             | Contradiction::HeightsDisagree { .. }
@@ -136,6 +151,12 @@ impl Cause for Contradiction {
             ),
             Contradiction::SwingsDoNotClose { landing_speed_m_s } => format!(
                 "by rates and forces the foot still moves at {landing_speed_m_s:.2} m/s when it stands: scale, sign, axes or clock of gyro and accelerometer do not belong together. The track is bent by as much, and its sigma says so; check units, axes and times of the log's columns"
+            ),
+            Contradiction::BothFeetOpen { open_percent } => format!(
+                "by rates and forces the swings of both feet leave {open_percent:.1} % of their speed when they end, alike: forces that come late, or clocks that run wrongly. The track is longer or shorter by as much, and its sigma says so; check the times of the log's columns"
+            ),
+            Contradiction::GyroChanged { change_deg_s } => format!(
+                "while standing the gyro reads {change_deg_s:.2} °/s other than a few strides before: a knock, warmth, or a sensor that has slipped where it is tied. Its bias is sought anew, and the heading's sigma takes account of what it has turned meanwhile"
             ),
             Contradiction::FeetPart { apart_m } => format!(
                 "both feet stand, and by their tracks they are {apart_m:.1} m apart: the sensor or the clock of one of them is wrong. The sigma covers either"
@@ -187,6 +208,8 @@ impl Cause for Contradiction {
             Contradiction::SwingsDoNotClose { landing_speed_m_s } => {
                 figures([("landing_speed_m_s", landing_speed_m_s.into())])
             }
+            Contradiction::BothFeetOpen { open_percent } => figures([("open_percent", open_percent.into())]),
+            Contradiction::GyroChanged { change_deg_s } => figures([("change_deg_s", change_deg_s.into())]),
             Contradiction::FeetPart { apart_m } => figures([("apart_m", apart_m.into())]),
             Contradiction::FeetOutOfStep { in_the_air_s } => figures([("in_the_air_s", in_the_air_s.into())]),
             Contradiction::Lifted { rise_m } => figures([("lifted_m", rise_m.into())]),
@@ -220,7 +243,9 @@ impl Contradiction {
             Contradiction::FieldAgainstGyro { .. } => {
                 Some(Contradiction::SwingsDoNotClose { landing_speed_m_s: 0.62 })
             }
-            Contradiction::SwingsDoNotClose { .. } => Some(Contradiction::FeetPart { apart_m: 3.4 }),
+            Contradiction::SwingsDoNotClose { .. } => Some(Contradiction::BothFeetOpen { open_percent: 1.4 }),
+            Contradiction::BothFeetOpen { .. } => Some(Contradiction::GyroChanged { change_deg_s: 0.3 }),
+            Contradiction::GyroChanged { .. } => Some(Contradiction::FeetPart { apart_m: 3.4 }),
             Contradiction::FeetPart { .. } => Some(Contradiction::FeetOutOfStep { in_the_air_s: 0.31 }),
             Contradiction::FeetOutOfStep { .. } => Some(Contradiction::Lifted { rise_m: 16.0 }),
             Contradiction::Lifted { .. } => Some(Contradiction::HeightsDisagree { rise_m: 5.0 }),

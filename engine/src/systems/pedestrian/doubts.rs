@@ -4,9 +4,11 @@
 use nalgebra::{Matrix3, Vector3};
 use serde::{Deserialize, Serialize};
 
+use super::common_closing::Closing;
 use super::contradictions::Contradiction;
 use super::field_turn::FieldTurn;
 use super::filter::{Filter, Setting, seconds};
+use super::gyro_jump::GyroJump;
 use crate::anomaly::Cause;
 use crate::event::Event;
 use crate::ins::layout::ErrorState;
@@ -59,6 +61,12 @@ pub(crate) struct Doubts {
     pub(crate) force_share: f64,
     /// Steps in which both feet were in the air, one bit each, the newest lowest.
     in_the_air: u8,
+    /// How its gyro's bias has been.
+    pub(super) gyro_jump: GyroJump,
+    /// What its swings leave open on the mean,
+    pub(super) closing: Closing,
+    /// and what both feet have of it in common, as a share, once it has been told.
+    pub(super) common_share: f64,
 }
 
 impl Doubts {
@@ -77,7 +85,7 @@ impl Doubts {
 
     /// What a swing's way may be wrong by, as a share: a scale of the forces, and what does not close.
     fn way_share(&self) -> f64 {
-        self.force_share.max(self.open_share())
+        self.force_share.max(self.open_share()).max(self.common_share)
     }
 
     /// What a swing fails to come to rest by, as a share, beyond what sensors that belong together explain: turns may be
@@ -100,8 +108,10 @@ impl<const B: usize, const F: usize> Filter<B, F> {
             return;
         }
         self.judge_field(setting, sensor, told);
+        self.judge_gyro(setting, sensor, told);
         self.judge_closing(setting, sensor, told);
         if F == 2 {
+            self.judge_common_closing(setting, sensor, told);
             self.judge_feet(setting, sensor, told);
         }
     }
@@ -140,7 +150,9 @@ impl<const B: usize, const F: usize> Filter<B, F> {
         let swings = f64::from(doubts.swings).min(SWINGS_OF_A_MEAN);
         let share = (speed_m_s / fastest_m_s).min(1.0);
         doubts.open_share2 += (share * share - doubts.open_share2) / swings;
-        doubts.open_shares += (Vector3::new(along, across, v_n.z) - doubts.open_shares) / swings;
+        let open = Vector3::new(along, across, v_n.z);
+        doubts.open_shares += (open - doubts.open_shares) / swings;
+        doubts.closing.take(&open);
         doubts.landing_m_s += (speed_m_s - doubts.landing_m_s) / swings;
         let (open, way) = (doubts.open_share(), doubts.way_share());
         // Of two feet each makes half of the way of their middle.

@@ -27,6 +27,7 @@ pub(crate) mod system;
 
 mod beyond;
 mod cadence;
+mod common_closing;
 mod config;
 mod contact;
 mod declaration;
@@ -34,6 +35,7 @@ mod doubts;
 mod field_reach;
 mod field_turn;
 pub mod foot_separation;
+mod gyro_jump;
 mod kept_step;
 mod known_places;
 mod lost;

@@ -7,7 +7,8 @@ use lodestep_engine::sim::pedestrian::contradictions::{CONTRADICTIONS, Worn};
 use lodestep_engine::sim::pedestrian::{SensorModel, WalkKind};
 use lodestep_engine::systems::pedestrian::Side;
 use lodestep_engine::systems::pedestrian::contradictions::{
-    FEET_CONTRADICT, FIELD_CONTRADICTION, HEIGHTS_DISAGREE, LOW_RATE, SPIKES, SWINGS_DO_NOT_CLOSE,
+    FEET_CONTRADICT, FIELD_CONTRADICTION, GYRO_CHANGED, HEIGHTS_DISAGREE, LOW_RATE, SPIKES,
+    SWINGS_DO_NOT_CLOSE,
 };
 
 use crate::scenario::Scenario;
@@ -59,6 +60,12 @@ pub(super) const NAMED: &[(&str, f64, AnomalyKind)] = &[
     ("field of axis {} noise alone", 2.0, FIELD_CONTRADICTION),
     ("field that does not turn with the foot", 1.0, FIELD_CONTRADICTION),
     ("rates late by {} samples", 10.0, SWINGS_DO_NOT_CLOSE),
+    ("forces late by {} samples", 2.0, SWINGS_DO_NOT_CLOSE),
+    ("forces late by {} samples", 5.0, SWINGS_DO_NOT_CLOSE),
+    ("both clocks {} times as fast", 1.1, SWINGS_DO_NOT_CLOSE),
+    ("rate off by {} rad/s on x from the middle on", 0.02, GYRO_CHANGED),
+    ("rate off by {} rad/s on z from the middle on", 0.02, GYRO_CHANGED),
+    ("sensor turned by {} deg about z in the middle", 10.0, GYRO_CHANGED),
     ("rate off by {} rad/s on x from the middle on", 0.2, WRONG_MOUNTING),
     ("sensor turned by {} deg about x in the middle", 40.0, WRONG_MOUNTING),
     ("sensor turned by {} deg about z in the middle", 90.0, WRONG_MOUNTING),
