@@ -279,7 +279,7 @@ impl Cause for SurveyCause {
                 format!("the tip was not found standing on the point {point}: do not trust it")
             }
             C::MovedOnPoint { point, moved_m } => format!(
-                "the tip moved by {moved_m:.3} m while it was held on the point {point}: its sigmas were enlarged by that"
+                "the tip moved by {moved_m:.3} m while it was held on the point {point}: the point is where it stood first, with sigmas enlarged by that"
             ),
             C::Misclosure { at_s, off_m, sigmas } => format!(
                 "the fixes came back at {at_s:.1} s {off_m:.3} m from where the way through the gap had led, {sigmas:.1} times what its sigmas allow: do not trust the points in it"

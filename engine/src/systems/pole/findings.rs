@@ -15,6 +15,8 @@ use crate::anomaly::{Anomaly, Cause as _};
 const MOST_ARM_SIGMAS: f64 = 3.0;
 /// What is felt for a shorter time may have been no landing, ns: the window alone is as long as two thirds of it.
 const SHORTEST_LANDING_NS: i64 = 620_000_000;
+/// What parts two stands for less is no step, ns.
+const SHORTEST_STEP_NS: i64 = 600_000_000;
 /// A tip that slips by less is drawn anew, and nobody need know, m: every third landing on gravel does.
 const LEAST_TOLD_M: f64 = 0.01;
 /// Visits of a point that differ by so many sigmas contradict each other.
@@ -34,11 +36,16 @@ pub(super) fn of(
 ) -> Vec<Anomaly> {
     let mut findings = Vec::new();
     let mut found = |cause: SurveyCause, t_ns: [i64; 2]| findings.push(cause.anomaly(None, t_ns, 0));
+    let steps = Steps::new(pass, contacts, restless);
     for (number, (contact, landing)) in contacts.iter().zip(&pass.landings).enumerate() {
         let t_ns = [contact.from_ns, contact.to_ns];
         let at_s = seconds(contact.from_ns);
         // Nobody has missed a landing that was none.
-        if recording.switch.is_none() && contact.to_ns - contact.from_ns < SHORTEST_LANDING_NS {
+        let felt = recording.switch.is_none();
+        if felt && contact.to_ns - contact.from_ns < SHORTEST_LANDING_NS {
+            continue;
+        }
+        if felt && restless[number] && steps.is_within_one(contact) {
             continue;
         }
         if restless[number] || landing.restless {
@@ -87,6 +94,39 @@ pub(super) fn of(
     }
     findings.extend(arms(pass, instrument, tuning));
     findings
+}
+
+/// The steps between stands.
+struct Steps {
+    /// From the end of a stand to the start of the next one.
+    steps: Vec<Interval>,
+    /// What half of them last longer than, ns.
+    usual_ns: i64,
+}
+
+impl Steps {
+    fn new(pass: &Pass, contacts: &[Interval], restless: &[bool]) -> Steps {
+        let stands: Vec<&Interval> = (0..contacts.len())
+            .filter(|k| !restless[*k] && !pass.landings[*k].restless && pass.landings[*k].looks > 0)
+            .map(|k| &contacts[k])
+            .collect();
+        let steps: Vec<Interval> = stands
+            .windows(2)
+            .map(|pair| Interval { from_ns: pair[0].to_ns, to_ns: pair[1].from_ns })
+            .filter(|step| step.to_ns - step.from_ns > SHORTEST_STEP_NS)
+            .collect();
+        let mut lasts: Vec<i64> = steps.iter().map(|step| step.to_ns - step.from_ns).collect();
+        lasts.sort_unstable();
+        let usual_ns = lasts.get(lasts.len() / 2).copied().unwrap_or(0);
+        Steps { steps, usual_ns }
+    }
+
+    /// Whether what was felt lies within a step that lasts no longer than usual: then no landing is missing, and the tip was
+    /// carried evenly.
+    fn is_within_one(&self, felt: &Interval) -> bool {
+        let within = |step: &&Interval| step.from_ns <= felt.from_ns && felt.to_ns <= step.to_ns;
+        self.steps.iter().find(within).is_some_and(|step| step.to_ns - step.from_ns < self.usual_ns * 8 / 5)
+    }
 }
 
 /// Lever arms that are not as they were told.

@@ -9,7 +9,10 @@ const MOST_REFUSED: usize = 3;
 /// A gate that lets nothing through: a measurement is only asked.
 const ASKED_ONLY: f64 = -1.0;
 /// A tip that is felt to stand is known not to move to this, m/s, when it has rung out.
-const STANDS_M_S: f64 = 0.15;
+const STANDS_M_S: f64 = 0.08;
+/// What is left out of a landing that is felt, after its start and before its end, s: it begins when the pole has rung out, and
+/// the lift's beginning is too slow to be felt.
+const FELT_LESS_S: [f64; 2] = [0.05, 0.12];
 /// Between two landings that are parted by less than this no step was made, ns.
 const STEP_NS: i64 = 600_000_000;
 /// What comes down again nearer than this has not slipped, m.
@@ -61,16 +64,18 @@ impl Runner {
     /// The contact that holds now, less what is left out of it.
     pub(super) fn contact_now(&mut self, setting: &Setting<'_>) -> Option<usize> {
         let landing = &setting.tuning.landing;
+        let [after_s, before_s] = match (setting.felt, setting.tuning.zero_velocity_m_s) {
+            (true, None) => FELT_LESS_S,
+            _ => [landing.after_strike_s, landing.before_lift_s],
+        };
         let ns = |s: f64| (s * 1e9) as i64;
         let contacts = setting.contacts;
-        while contacts
-            .get(self.next_contact)
-            .is_some_and(|contact| contact.to_ns - ns(landing.before_lift_s) < self.t_ns)
+        while contacts.get(self.next_contact).is_some_and(|contact| contact.to_ns - ns(before_s) < self.t_ns)
         {
             self.next_contact += 1;
         }
         let contact = contacts.get(self.next_contact)?;
-        let stands = contact.from_ns + ns(landing.after_strike_s) <= self.t_ns
+        let stands = contact.from_ns + ns(after_s) <= self.t_ns
             && !setting.restless[self.next_contact]
             && !self.pass.landings[self.next_contact].restless;
         stands.then_some(self.next_contact)
@@ -81,7 +86,8 @@ impl Runner {
     fn set_down_again(&mut self, setting: &Setting<'_>, contact: usize) {
         let Some(last) = self.landed.filter(|last| last + 1 == contact) else { return };
         let landing = &setting.tuning.landing;
-        if setting.contacts[contact].from_ns - setting.contacts[last].to_ns > STEP_NS {
+        let apart_ns = setting.contacts[contact].from_ns - setting.contacts[last].to_ns;
+        if apart_ns > STEP_NS || self.pass.landings[last].restless {
             return;
         }
         let Some(observation) = self.filter.stands(landing.sigma_m) else { return };
@@ -116,6 +122,7 @@ impl Runner {
             let nis = still.map_or(0.0, |still| self.filter.weigh(&still, ASKED_ONLY).0);
             if nis > landing.gate {
                 self.pass.landings[contact].restless = true;
+                self.walking.leave_out(contact);
                 self.standing = None;
                 return;
             }
@@ -149,6 +156,7 @@ impl Runner {
         standing.refused_ns.push(t_ns);
         if standing.refused_ns.len() >= MOST_REFUSED {
             of.restless = true;
+            self.walking.leave_out(contact);
             self.standing = None;
             return;
         }

@@ -45,6 +45,8 @@ pub(super) struct Live {
     contacts: Vec<Interval>,
     felt_ns: i64,
     gyro_bias_b: nalgebra::Vector3<f64>,
+    /// What the sensor reads up the pole when the tip stands, m/s².
+    at_rest_m_s2: f64,
     running: Option<Running>,
     /// What belongs to no such survey: nothing more is told.
     refused: bool,
@@ -150,6 +152,7 @@ impl Live {
         }
         self.gyro_bias_b = aligned.gyro_bias_b;
         if recorder.switch.is_empty() {
+            self.at_rest_m_s2 = start::at_rest(&recording, &means.instrument, &earth, &aligned);
             self.contacts = start::contacts(&recording, &means.instrument, &earth, &aligned);
         }
         self.felt_ns = newest.t_ns;
@@ -184,16 +187,14 @@ impl Live {
 
     /// Landings by what the sensor feels.
     fn feel(&mut self, means: &Means, recorder: &Recorder) {
-        let (Some(newest), Some(running)) = (recorder.imu.last(), &self.running) else { return };
+        let (Some(newest), Some(_)) = (recorder.imu.last(), &self.running) else { return };
         if newest.t_ns - self.felt_ns < FELT_EVERY_NS {
             return;
         }
         self.felt_ns = newest.t_ns;
         let from = recorder.imu.partition_point(|sample| sample.t_ns < newest.t_ns - FELT_OVER_NS);
-        let p_n_m = running.runner.filter.strapdown.nav.p_n;
-        let gravity_m_s2 = running.earth.gravity_n(&p_n_m).norm();
         let felt =
-            contact::by_feel(&recorder.imu[from..], &means.instrument, gravity_m_s2, &self.gyro_bias_b);
+            contact::by_feel(&recorder.imu[from..], &means.instrument, self.at_rest_m_s2, &self.gyro_bias_b);
         for new in felt {
             match self.contacts.last_mut() {
                 Some(last) if new.from_ns <= last.to_ns => last.to_ns = last.to_ns.max(new.to_ns),

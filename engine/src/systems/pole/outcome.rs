@@ -28,11 +28,12 @@ pub(super) fn visits(recording: &Recording, instrument: &Instrument, poses: &[Po
         if seen.is_empty() || instrument.tip_b_m.is_none() {
             continue;
         }
-        let count = seen.len() as f64;
-        let sum: Vector3<f64> = seen.iter().map(|(touch, _)| touch).sum();
         let moved_m = moved(&seen);
-        let tilt_rad = seen.iter().map(|(_, tilt)| tilt).sum::<f64>() / count;
-        visits.push(VisitOfPoint { stop: number, p_n_m: sum / count, stood, moved_m, tilt_rad });
+        // A tip that slips was put on the point before: where it stood first is the likelier place.
+        let meant = if moved_m > 0.0 { &seen[..first_place(&seen)] } else { &seen[..] };
+        let p_n_m = mean(meant);
+        let tilt_rad = meant.iter().map(|(_, tilt)| tilt).sum::<f64>() / meant.len() as f64;
+        visits.push(VisitOfPoint { stop: number, p_n_m, stood, moved_m, tilt_rad });
     }
     visits
 }
@@ -40,13 +41,25 @@ pub(super) fn visits(recording: &Recording, instrument: &Instrument, poses: &[Po
 /// How far apart the means of two parts of a stop are, m; zero where that is no more than a round tip, soft ground and a hand
 /// make.
 fn moved(seen: &[(Vector3<f64>, f64)]) -> f64 {
-    let part = seen.len().div_ceil(MOST_PARTS).max(1);
-    let means: Vec<Vector3<f64>> = seen
-        .chunks(part)
-        .map(|part| part.iter().map(|(touch, _)| touch).sum::<Vector3<f64>>() / part.len() as f64)
-        .collect();
+    let means: Vec<Vector3<f64>> = seen.chunks(part_of(seen)).map(mean).collect();
     let apart = means.iter().flat_map(|a| means.iter().map(move |b| (a - b).norm()));
     Some(apart.fold(0.0, f64::max)).filter(|moved_m| *moved_m > STAYS_WITHIN_M).unwrap_or(0.0)
+}
+
+/// How many looks of a stop come before its tip has moved; all where it never does.
+fn first_place(seen: &[(Vector3<f64>, f64)]) -> usize {
+    let part = part_of(seen);
+    let first = mean(&seen[..part.min(seen.len())]);
+    let stays = seen.chunks(part).take_while(|part| (mean(part) - first).norm() <= STAYS_WITHIN_M);
+    stays.map(<[_]>::len).sum()
+}
+
+fn part_of(seen: &[(Vector3<f64>, f64)]) -> usize {
+    seen.len().div_ceil(MOST_PARTS).max(1)
+}
+
+fn mean(seen: &[(Vector3<f64>, f64)]) -> Vector3<f64> {
+    seen.iter().map(|(touch, _)| touch).sum::<Vector3<f64>>() / seen.len() as f64
 }
 
 /// Where the tip touches the ground, or would, and how the pole leans.
@@ -93,6 +106,7 @@ mod tests {
         assert_eq!(moved(&trembles), 0.0);
         let slips: Vec<_> = (0..100).map(|k| at(k, if k < 30 { 0.0 } else { 0.1 })).collect();
         assert!((moved(&slips) - 0.1).abs() < 0.005, "{}", moved(&slips));
+        assert!((mean(&slips[..first_place(&slips)]) - Vector3::zeros()).norm() < 0.005);
         assert_eq!(moved(&[]), 0.0);
     }
 }

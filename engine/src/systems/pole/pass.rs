@@ -209,7 +209,7 @@ pub(super) fn go(setting: &Setting<'_>, start: &Filter, first: usize, wanted: Wa
 pub(super) struct Runner {
     wanted: Wanted,
     pub(super) filter: Filter,
-    walking: Walking,
+    pub(super) walking: Walking,
     pub(super) t_ns: i64,
     /// The rate as last read, rad/s.
     pub(super) w_ib_b: Vector3<f64>,
@@ -251,7 +251,12 @@ impl Runner {
         Runner {
             wanted,
             filter,
-            walking: Walking::new(setting.contacts, landing.walking_whole_s, landing.walking_gone_s),
+            walking: Walking::new(
+                setting.contacts,
+                setting.restless.to_vec(),
+                landing.walking_whole_s,
+                landing.walking_gone_s,
+            ),
             t_ns,
             w_ib_b: Vector3::zeros(),
             next_fix: setting.fixes.partition_point(|fix| fix.t_ns <= t_ns),
@@ -469,8 +474,10 @@ impl Runner {
     /// There are other contacts than before, or one has got its end; those that it has come past are the same.
     pub(super) fn contacts_changed(&mut self, setting: &Setting<'_>) {
         let landing = &setting.tuning.landing;
-        self.walking = Walking::new(setting.contacts, landing.walking_whole_s, landing.walking_gone_s);
         self.pass.landings.resize(setting.contacts.len(), Landing::default());
+        let left_out = self.pass.landings.iter().map(|landing| landing.restless).collect();
+        self.walking =
+            Walking::new(setting.contacts, left_out, landing.walking_whole_s, landing.walking_gone_s);
     }
 
     /// The filter as it would be after more samples, of which nothing is measured; and its pose there.

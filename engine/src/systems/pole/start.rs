@@ -27,8 +27,8 @@ pub(super) fn contacts(
         (_, None) => Vec::new(),
         (Some(rows), Some(_)) => contact::by_switch(rows, end_ns),
         (None, Some(_)) => {
-            let gravity_m_s2 = earth.gravity_n(&aligned.antenna_n_m).norm();
-            contact::by_feel(&recording.imu, instrument, gravity_m_s2, &aligned.gyro_bias_b)
+            let at_rest_m_s2 = at_rest(recording, instrument, earth, aligned);
+            contact::by_feel(&recording.imu, instrument, at_rest_m_s2, &aligned.gyro_bias_b)
         }
     }
 }
@@ -41,8 +41,21 @@ pub(super) fn still(
     aligned: &Aligned,
 ) -> Option<Vec<Interval>> {
     recording.switch.as_ref()?;
+    let at_rest_m_s2 = at_rest(recording, instrument, earth, aligned);
+    Some(contact::by_feel(&recording.imu, instrument, at_rest_m_s2, &aligned.gyro_bias_b))
+}
+
+/// What the sensor reads up the pole when the tip stands, m/s², by what was recorded up to the first attitude.
+pub(super) fn at_rest(
+    recording: &Recording,
+    instrument: &Instrument,
+    earth: &Earth,
+    aligned: &Aligned,
+) -> f64 {
+    let imu = &recording.imu;
+    let until = imu.partition_point(|sample| sample.t_ns <= aligned.window_ns[1]);
     let gravity_m_s2 = earth.gravity_n(&aligned.antenna_n_m).norm();
-    Some(contact::by_feel(&recording.imu, instrument, gravity_m_s2, &aligned.gyro_bias_b))
+    contact::force_at_rest(&imu[..until], instrument, gravity_m_s2, &aligned.gyro_bias_b)
 }
 
 /// What a stand's looks scatter by is only its new part: what a hand and a round tip make lasts from look to look, so that
