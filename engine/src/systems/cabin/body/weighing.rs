@@ -142,9 +142,9 @@ impl Body {
         if matches!(self.rig.targets.get(row.target), None | Some(Target::Elsewhere)) {
             return None;
         }
+        let aid = aids.station(row.station);
         self.note_row(row.t_ns, aid);
         let filter = self.filter.as_mut()?;
-        let aid = aids.station(row.station);
         self.last_seen.insert(aid, row.t_ns);
         let measured = filter.measure_ray(row)?;
         let taken = filter.weigh(&measured, filter.tuning.gate);
