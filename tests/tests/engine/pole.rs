@@ -95,3 +95,18 @@ fn the_point_of_a_way_there_and_back_lies_where_it_turns() {
     assert!((first[0] - last[0]).hypot(first[1] - last[1]) < 0.6, "it ends where it began");
     assert!(computed(&simulated, true, 0.0).points.len() == 1);
 }
+
+/// Many receivers give one position a second.
+#[test]
+fn a_receiver_of_one_position_a_second_will_do() {
+    for seed in 0..3 {
+        let mut simulated = simulate(ROUTE, seed, Trouble::None);
+        simulated.gnss.retain(|epoch| epoch.t_ns / 200_000_000 % 5 == 0);
+        assert!(simulated.gnss.windows(2).all(|pair| pair[1].t_ns - pair[0].t_ns > 900_000_000));
+        let survey = computed(&simulated, true, 0.0);
+        let [point] = &survey.points[..] else { panic!("one point was visited") };
+        assert!(sigmas(point, &simulated) < 4.0, "seed {seed}: {point:?}");
+        let off_m = (point.p_n_m - nalgebra::Vector3::from(simulated.point_n_m)).norm();
+        assert!(off_m < 0.06, "seed {seed}: {off_m}");
+    }
+}

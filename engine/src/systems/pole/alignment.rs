@@ -46,8 +46,10 @@ pub(super) enum NotAligned {
     NoManoeuvre { sigma_rad: f64, residual_m_s2: f64 },
 }
 
-/// Half of a triangle, s.
+/// Half of a triangle, s: where positions come less often, the time between two of them.
 const HALF_S: f64 = 0.6;
+/// … but no more than this: the turn of the pole in a longer one is not known well enough, s.
+const LONGEST_HALF_S: f64 = 1.5;
 /// Windows grow by this, s, from the shortest to the longest.
 const GROWTH_S: f64 = 1.0;
 const SHORTEST_S: f64 = 5.0;
@@ -233,7 +235,7 @@ fn solve(imu: &[ImuSample], fixes: &[Fix], antenna_b_m: &Vector3<f64>, earth: &E
         let freedom = (3 * pairs.len() - 6).max(1) as f64;
         let residual_m_s2 = (squares / freedom).sqrt();
         // Neighbouring triangles share most of their time.
-        let shared = (2.0 * HALF_S * pairs.len() as f64
+        let shared = (2e-9 * half_ns(fixes) as f64 * pairs.len() as f64
             / ((fixes[fixes.len() - 1].t_ns - fixes[0].t_ns) as f64 * 1e-9))
             .max(1.0);
         let variance = residual_m_s2.max(0.03).powi(2) * shared;
@@ -264,10 +266,11 @@ fn solve(imu: &[ImuSample], fixes: &[Fix], antenna_b_m: &Vector3<f64>, earth: &E
     result
 }
 
-/// Position and velocity at the first of the positions, by a line through those of the first half second.
+/// Position and velocity at the first of the positions, by a line through those of the first half second, or to the next one.
 fn line(fixes: &[Fix]) -> (Vector3<f64>, Vector3<f64>) {
     let first = &fixes[0];
-    let near = fixes.iter().take_while(|fix| fix.t_ns <= first.t_ns + 600_000_000);
+    let near_ns = half_ns(&fixes[..fixes.len().min(10)]);
+    let near = fixes.iter().take_while(|fix| fix.t_ns <= first.t_ns + near_ns);
     let velocity = near.last().filter(|last| last.t_ns > first.t_ns).map_or_else(Vector3::zeros, |last| {
         (last.p_n_m - first.p_n_m) / ((last.t_ns - first.t_ns) as f64 * 1e-9)
     });
@@ -325,8 +328,8 @@ fn pairs(
     let mut pairs = Vec::new();
     let mut low = 0;
     let mut high = 0;
+    let half_ns = half_ns(fixes);
     for middle in fixes {
-        let half_ns = (HALF_S * 1e9) as i64;
         while low + 1 < fixes.len() && fixes[low].t_ns < middle.t_ns - half_ns - 30_000_000 {
             low += 1;
         }
@@ -359,6 +362,14 @@ fn pairs(
         });
     }
     pairs
+}
+
+/// Half of a triangle for positions that come as often as these, ns.
+fn half_ns(fixes: &[Fix]) -> i64 {
+    let mut between_ns: Vec<i64> = fixes.windows(2).map(|pair| pair[1].t_ns - pair[0].t_ns).collect();
+    between_ns.sort_unstable();
+    let usual_ns = between_ns.get(between_ns.len() / 2).copied().unwrap_or(0);
+    usual_ns.clamp((HALF_S * 1e9) as i64, (LONGEST_HALF_S * 1e9) as i64)
 }
 
 /// The rotation that brings the felt ones nearest to the measured ones.
