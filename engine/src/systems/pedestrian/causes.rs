@@ -239,7 +239,7 @@ mod tests {
     fn every_example_comes_back_from_json_and_every_kind_is_among_them() {
         let all = examples();
         let kinds: BTreeSet<AnomalyKind> = all.iter().map(|anomaly| anomaly.kind).collect();
-        assert_eq!(kinds.len(), 22);
+        assert_eq!(kinds.len(), 23);
         for anomaly in all {
             let read: Anomaly = serde_json::from_str(&serde_json::to_string(&anomaly).unwrap()).unwrap();
             assert_eq!(read, anomaly);

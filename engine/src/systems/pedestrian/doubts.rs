@@ -4,7 +4,7 @@
 use nalgebra::{Matrix3, Vector3};
 use serde::{Deserialize, Serialize};
 
-use super::common_closing::Closing;
+use super::both_feet_open::Closing;
 use super::contradictions::Contradiction;
 use super::field_turn::FieldTurn;
 use super::filter::{Filter, Setting, seconds};

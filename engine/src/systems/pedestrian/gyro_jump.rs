@@ -16,8 +16,11 @@ const SWINGS: usize = 12;
 /// The change squared over the variance that it would have is below this in a sensor that is what it was: eight sigmas, as
 /// neighbouring stances do not tell it independently.
 const GATE: f64 = 64.0;
-/// A smaller change is no contradiction, rad/s: warmth does as much.
-const SMALLEST_RAD_S: f64 = 0.0015;
+/// A smaller change is no contradiction, rad/s: warmth does as much to a cheap gyro, and so does the other foot where that is broken, for
+/// what holds the feet together hands its errors on.
+const SMALLEST_RAD_S: f64 = 0.004;
+/// Where the other foot's estimate has changed by more than this share of it, it is not this gyro that has changed.
+const OTHER_SHARE: f64 = 0.5;
 
 /// The bias of one foot's gyro as it was after each of the last swings.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
@@ -47,6 +50,11 @@ impl GyroJump {
         let change_rad_s = change_b.norm();
         (squares > GATE && change_rad_s > SMALLEST_RAD_S).then_some((change_rad_s, elapsed_s))
     }
+
+    /// How much the bias has changed over the swings that are remembered, rad/s.
+    fn changed_rad_s(&self, bias_b: &Vector3<f64>) -> f64 {
+        self.seen.front().map_or(0.0, |(_, before_b, _)| (bias_b - before_b).norm())
+    }
 }
 
 impl<const B: usize, const F: usize> Filter<B, F> {
@@ -55,9 +63,16 @@ impl<const B: usize, const F: usize> Filter<B, F> {
         let block = ErrorState::GyroBias.of(sensor);
         let variances = self.eskf.covariance.block(block, block).diagonal();
         let walk_rad_s_sqrt_s = setting.tuning.imu_noise.gyro_bias_random_walk_rad_s_sqrt_s;
+        let other_rad_s = if F == 2 {
+            let other = &self.feet[1 - sensor];
+            other.doubts.gyro_jump.changed_rad_s(&other.nav.gyro_bias_b)
+        } else {
+            0.0
+        };
         let foot = &mut self.feet[sensor];
         // Without a field, a stance of a step tells nothing of the turn about the vertical, and swings spoil the rest.
-        if foot.stance.magnetics.readings() < 3 || foot.doubts.field_left_out || !setting.aids.maru {
+        let aids = &setting.aids;
+        if foot.stance.magnetics.readings() < 3 || foot.doubts.field_left_out || !(aids.zupt && aids.maru) {
             foot.doubts.gyro_jump.seen.clear();
             return;
         }
@@ -67,6 +82,9 @@ impl<const B: usize, const F: usize> Filter<B, F> {
             return;
         };
         jump.seen.clear();
+        if other_rad_s > OTHER_SHARE * change_rad_s {
+            return;
+        }
         let way_m = (foot.nav.p_n - self.last_sure_place_n).xy().norm();
         self.tell(
             setting,

@@ -26,8 +26,8 @@ pub(crate) mod spike;
 pub(crate) mod system;
 
 mod beyond;
+mod both_feet_open;
 mod cadence;
-mod common_closing;
 mod config;
 mod contact;
 mod declaration;
