@@ -49,7 +49,8 @@ impl<const B: usize, const F: usize> Filter<B, F> {
     /// A swing of either foot has come to its end.
     pub(super) fn judge_common_closing(&mut self, setting: &Setting, sensor: usize, told: &mut Vec<Event>) {
         let [own, other] = [sensor, 1 - sensor].map(|k| self.feet[k].doubts.closing);
-        if self.feet.iter().any(|foot| foot.doubts.common_share > 0.0) {
+        // Feet that are not held when they stand leave everything open.
+        if !setting.aids.zupt || self.feet.iter().any(|foot| foot.doubts.common_share > 0.0) {
             return;
         }
         let Some(share) = own.in_common(&other) else { return };

@@ -117,6 +117,6 @@ mod tests {
             })
         };
         assert!(!run(2e-5));
-        assert!(run(2e-4));
+        assert!(run(5e-4));
     }
 }
