@@ -169,19 +169,21 @@ export function makeFaultDetails(app, el, on) {
 
   /** @param {Fault} fault */
   async function fetchRecord(fault) {
+    const record = part("history");
     try {
       const [history, photos, near] = await Promise.all([
         api.faultHistory(fault.id),
         api.faultPhotos(fault.id),
         api.nearestInspectors(fault.id),
       ]);
-      if (shown !== fault.id) return;
+      // By the time of the answer another screen may have the drawer.
+      if (shown !== fault.id || !record.isConnected) return;
       helpers = near;
-      render(part("history"), faultHistory(fault, history, nameOf));
+      render(record, faultHistory(fault, history, nameOf));
       render(part("photos"), photoGrid(fault.id, photos, writes));
       assign(fault);
     } catch (error) {
-      if (shown === fault.id) render(part("history"), problemBox(error));
+      if (shown === fault.id) render(record, problemBox(error));
     }
   }
 

@@ -137,6 +137,8 @@ export function makeDetails(app, on) {
   async function fetchRecord() {
     if (mode !== "show" || !marker) return;
     const { name } = marker;
+    // By the time of the answer another screen may have the drawer.
+    const [changes, residuals] = [one(".changes", el), one(".each", el)];
     try {
       const [history, each, files] = await Promise.all([
         api.markerHistory(name),
@@ -144,10 +146,10 @@ export function makeDetails(app, on) {
         api.markerImports(),
       ]);
       if (mode !== "show" || marker?.name !== name) return;
-      render(one(".changes", el), historyList(history, files));
-      render(one(".each", el), residualTable(each));
+      render(changes, historyList(history, files));
+      render(residuals, residualTable(each));
     } catch (error) {
-      if (mode === "show" && marker?.name === name) render(one(".changes", el), problemBox(error));
+      if (mode === "show" && marker?.name === name) render(changes, problemBox(error));
     }
   }
 
