@@ -58,6 +58,21 @@ async function get(path) {
 }
 
 /**
+ * All pages of a list that the server answers a page at a time.
+ * @param {string} path
+ * @returns {Promise<any[]>}
+ */
+async function getAll(path) {
+  const rows = [];
+  for (let next = path; next;) {
+    const response = await request(next);
+    rows.push(...(await response.json()));
+    next = response.headers.get("Link")?.match(/<\/api\/v1([^>]*)>; rel="next"/)?.[1] ?? "";
+  }
+  return rows;
+}
+
+/**
  * @param {string} path
  * @param {unknown} [body]
  */
@@ -453,7 +468,7 @@ export const revertImport = (id, body) => post(`/markers/imports/${seg(id)}/reve
 export const giveUpImport = (id) => request(`/markers/imports/${seg(id)}`, { method: "DELETE" });
 
 /** @param {string} [state] */
-export const faults = (state) => get(`/faults${state ? `?state=${seg(state)}` : ""}`).then(rows);
+export const faults = (state) => getAll(`/faults${state ? `?state=${seg(state)}` : ""}`);
 /** @param {Record<string, unknown>} body */
 export const reportFault = (body) => post("/faults", body);
 /** @param {string} id */

@@ -3,17 +3,18 @@
 use axum::extract::State;
 use lodestep_engine::parse::live_message::FaultMessage;
 use schemars::JsonSchema;
-use serde::Deserialize;
+use serde::{Deserialize, Serialize};
 use uuid::Uuid;
 
 use crate::auth::Caller;
 use crate::error::{Error, Result};
 use crate::faults::{FaultPatch, Helper, NewFault, change, nearest, report, reported};
-use crate::http::{Json, MaybeNew, Needs, Path, Query, Routes};
+use crate::http::{Json, Listed, MaybeNew, Needs, Page, Path, Query, Routes};
 use crate::rights::Right;
 use crate::state::App;
+use crate::store::columns;
 use crate::store::fault_changes::{self, FaultChange};
-use crate::store::faults::{self, Fault, FaultState, Severity};
+use crate::store::faults::{self, Fault, FaultState, Severity, Which};
 use crate::store::sessions::Session;
 use crate::utc;
 
@@ -42,10 +43,14 @@ pub(super) fn routes() -> Routes {
 #[serde(deny_unknown_fields)]
 struct ListQuery {
     state: Option<FaultFilter>,
+    /// With `before_id`, where the page before ended: the link in its header has both.
+    before_us: Option<i64>,
+    before_id: Option<Uuid>,
+    limit: Option<u32>,
 }
 
 /// A state, or one of the words for several.
-#[derive(Clone, Copy, Deserialize, JsonSchema)]
+#[derive(Clone, Copy, Deserialize, Serialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 #[schemars(rename = "FaultFilter")]
 enum FaultFilter {
@@ -60,18 +65,20 @@ enum FaultFilter {
     Closed,
 }
 
-async fn list(State(app): State<App>, Query(query): Query<ListQuery>) -> Result<Json<Vec<Fault>>> {
-    let db = app.store.read();
-    let state = match query.state {
-        None => None,
-        Some(FaultFilter::Standing) => return Ok(Json(faults::standing(db).await?)),
-        Some(FaultFilter::Open) => Some(FaultState::Open),
-        Some(FaultFilter::Acknowledged) => Some(FaultState::Acknowledged),
-        Some(FaultFilter::InWork) => Some(FaultState::InWork),
-        Some(FaultFilter::Fixed) => Some(FaultState::Fixed),
-        Some(FaultFilter::Verified | FaultFilter::Closed) => Some(FaultState::Verified),
+async fn list(State(app): State<App>, Query(query): Query<ListQuery>) -> Result<Listed<Fault>> {
+    let which = match query.state {
+        None => Which::All,
+        Some(FaultFilter::Standing) => Which::Standing,
+        Some(FaultFilter::Open) => Which::In(FaultState::Open),
+        Some(FaultFilter::Acknowledged) => Which::In(FaultState::Acknowledged),
+        Some(FaultFilter::InWork) => Which::In(FaultState::InWork),
+        Some(FaultFilter::Fixed) => Which::In(FaultState::Fixed),
+        Some(FaultFilter::Verified | FaultFilter::Closed) => Which::In(FaultState::Verified),
     };
-    Ok(Json(faults::list(db, state).await?))
+    let page = Page::new((query.before_us, query.before_id), query.limit);
+    let rows = faults::page(app.store.read(), which, page.before, page.rows_to_read()).await?;
+    let asked = [("state", query.state.map(columns::to_word))];
+    Ok(page.answer(rows, ("/api/v1/faults", &asked), |fault| (utc::to_us(fault.reported_at), fault.id)))
 }
 
 async fn create(

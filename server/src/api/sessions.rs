@@ -13,7 +13,7 @@ use uuid::Uuid;
 
 use crate::auth::Caller;
 use crate::error::{Error, Result};
-use crate::http::{Json, MaybeNew, Needs, NoContent, Path, Query, Routes};
+use crate::http::{Json, Listed, MaybeNew, Needs, NoContent, Page, Path, Query, Routes};
 use crate::rights::Right;
 use crate::sessions::engine_config::engine_config;
 use crate::sessions::{parameters, uploads};
@@ -21,7 +21,7 @@ use crate::state::App;
 use crate::store::inspectors::{self, Inspector};
 use crate::store::logs::LogState;
 use crate::store::sessions::{self, Filter, Session, SessionState, Start};
-use crate::store::{anomalies, audit, clock_ties, logs, markers, removal, visits};
+use crate::store::{anomalies, audit, clock_ties, columns, logs, markers, removal, visits};
 use crate::utc;
 use crate::wire::{Change, SessionView};
 
@@ -373,11 +373,22 @@ async fn create(
 struct ListQuery {
     inspector_id: Option<Uuid>,
     state: Option<SessionState>,
+    /// With `before_id`, where the page before ended: the link in its header has both.
+    before_us: Option<i64>,
+    before_id: Option<Uuid>,
+    limit: Option<u32>,
 }
 
-async fn list(State(app): State<App>, Query(query): Query<ListQuery>) -> Result<Json<Vec<Session>>> {
+async fn list(State(app): State<App>, Query(query): Query<ListQuery>) -> Result<Listed<Session>> {
+    let page = Page::new((query.before_us, query.before_id), query.limit);
     let filter = Filter { inspector_id: query.inspector_id, state: query.state };
-    Ok(Json(sessions::list(app.store.read(), filter).await?))
+    let rows = sessions::page(app.store.read(), filter, page.before, page.rows_to_read()).await?;
+    let asked = [
+        ("inspector_id", query.inspector_id.map(|id| id.to_string())),
+        ("state", query.state.map(|state| columns::to_word(state))),
+    ];
+    Ok(page
+        .answer(rows, ("/api/v1/sessions", &asked), |session| (utc::to_us(session.started_at), session.id)))
 }
 
 async fn show(State(app): State<App>, Path(id): Path<Uuid>) -> Result<Json<SessionView>> {

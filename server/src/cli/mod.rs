@@ -122,3 +122,30 @@ pub fn run(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use clap::{Command, CommandFactory as _};
+
+    use super::*;
+
+    /// What a list of commands says of each.
+    fn abouts(command: &Command, path: &str, to: &mut Vec<(String, String)>) {
+        for inner in command.get_subcommands() {
+            let path = format!("{path} {}", inner.get_name());
+            let about = inner.get_about().map(ToString::to_string).unwrap_or_default();
+            abouts(inner, &path, to);
+            to.push((path, about));
+        }
+    }
+
+    #[test]
+    fn every_command_says_what_it_does() {
+        let mut all = Vec::new();
+        abouts(&CommandLine::command(), "lodestep", &mut all);
+        assert!(all.len() > 30, "{all:?}");
+        for (path, about) in all {
+            assert!(!about.is_empty() && !about.starts_with("The arguments of"), "{path}: {about:?}");
+        }
+    }
+}

@@ -287,6 +287,17 @@ impl<H: AnswerHeader, A: Answer> Answer for With<H, A> {
     }
 }
 
+impl<H: AnswerHeader, A: Answer> Answer for With<Option<H>, A> {
+    fn describe(to: &mut Describer<'_>) {
+        let before = to.signature.answers.len();
+        A::describe(to);
+        for answered in &mut to.signature.answers[before..] {
+            let (name, about, schema) = (H::NAME, H::ABOUT, H::schema());
+            answered.headers.push(Header { name, about, is_required: false, schema });
+        }
+    }
+}
+
 /// Where what was made or begun is found.
 #[derive(Clone, Debug)]
 pub struct Location(pub String);

@@ -9,6 +9,7 @@ pub mod media;
 pub mod openapi;
 pub mod operation;
 pub mod operation_list;
+pub mod pages;
 pub mod request;
 pub mod schemas;
 
@@ -25,5 +26,6 @@ pub use answer::{
 pub use extract::{BytesBody, CsvBody, IfMatch, Json, Path, Query, StreamedBody, UploadOffset, UserAgent};
 pub(crate) use json_body::read as read_json;
 pub use operation::{Describer, Operation};
+pub use pages::{Listed, Page};
 pub use request::{ReadsQuery, RequestPart};
 pub use routes::{Declared, Needs, Routes, Table};

@@ -22,11 +22,13 @@ pub async fn snapshot_from_store(store: &Store) -> Result<Board, StoreError> {
     for alarm in alarms::standing(db).await? {
         board.apply(&Change::AlarmRaised { alarm });
     }
-    let (live, resting): (Vec<_>, Vec<_>) = sessions::list(db, Filter::default())
-        .await?
-        .into_iter()
-        .partition(|session| session.state == SessionState::Live);
-    for session in live.into_iter().chain(resting.into_iter().take(RESTING_SHOWN)) {
+    let live = Filter { state: Some(SessionState::Live), ..Filter::default() };
+    let live = sessions::list(db, live).await?;
+    // Of the newest so many, live ones among them, no more rest than are shown.
+    let newest = (RESTING_SHOWN + live.len()) as u32;
+    let newest = sessions::page(db, Filter::default(), None, newest).await?;
+    let resting = newest.into_iter().filter(|session| session.state != SessionState::Live);
+    for session in live.iter().cloned().chain(resting.take(RESTING_SHOWN)) {
         for change in session_changes(store, session).await? {
             board.apply(&change);
         }

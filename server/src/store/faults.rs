@@ -167,6 +167,42 @@ pub async fn list(db: impl Executor<'_>, state: Option<FaultState>) -> Result<Ve
     Ok(query.fetch_all(db).await?)
 }
 
+/// Which faults to list.
+#[derive(Clone, Copy, Debug)]
+pub enum Which {
+    /// All.
+    All,
+    /// All that are not verified.
+    Standing,
+    /// Those in this state.
+    In(FaultState),
+}
+
+/// At most `limit` of these, newest first, from the one after `before` on (when it was reported, µs, and its id).
+pub async fn page(
+    db: impl Executor<'_>,
+    which: Which,
+    before: Option<(i64, Uuid)>,
+    limit: u32,
+) -> Result<Vec<Fault>, StoreError> {
+    let sql = format!(
+        "{WITH_PHOTOS} where ($1 is null or f.state = $1) and (not $2 or f.state <> 'verified')
+            and ($3 is null or (f.reported_at, f.id) < ($3, $4))
+            order by f.reported_at desc, f.id desc limit $5"
+    );
+    let state = match which {
+        Which::In(state) => Some(columns::to_word(state)),
+        Which::All | Which::Standing => None,
+    };
+    let query = sqlx::query_as(AssertSqlSafe(sql))
+        .bind(state)
+        .bind(matches!(which, Which::Standing))
+        .bind(before.map(|(reported_us, _)| reported_us))
+        .bind(before.map(|(_, id)| id.to_string()))
+        .bind(i64::from(limit));
+    Ok(query.fetch_all(db).await?)
+}
+
 /// The one with this id.
 pub async fn get(db: impl Executor<'_>, id: Uuid) -> Result<Option<Fault>, StoreError> {
     let sql = format!("{WITH_PHOTOS} where f.id = $1");

@@ -48,7 +48,7 @@ pub mod webhooks;
 pub mod writer;
 
 mod checksum;
-mod columns;
+pub(crate) mod columns;
 mod many_rows;
 mod sample_columns;
 mod waiting;

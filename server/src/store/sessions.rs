@@ -214,6 +214,27 @@ pub async fn list(db: impl Executor<'_>, filter: Filter) -> Result<Vec<Session>,
     Ok(query.fetch_all(db).await?)
 }
 
+/// At most `limit` of those that pass the filter, newest first, from the one after `before` on (its start, µs, and its id).
+pub async fn page(
+    db: impl Executor<'_>,
+    filter: Filter,
+    before: Option<(i64, Uuid)>,
+    limit: u32,
+) -> Result<Vec<Session>, StoreError> {
+    let query = sqlx::query_as(concat!(
+        session!(),
+        "($1 is null or carrier_id = $1) and ($2 is null or state = $2)
+            and ($3 is null or (started_at, id) < ($3, $4))
+            order by started_at desc, id desc limit $5"
+    ))
+    .bind(filter.inspector_id.map(|id| id.to_string()))
+    .bind(filter.state.map(columns::to_word))
+    .bind(before.map(|(started_us, _)| started_us))
+    .bind(before.map(|(_, id)| id.to_string()))
+    .bind(i64::from(limit));
+    Ok(query.fetch_all(db).await?)
+}
+
 /// The one with this id.
 pub async fn get(db: impl Executor<'_>, id: Uuid) -> Result<Option<Session>, StoreError> {
     let query = sqlx::query_as(concat!(session!(), "id = $1")).bind(id.to_string());

@@ -24,6 +24,7 @@ mod markers;
 mod ntrip;
 mod one_persons_mistake;
 mod ownership;
+mod paged_lists;
 mod paths;
 mod people;
 mod pole;

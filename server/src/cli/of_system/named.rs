@@ -60,8 +60,9 @@ impl<A: ForSystems> Subcommand for OfSystem<A> {
         let declared =
             catalogue::SYSTEMS.iter().filter(|system| A::has(system) && own::<A>(system.name).is_none());
         let command = declared.fold(command, |command, system| {
-            let of_system = Command::new(system.name).about(system.title).after_help(declared::text(system));
-            command.subcommand(A::augment_args(of_system))
+            // The line of help after the arguments: these bring one of their own.
+            let of_system = A::augment_args(Command::new(system.name));
+            command.subcommand(of_system.about(system.title).after_help(declared::text(system)))
         });
         A::OWN.iter().fold(command, |command, own| command.subcommand((own.command)().name(own.name)))
     }

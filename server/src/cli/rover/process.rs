@@ -135,9 +135,8 @@ pub(in crate::cli) fn parse_place(text: &str) -> Result<[f64; 3], String> {
 
 /// The command with its help.
 pub(in crate::cli) fn command() -> Command {
-    RoverArgs::augment_args(
-        Command::new("rover").about("A satellite receiver and a UWB tag, from the open sky into the hall"),
-    )
+    RoverArgs::augment_args(Command::new("rover"))
+        .about("A satellite receiver and a UWB tag, from the open sky into the hall")
 }
 
 /// Runs the command.

@@ -34,9 +34,8 @@ struct SimulateArgs {
 
 /// The command with its help.
 pub(in crate::cli) fn command() -> Command {
-    SimulateArgs::augment_args(
-        Command::new("rover").about("Observations of rover and base, orbits, ranges and their truth"),
-    )
+    SimulateArgs::augment_args(Command::new("rover"))
+        .about("Observations of rover and base, orbits, ranges and their truth")
 }
 
 /// Runs the command.
