@@ -17,6 +17,7 @@ mod headers;
 mod inspectors;
 mod intruders;
 mod lab;
+mod last_release;
 mod live;
 mod live_units;
 mod marker_imports;
