@@ -1,6 +1,7 @@
 //! The steps from an empty file to the database of this version, embedded.
 
 use std::borrow::Cow;
+use std::time::Duration;
 
 use sqlx::migrate::{MigrateError, Migration, MigrationType, Migrator};
 use sqlx::{AssertSqlSafe, SqlSafeStr};
@@ -12,6 +13,9 @@ use super::codes::is_damage;
 use super::dialect::Connection;
 #[cfg(not(feature = "cluster"))]
 use super::schema;
+
+/// How often it is said that a step goes on.
+const STILL_GOING_ON: Duration = Duration::from_secs(5);
 
 /// Where the migrator keeps count of the steps.
 #[cfg(not(feature = "cluster"))]
@@ -124,9 +128,36 @@ async fn made_up_to(last: i64) -> Result<Vec<schema::Item>, StoreError> {
     schema::of(&mut db).await
 }
 
-/// Brings the database up to this version.
+/// Brings the database up to this version. A large one takes a minute: each step is told, and that it is still going on.
 pub(super) async fn run(connection: &mut Connection) -> Result<(), StoreError> {
+    // A new database has no table of steps yet.
+    let from = version(&mut *connection).await.unwrap_or(0);
+    if from > 0 {
+        let steps: Vec<_> = STEPS.iter().filter(|(number, _, _)| *number > from).collect();
+        for (done, (number, name, _)) in steps.iter().enumerate() {
+            let (nth, of) = (done + 1, steps.len());
+            tracing::info!("bringing the database up to this version: step {number}, {name} ({nth} of {of})");
+            let step = up_to(*number);
+            let running = step.run_direct(None, &mut *connection, false);
+            said_while(running, &format!("step {number}, {name}")).await.map_err(told)?;
+        }
+    }
     up_to(i64::MAX).run_direct(None, connection, false).await.map_err(told)
+}
+
+/// Waits for something that may be long, and says every five seconds that it goes on.
+async fn said_while<T>(running: impl Future<Output = T>, what: &str) -> T {
+    let begun = tokio::time::Instant::now();
+    let mut ticks = tokio::time::interval_at(begun + STILL_GOING_ON, STILL_GOING_ON);
+    let mut running = std::pin::pin!(running);
+    loop {
+        tokio::select! {
+            done = &mut running => return done,
+            _ = ticks.tick() => {
+                tracing::info!("still at {what}, for {} s; what is stored is kept", begun.elapsed().as_secs());
+            }
+        }
+    }
 }
 
 fn told(error: MigrateError) -> StoreError {

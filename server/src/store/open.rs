@@ -1,7 +1,9 @@
 //! The database in a file: how connections to it are made.
 
 use std::path::Path;
+use std::time::Duration;
 
+use sqlx::ConnectOptions as _;
 use sqlx::sqlite::{SqliteConnectOptions, SqliteJournalMode, SqlitePoolOptions, SqliteSynchronous};
 
 use super::dialect::Pool;
@@ -36,7 +38,9 @@ pub(super) async fn open(path: &Path, readers: u32) -> Result<(Pool, Writer), St
         // What a statement may have to take back is set aside meanwhile: in memory.
         .pragma("temp_store", "memory")
         // The writer copies the log itself, where a failure is seen, and after the answers are out.
-        .pragma("wal_autocheckpoint", "0");
+        .pragma("wal_autocheckpoint", "0")
+        // Each write has its own budget and its own warning, and a step of the database says itself that it goes on.
+        .log_slow_statements("off".parse().expect("a level of the log"), Duration::ZERO);
     let writer = Writer::start(writing).await?;
     let readers = SqlitePoolOptions::new()
         .max_connections(readers.max(1))
