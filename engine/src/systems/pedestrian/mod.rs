@@ -37,6 +37,7 @@ mod field_turn;
 pub mod foot_separation;
 mod gyro_jump;
 mod kept_step;
+mod known_ground;
 mod known_places;
 mod lost;
 mod north;
@@ -51,6 +52,7 @@ pub mod stance_magnetics;
 mod start;
 mod start_field;
 pub mod swing;
+mod turn_scale;
 mod two_feet;
 mod visits;
 
