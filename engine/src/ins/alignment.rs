@@ -17,16 +17,28 @@ const STILL_RATE_RAD_S: f64 = 0.08;
 const LARGEST_BIAS_RAD_S: f64 = 0.12;
 /// In a still window the specific force scatters by less than this (all axes together), m/s².
 const STILL_SPECIFIC_FORCE_M_S2: f64 = 0.35;
+/// Who never stands still is levelled where the foot comes to rest between two swings, for so long, s.
+const REST_S: f64 = 0.12;
+/// A foot at rest reads about so much, m/s²: what differs by more than a still force scatters is on its way.
+const REST_FORCE_M_S2: f64 = 9.8;
+/// One second from the first sample, over which the gyro has to be turned back, counts as so much unrest.
+const UNREST_PER_S: f64 = 1.0;
+/// Somebody who stands on shaking ground is levelled over a second of it, if that is not so many times as restless.
+const RESTLESS_TIMES: f64 = 2.0;
+/// Sigma of a bias of which nothing is known, rad/s.
+const UNKNOWN_BIAS_RAD_S: f64 = 0.02;
 
 /// What a standing start tells.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct StandingStart {
     /// The stretch that was used, as indices of the samples given.
     pub used: std::ops::Range<usize>,
-    /// Whether that stretch was still; if not, it is only the quietest second.
+    /// Whether that stretch was still; if not, it is only the quietest there is: a second, or a foot's rest between two swings.
     pub still: bool,
     /// Whether the very first window was still: the velocity at the first sample is zero.
     pub still_at_first: bool,
+    /// How long after the first sample the stretch begins, s.
+    pub begins_s: f64,
     /// Mean reading of the gyro over the stretch, in b, rad/s.
     pub gyro_bias_b: Vector3<f64>,
     /// Sigma of that bias on each axis, rad/s.
@@ -40,9 +52,21 @@ pub struct StandingStart {
     pub interval_s: f64,
     /// Turns the body frame at the stretch into that at the first sample, by the gyro.
     turn_to_first: Matrix3<f64>,
+    /// What the specific force adds to the velocity from the first sample to the stretch, in the body frame at the stretch, m/s.
+    gained_b_m_s: Vector3<f64>,
 }
 
 impl StandingStart {
+    /// The velocity at the first sample in n, m/s, when the foot is at rest in the stretch and the x axis of the body has the
+    /// azimuth `heading_rad` there; zero where the first window was still.
+    pub fn velocity_at_first(&self, heading_rad: f64, gravity_m_s2: f64) -> Vector3<f64> {
+        if self.still_at_first {
+            return Vector3::zeros();
+        }
+        Vector3::new(0.0, 0.0, gravity_m_s2 * self.begins_s)
+            - level(&self.f_b, heading_rad) * self.gained_b_m_s
+    }
+
     /// The attitude at the first sample when the x axis of the body has the azimuth `heading_rad`
     /// during the stretch.
     pub fn attitude_at_first(&self, heading_rad: f64) -> Matrix3<f64> {
@@ -117,7 +141,7 @@ impl Aligner {
         let enough = (SHORTEST_STILL_S / WINDOW_S).round() as usize;
         let (used, still) = match runs.iter().find(|(a, b)| b - a >= enough) {
             Some((a, b)) => (self.windows[*a].start..self.windows[b - 1].end, true),
-            None => (self.quietest_second(), false),
+            None => (self.quietest(), false),
         };
         let stretch = &self.samples[used.clone()];
         let count = stretch.len() as f64;
@@ -129,16 +153,23 @@ impl Aligner {
         let mags: Vec<Vector3<f64>> = stretch.iter().filter_map(|s| s.mag_b_ut.map(Vector3::from)).collect();
         let mag_b_ut =
             (mags.len() * 10 > stretch.len()).then(|| mags.iter().sum::<Vector3<f64>>() / mags.len() as f64);
+        let (turn_to_first, gained_b_m_s) = self.back_to_first(used.start, &gyro_bias_b);
         Some(StandingStart {
             still,
+            begins_s: seconds(stretch[0].t_ns - self.samples[0].t_ns),
             still_at_first: self.windows.first().is_some_and(|w| w.still),
             gyro_bias_b,
             // A standing person sways; what is left of it after the mean shrinks with time.
-            sigma_gyro_bias_rad_s: if still { 0.0015 / (count * interval_s).max(1.0).sqrt() } else { 0.02 },
+            sigma_gyro_bias_rad_s: if still {
+                0.0015 / (count * interval_s).max(1.0).sqrt()
+            } else {
+                UNKNOWN_BIAS_RAD_S
+            },
             f_b: mean(|s| s.f_b_m_s2),
             mag_b_ut,
             interval_s,
-            turn_to_first: self.turn_to_first(used.start, &gyro_bias_b),
+            turn_to_first,
+            gained_b_m_s,
             used,
         })
     }
@@ -180,15 +211,34 @@ impl Aligner {
         runs
     }
 
-    fn quietest_second(&self) -> std::ops::Range<usize> {
+    /// The quietest second, or the rest between two swings that is far quieter.
+    fn quietest(&self) -> std::ops::Range<usize> {
         let windows = (SHORTEST_STILL_S / WINDOW_S).round() as usize;
-        self.windows
+        let unrest = |w: &[Window]| w.iter().map(|w| w.unrest).sum::<f64>() / w.len() as f64;
+        let second = self
+            .windows
             .windows(windows.min(self.windows.len()).max(1))
-            .min_by(|a, b| {
-                let unrest = |w: &[Window]| w.iter().map(|w| w.unrest).sum::<f64>();
-                unrest(a).total_cmp(&unrest(b))
-            })
-            .map_or(0..self.samples.len(), |run| run[0].start..run[run.len() - 1].end)
+            .min_by(|a, b| unrest(a).total_cmp(&unrest(b)));
+        match (second, self.rest()) {
+            (Some(run), Some(rest)) if unrest(run) > RESTLESS_TIMES * rest.unrest => rest.start..rest.end,
+            (Some(run), _) => run[0].start..run[run.len() - 1].end,
+            (None, _) => 0..self.samples.len(),
+        }
+    }
+
+    /// Where a walking foot is most likely to be at rest.
+    fn rest(&self) -> Option<Window> {
+        let count = ((REST_S / self.median_interval_s()).round() as usize).max(4);
+        let last = self.samples.len().checked_sub(count)?;
+        let doubt = |window: &Window| {
+            let stretch = &self.samples[window.start..window.end];
+            let f_b = stretch.iter().map(|s| Vector3::from(s.f_b_m_s2)).sum::<Vector3<f64>>() / count as f64;
+            let late_s = seconds(stretch[0].t_ns - self.samples[0].t_ns);
+            window.unrest
+                + (f_b.norm() - REST_FORCE_M_S2).abs() / STILL_SPECIFIC_FORCE_M_S2
+                + UNREST_PER_S * late_s
+        };
+        (0..=last).map(|start| self.judge(start, start + count)).min_by(|a, b| doubt(a).total_cmp(&doubt(b)))
     }
 
     fn median_interval_s(&self) -> f64 {
@@ -201,14 +251,19 @@ impl Aligner {
         seconds(*median).max(1e-4)
     }
 
-    fn turn_to_first(&self, start: usize, gyro_bias_b: &Vector3<f64>) -> Matrix3<f64> {
-        let mut turn = Matrix3::identity();
+    /// Turns the body frame at the sample `start` into that at the first one; and what the specific force has added to the
+    /// velocity on the way, in the body frame at `start`, m/s.
+    fn back_to_first(&self, start: usize, gyro_bias_b: &Vector3<f64>) -> (Matrix3<f64>, Vector3<f64>) {
+        let (mut turn, mut gained_first_m_s) = (Matrix3::identity(), Vector3::zeros());
         for pair in self.samples[..=start.min(self.samples.len() - 1)].windows(2) {
+            let dt_s = seconds(pair[1].t_ns - pair[0].t_ns);
             let w = (Vector3::from(pair[0].w_ib_b_rad_s) + Vector3::from(pair[1].w_ib_b_rad_s)) * 0.5
                 - gyro_bias_b;
-            turn *= cayley(&(w * seconds(pair[1].t_ns - pair[0].t_ns)));
+            let before = turn * Vector3::from(pair[0].f_b_m_s2);
+            turn *= cayley(&(w * dt_s));
+            gained_first_m_s += (before + turn * Vector3::from(pair[1].f_b_m_s2)) * (0.5 * dt_s);
         }
-        turn
+        (turn, turn.transpose() * gained_first_m_s)
     }
 }
 
@@ -271,6 +326,36 @@ mod tests {
         let start = aligner.solve().unwrap();
         assert!(!start.still);
         assert!(start.used.start >= 475 && start.used.end <= 650, "{:?}", start.used);
+    }
+
+    #[test]
+    fn a_foot_that_never_stands_still_is_levelled_where_it_rests_between_two_swings() {
+        // Swings of 0.6 s and rests of 0.3 s, the first sample in the middle of a swing: tilted, and 1 m/s fast.
+        let mut aligner = Aligner::new(10.0);
+        let mut k = 0;
+        while !aligner.push(&{
+            let in_stride = (k + 30) % 90;
+            let (rate, force) = match in_stride {
+                0..30 => (2.0, 0.0),
+                30..60 => (-2.0, if k < 30 { -1.0 / 0.3 } else { 6.0 }),
+                _ => (0.0, 0.0),
+            };
+            let shaken = if in_stride < 60 { 4.0 * wobble(k) } else { 0.1 * wobble(k) };
+            // About the axis along which it is fast, so that gravity does not mix with it.
+            let tilt =
+                if in_stride < 30 { 0.02 * in_stride as f64 } else { 0.6 - 0.02 * (in_stride - 30) as f64 };
+            let tilt = if in_stride < 60 { tilt } else { 0.0 };
+            let (sin, cos) = libm::sincos(tilt);
+            sample(k, [rate, 0.0, 0.0], [force + shaken, 9.8 * sin, 9.8 * cos])
+        }) {
+            k += 1;
+        }
+        let start = aligner.solve().unwrap();
+        assert!(!start.still && (28..45).contains(&start.used.start), "{:?}", start.used);
+        let c_nb = start.attitude_at_first(0.0);
+        assert!((c_nb * Vector3::new(0.0, libm::sin(0.6), libm::cos(0.6)) - Vector3::z()).norm() < 0.05);
+        let v_n = start.velocity_at_first(0.0, 9.8);
+        assert!((v_n - Vector3::new(0.0, 1.0, 0.0)).norm() < 0.4, "{v_n}");
     }
 
     #[test]

@@ -122,7 +122,7 @@ impl Cause for WalkCause {
                 "the foot sets off {per_s:.0} times a second, where none does more than {most_per_s:.0} times: check the unit of the time, the sensor's clock, and that the sensor is tied down"
             ),
             WalkCause::NoStillStart { wanted_still_s } => format!(
-                "no still second at the start; the quietest one was used for levelling, the gyro bias is unknown at first: stand still for {wanted_still_s} s before walking"
+                "no still second at the start; the quietest moment was used for levelling, and the gyro bias is unknown at first: stand still for {wanted_still_s} s before walking"
             ),
             WalkCause::MagneticField { weakest_ut, strongest_ut, stances, found_ut } => format!(
                 "the field has been outside {weakest_ut:.0} to {strongest_ut:.0} µT for {stances} stances, now {found_ut:.0} µT: steel nearby, or a magnetometer that needs calibrating; the heading goes on by the gyro"

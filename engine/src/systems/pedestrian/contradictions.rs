@@ -156,7 +156,7 @@ impl Cause for Contradiction {
                 "by rates and forces the swings of both feet leave {open_percent:.1} % of their speed when they end, alike: forces that come late, or clocks that run wrongly. The track is longer or shorter by as much, and its sigma says so; check the times of the log's columns"
             ),
             Contradiction::GyroChanged { change_deg_s } => format!(
-                "while standing the gyro reads {change_deg_s:.2} °/s other than a few strides before: a knock, warmth, or a sensor that has slipped where it is tied. Its bias is sought anew, and the heading's sigma takes account of what it has turned meanwhile"
+                "the gyro's reading at rest has shifted by {change_deg_s:.2} °/s within a few strides: the sensor was knocked, warmed up or slipped on the foot. Its bias is estimated afresh, and the heading's sigma allows for the turn in between"
             ),
             Contradiction::FeetPart { apart_m } => format!(
                 "both feet stand, and by their tracks they are {apart_m:.1} m apart: the sensor or the clock of one of them is wrong. The sigma covers either"

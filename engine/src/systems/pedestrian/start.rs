@@ -30,6 +30,18 @@ const UNKNOWN_HEADING_RAD: f64 = 2.0;
 const LEAST_RATE_HZ: f64 = 45.0;
 /// Gravity at rest that differs by more than this is not a matter of bias, m/s².
 const IMPOSSIBLE_REST_M_S2: f64 = 0.6;
+/// Without a rest to measure it by, the length of the force tells no more than a wrong unit, m/s².
+const IMPOSSIBLE_FORCE_M_S2: f64 = 3.0;
+/// Sigma of the tilt of a foot that rests between two swings only, rad: it is still on its way by 0.5 m/s².
+const RESTING_TILT_RAD: f64 = 0.06;
+/// Sigma of the velocity at the first sample by the forces from there to a rest, m/s, beside what the tilt makes of gravity.
+const FIRST_SPEED_M_S: f64 = 0.3;
+/// Forces over a longer time say nothing of that velocity, s.
+const LONGEST_BACK_S: f64 = 3.0;
+/// What a wrong tilt takes for acceleration, m/s², about.
+const GRAVITY_M_S2: f64 = 9.8;
+/// It is then below this, 1σ, m/s.
+const UNKNOWN_SPEED_M_S: f64 = 1.5;
 /// Who stands so long before walking gives levelling and gyro bias what they need, s.
 const WANTED_STILL_S: f64 = 10.0;
 
@@ -84,7 +96,7 @@ pub(crate) fn resolve(
         }
         let nav = NavState {
             c_nb: start.attitude_at_first(first.rad),
-            v_n: Vector3::zeros(),
+            v_n: first_velocity(start, first.rad, session.gravity_m_s2),
             p_n: Vector3::from(session.initial_position_n_m)
                 + beside_middle(config, lines.len(), sensor, headings[0].rad),
             gyro_bias_b: start.gyro_bias_b,
@@ -252,8 +264,13 @@ fn first_variances(config: &Config, start: &StandingStart, first: &FirstHeading)
     let sigma_rad =
         if first.source == HeadingSource::Magnetic { UNKNOWN_HEADING_RAD } else { first.sigma_rad };
     let squared = |sigma: f64| Matrix3::identity() * (sigma * sigma);
-    let tilt = if start.still { tuning.first_tilt_sigma_rad } else { 5.0 * tuning.first_tilt_sigma_rad };
-    let speed = if start.still_at_first { 0.01 } else { 1.5 };
+    let rest_rad = if start.still { tuning.first_tilt_sigma_rad } else { RESTING_TILT_RAD };
+    let tilt = libm::hypot(rest_rad, start.sigma_gyro_bias_rad_s * start.begins_s);
+    let speed = match start.begins_s {
+        _ if start.still_at_first => 0.01,
+        back_s if back_s > LONGEST_BACK_S => UNKNOWN_SPEED_M_S,
+        back_s => libm::hypot(FIRST_SPEED_M_S, GRAVITY_M_S2 * tilt * back_s),
+    };
     [
         Matrix3::from_diagonal(&Vector3::new(tilt * tilt, tilt * tilt, sigma_rad * sigma_rad)),
         squared(start.sigma_gyro_bias_rad_s),
@@ -261,6 +278,14 @@ fn first_variances(config: &Config, start: &StandingStart, first: &FirstHeading)
         squared(speed),
         squared(tuning.accelerometer_bias_sigma_m_s2),
     ]
+}
+
+/// The velocity at the first sample, m/s, by the forces from there to the foot's rest.
+fn first_velocity(start: &StandingStart, heading_rad: f64, gravity_m_s2: f64) -> Vector3<f64> {
+    if start.begins_s > LONGEST_BACK_S {
+        return Vector3::zeros();
+    }
+    start.velocity_at_first(heading_rad, gravity_m_s2)
 }
 
 fn report(
@@ -295,7 +320,8 @@ fn report(
         anomaly(&Contradiction::LowRate { rate_hz, least_hz: LEAST_RATE_HZ });
     }
     let gravity_m_s2 = session.gravity_m_s2;
-    if (rest_m_s2 - gravity_m_s2).abs() > IMPOSSIBLE_REST_M_S2 {
+    let impossible_m_s2 = if start.still { IMPOSSIBLE_REST_M_S2 } else { IMPOSSIBLE_FORCE_M_S2 };
+    if (rest_m_s2 - gravity_m_s2).abs() > impossible_m_s2 {
         anomaly(&SensorCause::ImpossibleRestGravity { rest_m_s2, gravity_m_s2 });
     }
 }

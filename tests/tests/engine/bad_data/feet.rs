@@ -78,6 +78,10 @@ fn a_walk_without_a_standing_start_is_named() {
     for foot in Side::BOTH {
         assert_eq!(told.anomalies(AnomalyKind::NO_STILL_START, foot).len(), 1, "{:?}", told.track.anomalies);
     }
+    // Nothing else is wrong with the sensors.
+    let others = told.track.anomalies.iter().filter(|anomaly| anomaly.kind != AnomalyKind::NO_STILL_START);
+    assert_eq!(others.count(), 0, "{:?}", told.track.anomalies);
+    assert_end_within(&scenario, &told, 2.0);
 }
 
 #[test]
