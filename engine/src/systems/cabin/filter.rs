@@ -9,6 +9,7 @@ use nalgebra::{Matrix3, Vector3};
 use serde::{Deserialize, Serialize};
 
 use super::covariance::{Covariance, Sparse, Update};
+use super::encoder_watch::EncoderWatch;
 use super::joints::{PlatformInCabin, Seat};
 use super::legs::Legs;
 use super::past::{Moment, Past};
@@ -18,6 +19,7 @@ use super::states::{
     ACCELEROMETER_BIAS, ACCELEROMETER_SCALE, ATTITUDE, DRIVING, GYRO_BIAS, MOUNTING, MOVING, POSITION,
     States, VELOCITY,
 };
+use super::steady::Steadiness;
 use super::tape::Leaf;
 use super::tuning::Tuning;
 use crate::ins::layout::{Layout, SensorStates};
@@ -38,6 +40,9 @@ const UNSEEN_ATTITUDE_RAD: f64 = 0.004;
 const COAST_STEP_NS: i64 = 10_000_000;
 /// A sensor that was silent for so long may have been started anew, with other biases, s.
 const RESTARTED_AFTER_S: f64 = 0.3;
+/// Biases of a sensor that reads what all others contradict, 1σ, rad/s and m/s².
+const ANY_RATE_RAD_S: f64 = 5e-4;
+const ANY_FORCE_M_S2: f64 = 0.1;
 
 /// Where the body is believed to be when the filter starts.
 #[derive(Clone, Copy, Debug)]
@@ -80,6 +85,13 @@ pub(super) struct Filter {
     pub(super) weighed: (Vector3<f64>, Matrix3<f64>),
     pub(super) legs: Legs,
     pub(super) seats: VecDeque<(i64, PlatformInCabin)>,
+    pub(super) encoder_watch: EncoderWatch,
+    /// Densities of the sensor's noise by its own samples, rad/√s and m/s/√s: where they are more, they hold.
+    pub(super) sampled_noise: [f64; 2],
+    /// By how much more the rows of antennas and of stations scatter than stated: factors of variance.
+    pub(super) scatter: [f64; 2],
+    /// How well the platform goes on along a line in the cabin, and in n.
+    pub(super) steady: Steadiness,
     /// What a smoother needs of this epoch; nothing is kept where nobody smooths.
     #[serde(skip)]
     pub(super) leaf: Option<Leaf>,
@@ -155,6 +167,10 @@ impl Filter {
             period_ns: 5_000_000,
             seat,
             seats: VecDeque::new(),
+            steady: Steadiness::default(),
+            encoder_watch: EncoderWatch::default(),
+            sampled_noise: [0.0; 2],
+            scatter: [1.0; 2],
             leaf: recording.then(Leaf::default),
             rig,
             tuning,
@@ -239,6 +255,35 @@ impl Filter {
         }
     }
 
+    /// The sensor reads what antennas and stations contradict: its biases may be any, and so may what has come of them since, m.
+    pub(super) fn doubt_sensor(&mut self, off_m: f64, since_s: f64) {
+        let (speed, turned) =
+            (2.0 * off_m / since_s, off_m / since_s.powi(2) / 9.8 + ANY_RATE_RAD_S * since_s);
+        for axis in 0..3 {
+            self.covariance.add(POSITION + axis, POSITION + axis, off_m * off_m);
+            self.covariance.add(VELOCITY + axis, VELOCITY + axis, speed * speed);
+            self.covariance.add(ATTITUDE + axis, ATTITUDE + axis, turned * turned);
+            self.covariance.add(GYRO_BIAS + axis, GYRO_BIAS + axis, ANY_RATE_RAD_S.powi(2));
+            self.covariance.add(ACCELEROMETER_BIAS + axis, ACCELEROMETER_BIAS + axis, ANY_FORCE_M_S2.powi(2));
+        }
+    }
+
+    /// The sensor has leapt by so much, m/s² and rad/s in b, and stays there: its biases may have.
+    pub(super) fn sensor_leapt(&mut self, [force_b, rate_b]: [&Vector3<f64>; 2], since_s: f64) {
+        for axis in 0..3 {
+            self.covariance.add(GYRO_BIAS + axis, GYRO_BIAS + axis, rate_b.norm_squared());
+            self.covariance.add(ACCELEROMETER_BIAS + axis, ACCELEROMETER_BIAS + axis, force_b.norm_squared());
+            let (speed, turned) = (force_b.norm() * since_s, rate_b.norm() * since_s);
+            self.covariance.add(VELOCITY + axis, VELOCITY + axis, speed * speed);
+            self.covariance.add(ATTITUDE + axis, ATTITUDE + axis, turned * turned);
+        }
+    }
+
+    /// Makes a state uncertain by so much again, in its unit.
+    pub(super) fn open(&mut self, state: usize, sigma: f64) {
+        self.covariance.add(state, state, sigma * sigma);
+    }
+
     /// Brings the covariance to the strapdown's time.
     pub(super) fn propagate(&mut self) {
         let dt_s = (self.t_ns - self.propagated.t_ns) as f64 * 1e-9;
@@ -293,8 +338,8 @@ impl Filter {
         }
         let noise = &self.rig.noise;
         let unseen = |sigma: f64, density: f64| density * density * dt_s + sigma * sigma * self.coasted_s;
-        let turned = unseen(UNSEEN_ATTITUDE_RAD, noise.angle_random_walk);
-        let driven = unseen(UNSEEN_VELOCITY_M_S, noise.velocity_random_walk);
+        let turned = unseen(UNSEEN_ATTITUDE_RAD, noise.angle_random_walk.max(self.sampled_noise[0]));
+        let driven = unseen(UNSEEN_VELOCITY_M_S, noise.velocity_random_walk.max(self.sampled_noise[1]));
         for axis in 0..3 {
             self.covariance.add(ATTITUDE + axis, ATTITUDE + axis, turned);
             self.covariance.add(VELOCITY + axis, VELOCITY + axis, driven);

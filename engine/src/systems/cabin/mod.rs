@@ -6,7 +6,9 @@
 pub mod instrument;
 pub mod intake;
 pub mod rows;
-pub mod session;
+pub mod scores;
+mod sensor_watch;
+mod session;
 
 mod aids;
 mod between;
@@ -17,6 +19,7 @@ mod config;
 mod covariance;
 mod declaration;
 mod doubt;
+mod encoder_watch;
 mod filter;
 mod gravity_alignment;
 mod handover;
@@ -36,6 +39,7 @@ mod rig;
 mod saved;
 mod start;
 mod states;
+mod steady;
 mod system;
 mod tape;
 mod tuning;
