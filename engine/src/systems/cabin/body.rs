@@ -40,6 +40,8 @@ const LOST_AFTER_NS: i64 = 3_000_000_000;
 const STARTS_WITHIN_NS: i64 = 5_000_000_000;
 /// A sensor is stuck after so many samples that are the same.
 const STUCK_AFTER: u32 = 20;
+/// After so many periods without a sample the next has nothing to be compared with.
+const HOLE_PERIODS: i64 = 4;
 /// A pose that was lost so often before it had held for so long rests on a sensor that is not what the instrument says, ns.
 const LOST_TIMES: u32 = 3;
 const HELD_NS: i64 = 10_000_000_000;
@@ -200,6 +202,9 @@ impl Body {
             self.periods.push(dt_ns);
         }
         let period_ns = self.period_ns();
+        if dt_ns > HOLE_PERIODS * period_ns {
+            self.sensor_watch.begin_anew();
+        }
         match self.sensor_watch.take(&f_s, &w_s) {
             Sampled::Good => {}
             Sampled::Leap(leap) => self.sensor_leapt(row.t_ns, leap),

@@ -73,7 +73,7 @@ impl SensorWatch {
         let leap = first.map(|first| [first[0] - last[0], first[1] - last[1]]);
         let stays = first.zip(leap).is_some_and(|(first, leap)| {
             (0..2).all(|k| {
-                let noise = SPIKE_SIGMAS * self.variance[k].sqrt();
+                let noise = (SPIKE_SIGMAS * self.variance[k].sqrt()).max(0.5 * LEAST_SPIKE[k]);
                 (now[k] - first[k]).amax() < noise.max(STAYS * leap[k].amax())
             })
         });
@@ -95,6 +95,11 @@ impl SensorWatch {
             Some(leap) if stays => Sampled::Leap(leap),
             _ => Sampled::Good,
         }
+    }
+
+    /// After a silence the next sample has no neighbour.
+    pub(super) fn begin_anew(&mut self) {
+        (self.last, self.before, self.leapt) = (None, None, None);
     }
 
     fn is_stuck(&mut self, now: &Reading, last: &Reading) -> bool {

@@ -24,7 +24,7 @@ const TOLD_FACTOR: f64 = 3.0;
 const MOST_FACTOR: f64 = 400.0;
 /// The inertial sensor is off where groups of different origins are off alike: each by so many sigmas, and two of them so far, m, in
 /// directions whose cosine is above this.
-const OFF_SIGMAS: f64 = 8.0;
+const OFF_SIGMAS: f64 = 6.0;
 const OFF_M: f64 = 0.003;
 const ALIKE: f64 = 0.8;
 /// It is not taken to be off again within this time, ns.
@@ -34,6 +34,10 @@ const GROWN_S: f64 = 0.5;
 /// A state creeps where its score is so many sigmas, and none of another device is nearly as much.
 const CREEPS_SIGMAS: f64 = 4.0;
 const CLEARER: f64 = 1.2;
+/// A state that creeps is then so many sigmas uncertain: most of what has crept in stands in other states by now.
+const OPENED_SIGMAS: f64 = 3.0;
+/// What was wrong of the first pose has gone by then, ns.
+const SETTLED_NS: i64 = 20_000_000_000;
 /// Its device is named where its error is so many of the sigmas that it may have.
 const NAMED_SIGMAS: f64 = 5.0;
 /// The sigma of an angle of an encoder is as small as its last digit; what is less than this is no matter, in the state's unit.
@@ -54,11 +58,21 @@ pub(super) struct SensorLeap {
     biases_b: [Vector3<f64>; 2],
 }
 
+/// What an error that crept in has moved the place by: a station's is one of several, its angle is at the end of its range, and a
+/// rotator's at the length of the platform's arm, m; antennas say little beside stations.
+const OF_STATION: f64 = 0.5;
+const OF_RANGE_M: f64 = 75.0;
+const ROTATOR_M: f64 = 2.5;
+const OF_LEG: f64 = 1.0;
+const OF_ANTENNA: f64 = 0.1;
+
 /// A state that may creep, of which device, and what is then said.
 struct Hypothesis {
     state: usize,
     device: String,
     cause: fn(f64, f64) -> CabinCause,
+    /// By how much it may have moved the place, m for each of its unit.
+    reach_m: f64,
 }
 
 impl Body {
@@ -125,7 +139,9 @@ impl Body {
             return;
         }
         self.scattering(t_ns, aids, watch);
-        self.creeping(t_ns, aids, watch);
+        if t_ns - self.started_ns > SETTLED_NS {
+            self.creeping(t_ns, aids, watch);
+        }
     }
 
     /// An inertial sensor that is off moves the pose away from makes and stations alike.
@@ -186,14 +202,18 @@ impl Body {
             let others = all.iter().filter(|other| other.device != best.device).map(scored);
             if scored(best) > CREEPS_SIGMAS && scored(best) > CLEARER * others.fold(0.0, f64::max) {
                 let (_, off) = self.scores.of(best.state);
-                filter.open(best.state, 2.0 * off.abs());
+                let sigma = filter.states.process[best.state].variance.sqrt().max(LEAST_SIGMA);
+                let opened = (2.0 * off.abs()).max(OPENED_SIGMAS * sigma);
+                filter.open(best.state, opened);
+                // What crept in has bent the place meanwhile.
+                filter.unsettle(opened * best.reach_m);
                 if let Some(leg) = best.state.checked_sub(filter.states.legs).filter(|leg| *leg < 6) {
                     filter.legs.free(leg);
                 }
                 self.scores.forget_state(best.state);
             }
         }
-        for Hypothesis { state, device, cause } in all {
+        for Hypothesis { state, device, cause, .. } in all {
             let sigma = filter.states.process[state].variance.sqrt().max(LEAST_SIGMA);
             let sigmas = filter.x[state].abs() / sigma.max(1e-12);
             if sigmas > NAMED_SIGMAS {
@@ -206,34 +226,41 @@ impl Body {
         let Some(filter) = &self.filter else { return Vec::new() };
         let states = &filter.states;
         let mut all = Vec::new();
-        let mut add = |state: usize, device: &str, cause: fn(f64, f64) -> CabinCause| {
-            all.push(Hypothesis { state, device: device.to_owned(), cause });
+        let mut add = |state: usize, device: &str, cause: fn(f64, f64) -> CabinCause, reach_m: f64| {
+            all.push(Hypothesis { state, device: device.to_owned(), cause, reach_m });
         };
+        let late: fn(f64, f64) -> CabinCause =
+            |late_s, sigmas| CabinCause::Late { late_s, sigma_s: late_s.abs() / sigmas.max(1.0) };
         let creeps: fn(f64, f64) -> CabinCause = |_, sigmas| CabinCause::Creeps { sigmas };
         for antenna in 0..self.rig.antennas.len() {
             for axis in 0..3 {
-                add(states.antenna(antenna) + axis, aids.name(aids.antenna(antenna)), creeps);
+                add(states.antenna(antenna) + axis, aids.name(aids.antenna(antenna)), creeps, OF_ANTENNA);
             }
         }
         for (make, name) in self.rig.make_names.iter().enumerate() {
             for axis in 0..3 {
-                add(states.make(make) + axis, name, |_, _| CabinCause::WrongMake);
+                add(states.make(make) + axis, name, |_, _| CabinCause::WrongMake, OF_ANTENNA);
             }
         }
         for station in 0..self.rig.stations_n.len() {
-            for part in 0..3 {
-                add(states.station(station) + part, aids.name(aids.station(station)), creeps);
+            let reach_m = [OF_RANGE_M, OF_RANGE_M, OF_STATION];
+            for (part, reach_m) in reach_m.into_iter().enumerate() {
+                add(states.station(station) + part, aids.name(aids.station(station)), creeps, reach_m);
             }
         }
         if self.rig.joints.is_some() {
+            add(states.encoder_delay, "encoders", late, 0.0);
             for axis in 0..2 {
                 let name = channel_name(axis);
-                add(states.rotator + axis, &name, |off_rad, _| CabinCause::AngleOff { off_rad });
+                add(states.rotator + axis, &name, |off_rad, _| CabinCause::AngleOff { off_rad }, ROTATOR_M);
             }
             for leg in 0..6 {
-                add(states.legs + leg, &super::weighing::leg_name(leg), |off_m, _| CabinCause::LegOff {
-                    off_m,
-                });
+                add(
+                    states.legs + leg,
+                    &super::weighing::leg_name(leg),
+                    |off_m, _| CabinCause::LegOff { off_m },
+                    OF_LEG,
+                );
             }
         }
         all
