@@ -11,6 +11,8 @@ use super::rows::EncoderRow;
 
 /// A channel hangs after so many readings of the same number, where it never had a quarter of that before.
 const STUCK_AFTER: u32 = 12;
+/// It has lived where it has changed so often.
+const LIVES_AFTER: u32 = 20;
 /// A rotator does not turn faster in less than this, rad/s², and smaller leaps are none, rad.
 const ACCELERATION_RAD_S2: f64 = 0.02;
 const LEAST_RAD: f64 = 3e-4;
@@ -29,6 +31,7 @@ pub(super) struct EncoderWatch {
     before: Option<EncoderRow>,
     same: [u32; CHANNELS],
     longest_same: [u32; CHANNELS],
+    changes: [u32; CHANNELS],
     leapt: Option<(usize, f64)>,
     /// What is taken off each angle, rad.
     pub(super) off_rad: [f64; 2],
@@ -64,7 +67,9 @@ impl EncoderWatch {
                     self.longest_same[k] = self.longest_same[k].max(self.same[k]);
                 }
                 self.same[k] = same;
-                if same >= STUCK_AFTER && 4 * self.longest_same[k] < STUCK_AFTER {
+                self.changes[k] = self.changes[k].saturating_add(u32::from(same == 0));
+                let has_lived = self.changes[k] >= LIVES_AFTER;
+                if has_lived && same >= STUCK_AFTER && 4 * self.longest_same[k] < STUCK_AFTER {
                     stuck.push(k);
                 }
             }
