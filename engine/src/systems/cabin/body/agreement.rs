@@ -21,7 +21,7 @@ const FACTOR_DOWN: f64 = 1.04;
 const JUDGED_EVERY_NS: i64 = 500_000_000;
 /// It is told from this factor on, and is this at most.
 const TOLD_FACTOR: f64 = 3.0;
-const MOST_FACTOR: f64 = 400.0;
+const MOST_FACTOR: f64 = 16.0;
 /// The inertial sensor is off where groups of different origins are off alike: each by so many sigmas, and two of them so far, m, in
 /// directions whose cosine is above this.
 const OFF_SIGMAS: f64 = 6.0;
@@ -136,6 +136,10 @@ impl Body {
         }
         self.leap_is_followed(t_ns, watch);
         if self.sensor_is_off(t_ns, watch) {
+            return;
+        }
+        // Where devices contradict each other nobody knows who is right: nobody's noise, and nobody's error, explains it.
+        if self.doubt.is_there() {
             return;
         }
         self.scattering(t_ns, aids, watch);
