@@ -15,6 +15,8 @@ use crate::systems::cabin::watch::Watch;
 const MORE_NOISE: f64 = 1.2;
 /// Rows scatter more than stated where the mean of their normalised squares is above this, and not any more below that.
 const SCATTERS: [f64; 2] = [1.2, 1.6];
+/// More than this is no noise: rows that are wrong, or a pose that is.
+const CONTRADICTS: f64 = 5.0;
 /// The factor of their variance goes up and down by so much every half second.
 const FACTOR_UP: f64 = 1.25;
 const FACTOR_DOWN: f64 = 1.04;
@@ -182,7 +184,7 @@ impl Body {
         ] {
             let factor = &mut filter.scatter[group];
             if is_due && let Some(mean) = self.scores.mean_square(all) {
-                if mean > SCATTERS[1] {
+                if mean > SCATTERS[1] && mean < CONTRADICTS {
                     *factor = (*factor * FACTOR_UP).min(MOST_FACTOR);
                 } else if mean < SCATTERS[0] {
                     *factor = (*factor / FACTOR_DOWN).max(1.0);
