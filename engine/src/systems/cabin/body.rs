@@ -1,6 +1,7 @@
 //! A body on its way: its filter, and what is done at each epoch. How it starts, what its devices say and what comes out are files of
 //! the folder.
 
+mod agreement;
 mod growth;
 mod starting;
 mod telling;
@@ -13,6 +14,7 @@ use std::collections::{BTreeMap, VecDeque};
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 
+use self::agreement::SensorLeap;
 use self::growth::Growth;
 use super::aids::Aids;
 use super::causes::CabinCause;
@@ -22,6 +24,8 @@ use super::gravity_alignment::GravityAlignment;
 use super::leg_doubt::LegDoubt;
 use super::rig::Rig;
 use super::rows::{AidRow, ImuRow};
+use super::scores::Scores;
+use super::sensor_watch::{Sampled, SensorWatch};
 use super::session::{CabinConfig, CabinError};
 use super::start::Sighting;
 use super::tape::Leaf;
@@ -36,6 +40,8 @@ const LOST_AFTER_NS: i64 = 3_000_000_000;
 const STARTS_WITHIN_NS: i64 = 5_000_000_000;
 /// A sensor is stuck after so many samples that are the same.
 const STUCK_AFTER: u32 = 20;
+/// After so many periods without a sample the next has nothing to be compared with.
+const HOLE_PERIODS: i64 = 4;
 /// A pose that was lost so often before it had held for so long rests on a sensor that is not what the instrument says, ns.
 const LOST_TIMES: u32 = 3;
 const HELD_NS: i64 = 10_000_000_000;
@@ -94,6 +100,13 @@ pub(super) struct Body {
     misfit: Option<String>,
     doubt: Doubt,
     leg_doubt: LegDoubt,
+    /// What the samples say of the sensor, and the innovations of everything.
+    sensor_watch: SensorWatch,
+    scores: Scores,
+    sensor_leap: Option<SensorLeap>,
+    /// When the sensor was last taken to be off, ns.
+    sensor_off_ns: Option<i64>,
+    noise_judged_ns: i64,
     /// The rows of the last epoch that were weighed.
     weighed: Vec<Weighed>,
 }
@@ -137,6 +150,11 @@ impl Body {
             misfit: None,
             doubt: Doubt::default(),
             leg_doubt: LegDoubt::default(),
+            sensor_watch: SensorWatch::default(),
+            scores: Scores::default(),
+            sensor_leap: None,
+            sensor_off_ns: None,
+            noise_judged_ns: i64::MIN,
             weighed: Vec::new(),
         }
     }
@@ -184,6 +202,23 @@ impl Body {
             self.periods.push(dt_ns);
         }
         let period_ns = self.period_ns();
+        if dt_ns > HOLE_PERIODS * period_ns {
+            self.sensor_watch.begin_anew();
+        }
+        match self.sensor_watch.take(&f_s, &w_s) {
+            Sampled::Good => {}
+            Sampled::Leap(leap) => self.sensor_leapt(row.t_ns, leap),
+            Sampled::Spike => {
+                let cause = CabinCause::OutOfRange { force_m_s2: force, rate_rad_s: w_s.norm() };
+                watch.wrong(source, cause, row.t_ns, 1);
+                return;
+            }
+            Sampled::StuckAxis => {
+                watch.wrong(source, CabinCause::Stuck, row.t_ns, 1);
+                return;
+            }
+        }
+        self.noise_of_sensor(row.t_ns, source, watch);
         let sensor = if self.is_cabin { Some(Aids::IMU) } else { aids.platform_imu() };
         if let Some(sensor) = sensor {
             aids.took(sensor, row.t_ns);
@@ -245,11 +280,13 @@ impl Body {
         }
         let before = self.places(t_ns, joined);
         let mut leapt = false;
+        let has_readings = rows.iter().any(|row| matches!(row, AidRow::Encoders(_)));
         for row in rows.iter().filter(|row| matches!(row, AidRow::Encoders(_))) {
             let AidRow::Encoders(row) = row else { continue };
             leapt |= self.encoders(row, aids, watch)?;
         }
-        if leapt {
+        // Encoders that write seldom say where the platform has gone meanwhile.
+        if leapt || has_readings {
             self.spread(before, self.places(t_ns, joined));
         }
         let before = self.places(t_ns, joined);
@@ -291,6 +328,7 @@ impl Body {
             return Ok(());
         }
         self.contradictions(t_ns, aids, watch);
+        self.agreement(t_ns, aids, watch);
         self.wrong_legs(t_ns, watch);
         self.silences(t_ns, aids, watch);
         if self.rig.has_imu {
@@ -326,6 +364,7 @@ impl Body {
 
     fn begin_anew(&mut self) {
         self.behind_n = [Vector3::zeros(); 2];
+        self.scores.forget();
         self.doubt = Doubt::default();
         self.leg_doubt = LegDoubt::default();
         self.filter = None;

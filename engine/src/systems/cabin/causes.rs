@@ -114,6 +114,11 @@ pub enum CabinCause {
         /// What it reads too much, m.
         off_m: f64,
     },
+    /// An angle of the rotator whose readings are off.
+    AngleOff {
+        /// What it reads too much, rad.
+        off_rad: f64,
+    },
     /// Streamed rows with tags far ahead of the inertial sensor's.
     Ahead {
         /// By how much, s.
@@ -126,6 +131,21 @@ pub enum CabinCause {
     },
     /// A sensor that reads the same again and again.
     Stuck,
+    /// Samples, or rows of a kind of device, that scatter more than is stated.
+    Noisy {
+        /// How many times the stated sigma.
+        times: f64,
+    },
+    /// An inertial sensor that devices of different origins contradict alike.
+    WrongReadings {
+        /// By how much, m.
+        off_m: f64,
+    },
+    /// An error that creeps in: it is where its own process does not bring it.
+    Creeps {
+        /// How many times its sigma.
+        sigmas: f64,
+    },
     /// Rows that came after ones with a later tag.
     Unordered {
         /// How many.
@@ -176,8 +196,12 @@ impl CabinCause {
             C::Mounting { .. } => "mounting",
             C::NoPose { .. } => "no_pose",
             C::LegOff { .. } => "wrong_length",
+            C::AngleOff { .. } => "wrong_angle",
             C::Ahead { .. } => "clock_ahead",
             C::Stuck => "stuck",
+            C::Noisy { .. } => "noisy",
+            C::WrongReadings { .. } => "wrong_readings",
+            C::Creeps { .. } => "creeps",
             C::NoStart { .. } => "no_start",
             C::Unordered { .. } => "unordered",
             C::BadRows { .. } => "bad_rows",
@@ -236,10 +260,24 @@ impl CabinCause {
                 "it reads {:.1} mm too much, by its own leap or by the stations' rays: that is taken off, and its sigma is widened",
                 1e3 * off_m
             ),
+            C::AngleOff { off_rad } => format!(
+                "it reads {:.2} mrad too much, by its own leap or by the stations' rays: that is taken off, and its sigma is widened",
+                1e3 * off_rad
+            ),
             C::Ahead { ahead_s } => format!(
                 "its clock is {ahead_s:.1} s ahead of the inertial sensor's; such rows are left out: set the clock"
             ),
             C::Stuck => "it reads the same again and again; such samples are left out".to_owned(),
+            C::Noisy { times } => format!(
+                "it scatters {times:.1} times as much as stated; poses are told with as much more sigma"
+            ),
+            C::WrongReadings { off_m } => format!(
+                "devices of different origins agree that the pose by it is {:.0} mm off; its biases are taken to be any",
+                1e3 * off_m
+            ),
+            C::Creeps { sigmas } => format!(
+                "its error creeps away, {sigmas:.0} sigmas from what it may be; it is taken to be unknown"
+            ),
             C::Unordered { rows } => {
                 format!("{rows} rows came after ones with a later tag; each was put at its own")
             }
@@ -281,7 +319,10 @@ impl CabinCause {
                 figures([("level_deg", (*level_deg).into()), ("yaw_deg", (*yaw_deg).into())])
             }
             C::NoPose { angles_rad: [a, b], .. } => figures([("a_rad", (*a).into()), ("b_rad", (*b).into())]),
-            C::LegOff { off_m } => figures([("off_m", (*off_m).into())]),
+            C::LegOff { off_m } | C::WrongReadings { off_m } => figures([("off_m", (*off_m).into())]),
+            C::AngleOff { off_rad } => figures([("off_rad", (*off_rad).into())]),
+            C::Noisy { times } => figures([("times", (*times).into())]),
+            C::Creeps { sigmas } => figures([("sigmas", (*sigmas).into())]),
             C::Ahead { ahead_s } => figures([("ahead_s", (*ahead_s).into())]),
             C::Unordered { rows } => figures([("rows", count(rows))]),
             C::BadRows { rows, column, found, .. } => figures([
@@ -320,8 +361,12 @@ impl CabinCause {
             C::Mounting { .. } => kind("mounting", 71),
             C::NoPose { .. } => kind("no_pose", 72),
             C::LegOff { .. } => kind("wrong_length", 78),
+            C::AngleOff { .. } => kind("wrong_angle", 85),
             C::Ahead { .. } => kind("clock_ahead", 79),
             C::Stuck => kind("stuck", 80),
+            C::Noisy { .. } => kind("noisy", 82),
+            C::WrongReadings { .. } => kind("wrong_readings", 83),
+            C::Creeps { .. } => kind("creeps", 84),
             C::NoStart { .. } => kind("no_start", 81),
             C::Unordered { .. } => kind("unordered", 73),
             C::BadRows { .. } => kind("bad_rows", 74),
@@ -369,46 +414,4 @@ pub(super) fn told(found: &CabinAnomaly, stream: Option<StreamId>) -> Anomaly {
         _ => 0,
     };
     OfDevice { device: &found.source, cause: &found.cause }.anomaly(stream, found.ends_ns, rows)
-}
-
-/// One of each, with figures as they may be.
-pub(super) fn examples() -> Vec<Anomaly> {
-    use CabinCause as C;
-    let ray = |looks_like| C::WrongRay { looks_like, distance_m: 0.02, angles_arcsec: [4.0, -2.0] };
-    [
-        C::OutOfRange { force_m_s2: 55.0, rate_rad_s: 0.1 },
-        C::TimeRepeats,
-        C::SensorSilent { silent_s: 8.0 },
-        C::Silent,
-        C::AllSilent,
-        C::Lost,
-        C::Contradiction { devices: 4, off_m: 0.05 },
-        C::Exchanged { with: "A2".to_owned() },
-        C::Misplaced,
-        C::WrongFix { off_n_m: [0.05, 0.1, -0.02] },
-        C::WrongMake,
-        ray(RayTrouble::Prism),
-        ray(RayTrouble::Distance),
-        ray(RayTrouble::Direction),
-        C::Late { late_s: 0.1, sigma_s: 0.003 },
-        C::Mounting { level_deg: 1.5, yaw_deg: 2.0 },
-        C::NoPose { angles_rad: [0.1, -0.1], legs_m: [2.0; 6] },
-        C::LegOff { off_m: 0.08 },
-        C::Ahead { ahead_s: 18.0 },
-        C::Stuck,
-        C::NoStart { why: "expected fixes of three antennas at once, found none".to_owned() },
-        C::Unordered { rows: 3 },
-        C::BadRows {
-            rows: 3,
-            column: "slant_m".into(),
-            expected: "a distance in metres".into(),
-            found: -1.0,
-        },
-        C::Unknown { rows: 3, found: "antenna A7".to_owned() },
-        C::NotStored,
-        C::Refused { why: "expected fixes of three antennas at once, found none".to_owned() },
-    ]
-    .into_iter()
-    .map(|cause| told(&CabinAnomaly::new("A3", cause, [1, 2]), None))
-    .collect()
 }

@@ -1,5 +1,6 @@
 //! The cabin as a system of the house: its streams, parts and charts.
 
+use super::cause_examples;
 use super::causes::{self, CabinCause};
 use super::config::Config;
 use super::intake::{ANTENNA_COLUMNS, ENCODER_COLUMNS, STATION_COLUMNS};
@@ -98,7 +99,7 @@ pub const DECLARATION: Declaration = Declaration {
         ChartRule { name: "time_left", unit: "s", limits: &[] },
         ChartRule { name: "aids", unit: "1", limits: &[] },
     ],
-    anomalies: causes::examples,
+    anomalies: cause_examples::examples,
     log_clocks: None,
     not_stored: |stream| {
         causes::told(&CabinAnomaly::new(stream.name(), CabinCause::NotStored, [0; 2]), Some(stream))

@@ -9,6 +9,7 @@ use nalgebra::{Matrix3, Vector3};
 use serde::{Deserialize, Serialize};
 
 use super::covariance::{Covariance, Sparse, Update};
+use super::encoder_watch::EncoderWatch;
 use super::joints::{PlatformInCabin, Seat};
 use super::legs::Legs;
 use super::past::{Moment, Past};
@@ -18,6 +19,7 @@ use super::states::{
     ACCELEROMETER_BIAS, ACCELEROMETER_SCALE, ATTITUDE, DRIVING, GYRO_BIAS, MOUNTING, MOVING, POSITION,
     States, VELOCITY,
 };
+use super::steady::Steadiness;
 use super::tape::Leaf;
 use super::tuning::Tuning;
 use crate::ins::layout::{Layout, SensorStates};
@@ -80,6 +82,13 @@ pub(super) struct Filter {
     pub(super) weighed: (Vector3<f64>, Matrix3<f64>),
     pub(super) legs: Legs,
     pub(super) seats: VecDeque<(i64, PlatformInCabin)>,
+    pub(super) encoder_watch: EncoderWatch,
+    /// Densities of the sensor's noise by its own samples, rad/√s and m/s/√s: where they are more, they hold.
+    pub(super) sampled_noise: [f64; 2],
+    /// By how much more the rows of antennas and of stations scatter than stated: factors of variance.
+    pub(super) scatter: [f64; 2],
+    /// How well the platform goes on along a line in the cabin, and in n.
+    pub(super) steady: Steadiness,
     /// What a smoother needs of this epoch; nothing is kept where nobody smooths.
     #[serde(skip)]
     pub(super) leaf: Option<Leaf>,
@@ -155,6 +164,10 @@ impl Filter {
             period_ns: 5_000_000,
             seat,
             seats: VecDeque::new(),
+            steady: Steadiness::default(),
+            encoder_watch: EncoderWatch::default(),
+            sampled_noise: [0.0; 2],
+            scatter: [1.0; 2],
             leaf: recording.then(Leaf::default),
             rig,
             tuning,
@@ -293,8 +306,8 @@ impl Filter {
         }
         let noise = &self.rig.noise;
         let unseen = |sigma: f64, density: f64| density * density * dt_s + sigma * sigma * self.coasted_s;
-        let turned = unseen(UNSEEN_ATTITUDE_RAD, noise.angle_random_walk);
-        let driven = unseen(UNSEEN_VELOCITY_M_S, noise.velocity_random_walk);
+        let turned = unseen(UNSEEN_ATTITUDE_RAD, noise.angle_random_walk.max(self.sampled_noise[0]));
+        let driven = unseen(UNSEEN_VELOCITY_M_S, noise.velocity_random_walk.max(self.sampled_noise[1]));
         for axis in 0..3 {
             self.covariance.add(ATTITUDE + axis, ATTITUDE + axis, turned);
             self.covariance.add(VELOCITY + axis, VELOCITY + axis, driven);

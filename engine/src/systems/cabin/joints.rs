@@ -36,6 +36,9 @@ pub(super) struct PlatformInCabin {
     pub(super) c_bp: Matrix3<f64>,
     /// How its origin (rows 0–2) and a small rotation of it (rows 3–5), both in b, change with the legs.
     pub(super) by_legs: Matrix6<f64>,
+    /// The rotator's axes as they stand, and the point about which it turns, in b.
+    pub(super) axes_b: [Vector3<f64>; 2],
+    pub(super) pivot_b: Vector3<f64>,
 }
 
 impl Joints {
@@ -107,7 +110,13 @@ impl Joints {
             let turned = c_br * seat.by_legs.fixed_rows::<3>(rows);
             by_legs.fixed_rows_mut::<3>(rows).copy_from(&turned);
         }
-        PlatformInCabin { position_b: self.pivot_b + c_br * seat.t_r, c_bp: c_br * seat.c_rp, by_legs }
+        PlatformInCabin {
+            position_b: self.pivot_b + c_br * seat.t_r,
+            c_bp: c_br * seat.c_rp,
+            by_legs,
+            axes_b: [Vector3::x(), about_x * Vector3::y()],
+            pivot_b: self.pivot_b,
+        }
     }
 }
 

@@ -33,12 +33,16 @@ const IMPROBABLE_SIGMAS: f64 = 4.5;
 const LEARNT: f64 = 0.02;
 
 /// What has become of readings of the encoders.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub(super) enum Seated {
     /// The platform is there.
     Taken,
     /// No pose fits, or the platform would have leapt.
     Refused,
+    /// A channel reads the same again and again, or all do.
+    Stuck { channels: Vec<usize> },
+    /// One angle of the rotator has leapt, by so much, rad.
+    Turned { axis: usize, by_rad: f64 },
     /// One leg alone has leapt, by so much, m: whether it stays there the next reading says.
     Leapt { leg: usize, by_m: f64 },
 }
@@ -90,6 +94,11 @@ impl Legs {
         }
     }
 
+    /// The bias of a leg is no longer taken to be as small as the maker says.
+    pub(super) fn free(&mut self, leg: usize) {
+        self.freed[leg] = true;
+    }
+
     /// A leg that the stations' rays have found to be off by so much, with this sigma, m.
     pub(super) fn found(&mut self, leg: usize, off_m: f64, sigma_m: f64) {
         self.found = Some((leg, off_m, sigma_m));
@@ -104,6 +113,18 @@ impl Filter {
         if !(row.a_rad.abs() < 0.8 && row.b_rad.abs() < 0.8 && is_later) {
             return Seated::Refused;
         }
+        if self.tuning.calibration {
+            let earlier = self.encoder_watch.before();
+            let channels = self.encoder_watch.stuck(row);
+            if !channels.is_empty() {
+                return Seated::Stuck { channels };
+            }
+            if let Some(turned) = self.angle_leap(earlier) {
+                return turned;
+            }
+        }
+        let [off_a_rad, off_b_rad] = self.encoder_watch.off_rad;
+        let row = &EncoderRow { a_rad: row.a_rad - off_a_rad, b_rad: row.b_rad - off_b_rad, ..*row };
         let leap = self.legs.leap(row, self.rig.leg_sigma_m).filter(|_| self.tuning.calibration);
         if let Some((leg, by_m)) = leap {
             if self.legs.leapt.replace((leg, by_m)).is_none_or(|(before, _)| before != leg) {
@@ -124,6 +145,9 @@ impl Filter {
         }
         self.seat = Some(seat);
         self.legs.push(row);
+        if leap.is_none() {
+            self.note_steadiness(row.t_ns, &platform);
+        }
         self.seats.push_back((row.t_ns, platform));
         while self.seats.len() > KEPT {
             self.seats.pop_front();

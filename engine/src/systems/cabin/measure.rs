@@ -81,7 +81,7 @@ impl Filter {
         Some(Measured {
             jacobian,
             innovation: Vector3::from(row.position_n) - (p_n + c_nb * surveyed + x(make) + x(own)),
-            noise: Matrix3::from_diagonal(&white.component_mul(&white)),
+            noise: Matrix3::from_diagonal(&white.component_mul(&white)) * self.scatter[0],
         })
     }
 
@@ -115,7 +115,11 @@ impl Filter {
             let by_legs_n = c_nb * by_legs;
             if self.tuning.calibration {
                 // By later encoders the platform has gone farther.
-                add(self.states.encoder_delay, c_nb * place.rate_b);
+                let gone_b = place.rate_b * self.of_velocity(&place.rate_b, &place);
+                add(self.states.encoder_delay, c_nb * gone_b);
+                for (axis, by_angle) in place.by_angles.iter().enumerate() {
+                    add(self.states.rotator + axis, c_nb * -by_angle);
+                }
                 for leg in 0..6 {
                     add(self.states.legs + leg, -by_legs_n.column(leg).into_owned());
                 }
@@ -125,7 +129,7 @@ impl Filter {
         }
         let own = self.states.station(row.station);
         if self.tuning.calibration {
-            add(self.states.station_delay, -v_n);
+            add(self.states.station_delay, -v_n * self.of_velocity(&v_n, &place));
             jacobian.push((own, [1.0 / sin_zenith, 0.0, 0.0]));
             jacobian.push((own + 1, [0.0, 1.0, 0.0]));
             jacobian.push((own + 2, [0.0, 0.0, 1.0]));
@@ -143,8 +147,8 @@ impl Filter {
         innovation.x = wrap(innovation.x);
         let slant_sigma_m = station.slant_m + station.slant_ppm * 1e-6 * slant_m;
         let white = Vector3::new(station.angle_rad / sin_zenith, station.angle_rad, slant_sigma_m);
-        let noise =
-            Matrix3::from_diagonal(&white.component_mul(&white)) + by_place * noise_n * by_place.transpose();
+        let noise = Matrix3::from_diagonal(&white.component_mul(&white)) * self.scatter[1]
+            + by_place * noise_n * by_place.transpose();
         Some(Measured { jacobian, innovation, noise })
     }
 }

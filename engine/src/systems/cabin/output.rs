@@ -189,7 +189,7 @@ impl Filter {
         };
         let held_s = (t_ns - seated_ns) as f64 * 1e-9;
         let point = self.point(t_ns, &place.at_b, &place.rate_b)?;
-        let (c_bp, seat_by_legs) = self.platform_attitude(seated_ns)?;
+        let (c_bp, seat_by_legs, axes_b) = self.platform_attitude(seated_ns)?;
         let velocity = self.velocity_jacobian(&point.c_nb, &place.at_b);
         let turn_by_legs = seat_by_legs.fixed_rows::<3>(3).into_owned();
         let by_legs_n = (point.c_nb * seat_by_legs.fixed_rows::<3>(0), point.c_nb * turn_by_legs);
@@ -205,9 +205,16 @@ impl Filter {
             by_legs.fixed_view_mut::<3, 1>(0, leg).copy_from(&place);
             by_legs.fixed_view_mut::<3, 1>(3, leg).copy_from(&turn);
         }
+        let mut angles_b = Vector3::zeros();
+        for axis in 0..2 {
+            let (place_n, turn_n) = (point.c_nb * place.by_angles[axis], point.c_nb * axes_b[axis]);
+            moved.push((self.states.rotator + axis, [-place_n.x, -place_n.y, -place_n.z]));
+            turned.push((self.states.rotator + axis, [-turn_n.x, -turn_n.y, -turn_n.z]));
+            angles_b += axes_b[axis] * self.angle_biases()[axis];
+        }
         let delayed = point.c_nb * place.rate_b;
         moved.push((self.states.encoder_delay, [delayed.x, delayed.y, delayed.z]));
-        let unbiased = cayley(&-(turn_by_legs * self.leg_biases())) * c_bp;
+        let unbiased = cayley(&-(turn_by_legs * self.leg_biases() + angles_b)) * c_bp;
         let mut noise = by_legs * by_legs.transpose() * self.leg_noise_m2(&place);
         let unseen_m = (UNSEEN_M_S * held_s).min(UNSEEN_M);
         for axis in 0..3 {

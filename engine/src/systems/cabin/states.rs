@@ -36,6 +36,8 @@ pub(super) struct States {
     pub(super) make_delays: usize,
     pub(super) station_delay: usize,
     pub(super) encoder_delay: usize,
+    /// What each angle of the rotator reads too much.
+    pub(super) rotator: usize,
     makes: usize,
     antennas: usize,
     stations: usize,
@@ -69,7 +71,8 @@ impl States {
         let make_delays = legs + 6;
         let station_delay = make_delays + rig.make_delay_s.len();
         let encoder_delay = station_delay + 1;
-        let makes = encoder_delay + 1;
+        let rotator = encoder_delay + 1;
+        let makes = rotator + 2;
         let antennas = makes + 3 * rig.make_delay_s.len();
         let stations = antennas + 3 * rig.antennas.len();
         let n = stations + OF_STATION * rig.stations_n.len();
@@ -96,6 +99,7 @@ impl States {
             );
             set(station_delay, &[Process::constant(tuning.delay * rig.station.delay_sigma_s)]);
             set(encoder_delay, &[Process::constant(tuning.delay * rig.encoder_delay_sigma_s)]);
+            set(rotator, &[Process::constant(rig.rotator_sigma_rad); 2]);
             // The wave of a screw wanders with the legs.
             let leg = rig.leg_sigma_m;
             set(legs, &[Process { walk: (0.1 * leg).powi(2) / 100.0, ..Process::constant(leg) }; 6]);
@@ -127,7 +131,18 @@ impl States {
                 &[pointing, pointing, slant, refraction[0], refraction[1], Process::constant(stays)],
             );
         }
-        States { n, legs, make_delays, station_delay, encoder_delay, makes, antennas, stations, process }
+        States {
+            n,
+            legs,
+            make_delays,
+            station_delay,
+            encoder_delay,
+            rotator,
+            makes,
+            antennas,
+            stations,
+            process,
+        }
     }
 
     pub(super) fn make(&self, make: usize) -> usize {

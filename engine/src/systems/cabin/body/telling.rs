@@ -102,7 +102,9 @@ impl Body {
             && (encoders || !self.config.has_encoders)
             && sensor.is_none_or(|sensor| mask >> sensor & 1 == 1)
             && !self.doubt.is_there()
-            && self.filter.as_ref().is_none_or(|filter| filter.wrong_legs().next().is_none());
+            && self.filter.as_ref().is_none_or(|filter| {
+                filter.wrong_legs().next().is_none() && filter.wrong_angles().next().is_none()
+            });
         match (self.aligned, antennas || stations, all) {
             (false, ..) => Status::Aligning,
             (true, false, _) => Status::Coasting,

@@ -6,6 +6,7 @@ use serde::{Deserialize, Serialize};
 use super::Body;
 use crate::systems::cabin::aids::Aids;
 use crate::systems::cabin::causes::{CabinCause, RayTrouble};
+use crate::systems::cabin::encoder_watch::channel_name;
 use crate::systems::cabin::filter::{Filter, Measured};
 use crate::systems::cabin::legs::Seated;
 use crate::systems::cabin::rig::Target;
@@ -77,6 +78,12 @@ impl Body {
         let seated = filter.encoders(row);
         if let Seated::Leapt { leg, by_m } = seated {
             watch.wrong(&leg_name(leg), CabinCause::LegOff { off_m: by_m }, row.t_ns, 2);
+        } else if let Seated::Turned { axis, by_rad } = seated {
+            watch.wrong(&channel_name(axis), CabinCause::AngleOff { off_rad: by_rad }, row.t_ns, 1);
+        } else if let Seated::Stuck { channels } = &seated {
+            let all = channels.len() == 8;
+            let name = channels.first().filter(|_| !all).map_or("encoders".to_owned(), |k| channel_name(*k));
+            watch.wrong(&name, CabinCause::Stuck, row.t_ns, 1);
         } else if seated == Seated::Taken {
             aids.took(aids.encoders(), row.t_ns);
             self.seats += 1;
@@ -94,7 +101,7 @@ impl Body {
             let cause = CabinCause::NoPose { angles_rad: [row.a_rad, row.b_rad], legs_m: row.legs_m };
             watch.wrong("encoders", cause, row.t_ns, 2);
         }
-        Ok(matches!(seated, Seated::Leapt { .. }))
+        Ok(matches!(seated, Seated::Leapt { .. } | Seated::Turned { .. }))
     }
 
     pub(super) fn antenna(&mut self, row: &AntennaRow, aids: &mut Aids, watch: &mut Watch) -> Option<bool> {
@@ -114,6 +121,7 @@ impl Body {
         let taken = filter.weigh(&measured, filter.tuning.gate);
         self.weighed.push(Weighed { aid, t_ns: row.t_ns, nis: filter.nis, taken });
         self.doubt.note(aid, taken, measured.innovation.norm());
+        self.note_innovation(aid, self.rig.antennas[row.antenna].make, &measured, taken);
         if taken {
             aids.took(aid, row.t_ns);
         } else {
@@ -150,6 +158,8 @@ impl Body {
         let taken = filter.weigh(&measured, filter.tuning.gate);
         self.weighed.push(Weighed { aid, t_ns: row.t_ns, nis: filter.nis, taken });
         self.doubt.note(aid, taken, off_m(&measured, row.slant_m));
+        self.note_innovation(aid, self.rig.make_names.len(), &measured, taken);
+        let filter = self.filter.as_mut()?;
         if let Some(columns) = leg_columns(&measured, filter.states.legs) {
             let (innovation, information) = &filter.weighed;
             self.leg_doubt.note(row.station, taken, &columns, innovation, information);
@@ -192,6 +202,9 @@ impl Body {
         }
         for (leg, off_m) in self.filter.iter().flat_map(Filter::wrong_legs) {
             watch.wrong(&leg_name(leg), CabinCause::LegOff { off_m }, t_ns, 1);
+        }
+        for (axis, off_rad) in self.filter.iter().flat_map(Filter::wrong_angles) {
+            watch.wrong(&channel_name(axis), CabinCause::AngleOff { off_rad }, t_ns, 1);
         }
     }
 
@@ -322,3 +335,7 @@ pub(super) fn along(row: &RayRow) -> Vector3<f64> {
     let (sin_zenith, cos_zenith) = libm::sincos(row.zenith_rad);
     Vector3::new(sin_azimuth * sin_zenith, cos_azimuth * sin_zenith, cos_zenith)
 }
+
+#[cfg(test)]
+#[path = "weighing_tests.rs"]
+mod tests;
