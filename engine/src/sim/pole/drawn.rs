@@ -78,8 +78,8 @@ fn pole(draw: &mut Draw) -> PoleModel {
         false => [draw.even(-1.6, 1.6), draw.even(-0.5, 0.5)],
     };
     // What rings swings more the farther it is from the ground.
-    let farther = (tip_m / 1.0).min(1.5);
-    let ring = draw.times(0.4, 2.0) * farther;
+    let farther = tip_m.min(1.2);
+    let ring = draw.times(0.4, 1.6) * farther;
     PoleModel {
         antenna_m: Vector3::new(ax, ay, (length_m - tip_m).max(0.04)),
         tip_m: Vector3::new(tx, ty, -tip_m),

@@ -50,7 +50,7 @@ struct Ring {
 }
 
 /// The blow itself lasts so long, s.
-const BLOW_S: f64 = 0.015;
+pub(super) const BLOW_S: f64 = 0.015;
 /// A load comes and goes in this time, s.
 const LOADED_S: f64 = 0.2;
 

@@ -8,7 +8,7 @@ use super::super::motion::{Motion as _, Mounting};
 use super::super::random::{Purpose, Random};
 use super::course::{Course, Route};
 use super::gnss::{self, GnssEpoch};
-use super::motion::PoleMotion;
+use super::motion::{BLOW_S, PoleMotion};
 use super::trouble::Trouble;
 use super::world::{World, Worlds};
 use crate::geo::{Geodetic, Site};
@@ -75,7 +75,7 @@ pub fn simulate_in(worlds: Worlds, route: Route, seed: u64, trouble: Trouble) ->
     let model = &world.imu;
     let earth = Earth::curved(&site, true);
     let mounting = Mounting { lever_arm_b_m: Vector3::zeros(), c_bs: world.pole.c_bs };
-    let mut sensor = Imu::new(model, mounting, earth, seed, 0);
+    let mut sensor = Imu::new(model, mounting, earth, seed, 0).following(BLOW_S / 3.0);
     let truth_every = libm::round(0.1 * model.rate_hz) as i64;
     let end_ns = (motion.end_s() * 1e9) as i64;
     let period_ns = model.period_ns();

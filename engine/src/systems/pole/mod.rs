@@ -20,6 +20,7 @@ pub mod pole_file;
 pub mod recorder;
 pub mod recording;
 mod refusals;
+mod sensor_class;
 mod smoothing;
 mod start;
 mod states;

@@ -80,8 +80,38 @@ pub(super) fn begin(
     if tuning.zero_velocity_m_s.is_some() {
         return start;
     }
+    let pass = opening(recording, earth, tuning, aligned, contacts, &start, aligned.window_ns[1]);
+    restarted(&start, pass)
+}
+
+/// The first minutes under open sky are enough to tell the clocks by, ns.
+const TOLD_BY_NS: i64 = 60_000_000_000;
+
+/// What the receiver's clock shows more than the sensor's, by the opening, s.
+pub(super) fn clock_s(
+    recording: &Recording,
+    instrument: &Instrument,
+    earth: &Earth,
+    tuning: &Tuning,
+    aligned: &Aligned,
+    contacts: &[Interval],
+) -> f64 {
+    let start = begin(recording, instrument, earth, tuning, aligned, contacts);
+    let until_ns = aligned.window_ns[1] + TOLD_BY_NS;
+    opening(recording, earth, tuning, aligned, contacts, &start, until_ns).end.clock_s
+}
+
+/// A pass over what was recorded until then.
+fn opening(
+    recording: &Recording,
+    earth: &Earth,
+    tuning: &Tuning,
+    aligned: &Aligned,
+    contacts: &[Interval],
+    start: &Filter,
+    until_ns: i64,
+) -> Pass {
     let (imu, fixes) = (&recording.imu, &recording.fixes);
-    let until_ns = aligned.window_ns[1];
     let opening = Setting {
         tuning,
         earth,
@@ -93,8 +123,7 @@ pub(super) fn begin(
         felt: recording.switch.is_none(),
         still: None,
     };
-    let pass = pass::go(&opening, &start, aligned.sample, Wanted::Start, i64::MAX / 4);
-    restarted(&start, pass)
+    pass::go(&opening, start, aligned.sample, Wanted::Start, i64::MAX / 4)
 }
 
 /// The tuning with what a pass has seen of standing tips: each look says how well the tip stands where it stood at the one before.

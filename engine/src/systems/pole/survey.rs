@@ -11,11 +11,14 @@ use super::points::{self, Point};
 use super::recording::{Fix, Instrument, Recording};
 use super::smoothing::{self, Smoothed};
 use super::tuning::Tuning;
-use super::{checks, findings, outcome, refusals, start};
+use super::{checks, findings, outcome, refusals, sensor_class, start};
 use crate::anomaly::Anomaly;
 use crate::event::AidOutcome;
 use crate::geo::LocalFrame;
 use crate::ins::earth::Earth;
+
+/// Clocks that are less apart are one, s: what is left of it the filter finds.
+const LEAST_APART_S: f64 = 0.003;
 
 /// What is to be computed.
 #[derive(Clone, Debug)]
@@ -91,6 +94,8 @@ pub struct Figures {
     pub tip_b_m: Option<[f64; 3]>,
     /// How far the tip rolls as the pole leans by one, m.
     pub roundness_m: f64,
+    /// What the receiver's clock shows more than the sensor's, s.
+    pub clock_apart_s: f64,
     /// When the first attitude was found: from and until, s.
     pub aligned_s: [f64; 2],
 }
@@ -108,7 +113,16 @@ pub fn compute(
 ) -> Result<Survey, SurveyCause> {
     checks::check(recording, instrument, frame)?;
     let earth = Earth::turning(frame);
-    let tuning = &options.tuning;
+    let tuning = &match options.tuning.zero_velocity_m_s {
+        None => sensor_class::tuned(&options.tuning, &recording.imu),
+        Some(_) => options.tuning.clone(),
+    };
+    let apart_s = match options.smoothed && tuning.start.clock_s > 0.0 {
+        true => clock_apart(recording, instrument, &earth, options.lands, tuning),
+        false => 0.0,
+    };
+    let together = (apart_s.abs() > LEAST_APART_S).then(|| recording.together(apart_s));
+    let recording = together.as_ref().unwrap_or(recording);
     let imu = &recording.imu;
     let aligned = alignment::align(imu, &recording.fixes, &instrument.antenna_b_m, &earth)
         .map_err(NotAligned::cause)?;
@@ -164,7 +178,10 @@ pub fn compute(
         go(tuning, &restless, &islands, &start, Wanted::Filtered)
     };
     refusals::look_at(&pass, &restless, recording, instrument)?;
-    let figures = figures(&pass, &aligned);
+    let mut figures = figures(&pass, &aligned);
+    if together.is_some() {
+        figures.clock_apart_s += apart_s;
+    }
     let aids = aids(&pass, &contacts);
     let mut findings = recording.left_out.clone();
     findings.extend(findings::of(&pass, recording, instrument, tuning, &contacts, &restless, &islands));
@@ -196,6 +213,37 @@ pub fn compute(
     }
     findings.extend(findings::of_points(&points, &recording.stops, instrument));
     Ok(Survey { rows, points, findings, figures, aids })
+}
+
+/// What the receiver's clock shows more than the sensor's, by the leaning under open sky, s. Told once about where the first
+/// attitude was found with it, and once more about what that says: the two are not known without each other.
+fn clock_apart(
+    recording: &Recording,
+    instrument: &Instrument,
+    earth: &Earth,
+    lands: bool,
+    tuning: &Tuning,
+) -> f64 {
+    let mut apart_s = 0.0;
+    for _ in 0..2 {
+        let shifted = (apart_s != 0.0).then(|| recording.together(apart_s));
+        let recording = shifted.as_ref().unwrap_or(recording);
+        let aligned = match alignment::align(&recording.imu, &recording.fixes, &instrument.antenna_b_m, earth)
+        {
+            Ok(aligned) => aligned,
+            Err(_) => return apart_s,
+        };
+        let contacts = match lands {
+            true => start::contacts(recording, instrument, earth, &aligned),
+            false => Vec::new(),
+        };
+        let found_s = start::clock_s(recording, instrument, earth, tuning, &aligned, &contacts);
+        apart_s += found_s;
+        if found_s.abs() < LEAST_APART_S {
+            break;
+        }
+    }
+    apart_s
 }
 
 /// Stretches of fixes that are neither the first nor the last.
@@ -249,6 +297,7 @@ fn figures(pass: &Pass, aligned: &Aligned) -> Figures {
         antenna_b_m: pass.end.antenna.arm_b_m.into(),
         tip_b_m: pass.end.tip.map(|tip| tip.arm_b_m.into()),
         roundness_m: pass.end.roundness_m,
+        clock_apart_s: pass.end.clock_s,
         aligned_s: aligned.window_ns.map(seconds),
     }
 }

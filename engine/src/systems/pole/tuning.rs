@@ -45,6 +45,8 @@ pub struct StartSigmas {
     pub phase_m: [f64; 2],
     /// The tip's roundness, m.
     pub roundness_m: f64,
+    /// What the receiver's clock shows more than the sensor's, s.
+    pub clock_s: f64,
 }
 
 /// How far GNSS solutions can be believed.
@@ -106,6 +108,7 @@ impl Tuning {
         tuning.start.lever_arm_m = 0.0;
         tuning.start.phase_m = [0.0; 2];
         tuning.start.roundness_m = 0.0;
+        tuning.start.clock_s = 0.0;
         tuning.gnss.white_share = [1.0; 2];
         tuning.gnss.slow_share = [0.0; 2];
         tuning.gnss.least_slow_m = 0.0;
@@ -128,6 +131,7 @@ impl Tuning {
         tuning.imu.accelerometer_bias_m_s2.sigma = 2.0;
         tuning.start.gyro_bias_rad_s = 0.005;
         tuning.start.lever_arm_m = 0.1;
+        tuning.start.clock_s = 0.0;
         // A receiver in the hand moves between obstacles: what its solutions are off by is new each time.
         tuning.gnss.white_share = [1.0, 1.0];
         tuning.gnss.slow_share = [0.5, 0.35];
@@ -158,6 +162,7 @@ impl Default for Tuning {
                 lever_arm_m: 2.5e-3,
                 phase_m: [0.03, 0.006],
                 roundness_m: 6e-3,
+                clock_s: 0.03,
             },
             gnss: GnssTuning {
                 white_share: [0.42, 0.42],
