@@ -12,6 +12,7 @@ mod filter;
 mod findings;
 mod gnss_rows;
 mod landing;
+mod learnt;
 mod live;
 mod outcome;
 mod pass;

@@ -58,14 +58,6 @@ pub(super) fn at_rest(
     contact::force_at_rest(&imu[..until], instrument, gravity_m_s2, &aligned.gyro_bias_b)
 }
 
-/// What a stand's looks scatter by is only its new part: what a hand and a round tip make lasts from look to look, so that
-/// more is taken for new than is seen.
-const MORE_THAN_SEEN: f64 = 1.75;
-/// So many looks say how well a tip stands: some ten seconds.
-const FEWEST_LOOKS: usize = 100;
-/// In which shares of what is told a stand's sigma is looked for.
-const STAND_SHARES: [f64; 2] = [0.25, 2.0];
-
 /// The filter at the aligned sample. The first attitude may be some degrees off: what was recorded up to it says it better,
 /// about itself.
 pub(super) fn begin(
@@ -124,20 +116,6 @@ fn opening(
         still: None,
     };
     pass::go(&opening, start, aligned.sample, Wanted::Start, i64::MAX / 4)
-}
-
-/// The tuning with what a pass has seen of standing tips: each look says how well the tip stands where it stood at the one before.
-pub(super) fn with_stands(tuning: &Tuning, pass: &Pass) -> Tuning {
-    let steady = || pass.landings.iter().filter(|landing| landing.refused == 0);
-    let looks: usize = steady().map(|landing| landing.looks).sum();
-    let mut tuning = tuning.clone();
-    if looks >= FEWEST_LOOKS {
-        let nis: f64 = steady().map(|landing| landing.nis).sum::<f64>() / (3 * looks) as f64;
-        let [least, most] = STAND_SHARES;
-        let share = (MORE_THAN_SEEN * nis.sqrt()).clamp(least, most);
-        tuning.landing.sigma_m = tuning.landing.sigma_m.map(|sigma_m| sigma_m * share);
-    }
-    tuning
 }
 
 /// The filter at its start.

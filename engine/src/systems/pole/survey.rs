@@ -11,7 +11,7 @@ use super::points::{self, Point};
 use super::recording::{Fix, Instrument, Recording};
 use super::smoothing::{self, Smoothed};
 use super::tuning::Tuning;
-use super::{checks, findings, outcome, refusals, sensor_class, start};
+use super::{checks, findings, learnt, outcome, refusals, sensor_class, start};
 use crate::anomaly::Anomaly;
 use crate::event::AidOutcome;
 use crate::geo::LocalFrame;
@@ -19,6 +19,10 @@ use crate::ins::earth::Earth;
 
 /// Clocks that are less apart are one, s: what is left of it the filter finds.
 const LEAST_APART_S: f64 = 0.003;
+
+/// A first pass is made anew at most so often with wider gates, where variances prove to be so many times larger.
+const MOST_WIDENED: usize = 2;
+const LEAST_WIDENED: f64 = 1.6;
 
 /// What is to be computed.
 #[derive(Clone, Debug)]
@@ -153,18 +157,38 @@ pub fn compute(
         pass::go(&setting, start, aligned.sample, wanted, every_ns)
     };
     let mut restless = vec![false; contacts.len()];
+    let mut factor = 1.0;
+    let mut found = tuning.clone();
     let pass = if options.smoothed {
-        let (again, tuning) = if tuning.zero_velocity_m_s.is_some() {
-            (start, tuning.clone())
+        let again = if tuning.zero_velocity_m_s.is_some() {
+            start
         } else {
-            let first = go(tuning, &restless, &islands, &start, Wanted::Start);
+            let mut first = go(tuning, &restless, &islands, &start, Wanted::Start);
+            for _ in 0..MOST_WIDENED {
+                // What is refused because the sigmas are too small carries the way off still more.
+                let now = learnt::variance_factor(&first.closures);
+                if now < factor * LEAST_WIDENED {
+                    break;
+                }
+                factor = now;
+                let wider = learnt::widened(tuning, factor);
+                first = go(&wider, &restless, &islands, &start, Wanted::Start);
+            }
             for (restless, landing) in restless.iter_mut().zip(&first.landings) {
                 *restless = landing.restless;
             }
-            let tuning = start::with_stands(tuning, &first);
-            (start::restarted(&start, first), tuning)
+            found = learnt::widened(&learnt::tuned(tuning, &first), factor);
+            start::restarted(&start, first)
         };
-        let pass = go(&tuning, &restless, &islands, &again, Wanted::Smoothed);
+        let mut pass = go(&found, &restless, &islands, &again, Wanted::Smoothed);
+        if tuning.zero_velocity_m_s.is_none() {
+            let now = learnt::variance_factor(&pass.closures);
+            if now > factor * LEAST_WIDENED {
+                found = learnt::widened(&found, now / factor);
+                pass = go(&found, &restless, &islands, &again, Wanted::Smoothed);
+            }
+            factor = learnt::variance_factor(&pass.closures);
+        }
         if pass.doubts.is_empty() {
             pass
         } else {
@@ -172,7 +196,7 @@ pub fn compute(
             for (island, off_n_m, covariance) in &smoothed.islands {
                 islands[*island].trusted = agrees(off_n_m, covariance);
             }
-            go(&tuning, &restless, &islands, &again, Wanted::Smoothed)
+            go(&found, &restless, &islands, &again, Wanted::Smoothed)
         }
     } else {
         go(tuning, &restless, &islands, &start, Wanted::Filtered)
@@ -188,11 +212,22 @@ pub fn compute(
     let looks: Vec<i64> = pass.looks.iter().map(|look| look.t_ns).collect();
     let asked: Vec<usize> =
         recording.stops.iter().map(|stop| nearest(&looks, (stop.t_start_ns + stop.t_end_ns) / 2)).collect();
-    let Smoothed { poses, covariances, between, .. } = if options.smoothed {
+    let Smoothed { poses, mut covariances, mut between, .. } = if options.smoothed {
         smoothing::smooth(pass, &asked).ok_or(SurveyCause::NotFinite)?
     } else {
         filtered(pass, &asked)
     };
+    let lasting_m2 = match options.smoothed {
+        true => learnt::lasting_m2(&found, &recording.fixes),
+        false => Vector3::zeros(),
+    };
+    for covariance in &mut covariances {
+        *covariance *= factor;
+        (0..3).for_each(|axis| covariance[(axis, axis)] += lasting_m2[axis]);
+    }
+    for covariance in between.iter_mut().flatten() {
+        *covariance = *covariance * factor + Matrix3::from_diagonal(&lasting_m2);
+    }
     let rows: Vec<Row> = poses.iter().map(|pose| outcome::row(pose, &looks, &covariances)).collect();
     let mut visits = outcome::visits(recording, instrument, &poses);
     if !options.smoothed {

@@ -59,6 +59,8 @@ pub struct GnssTuning {
     pub least_white_m: f64,
     /// Share of the stated sigma that stays for some time, in plan and height.
     pub slow_share: [f64; 2],
+    /// Share of it that lasts for longer than a survey, in plan and height.
+    pub lasting_share: [f64; 2],
     /// At least so much of it, m.
     pub least_slow_m: f64,
     /// How long it stays, s.
@@ -85,6 +87,8 @@ pub struct LandingTuning {
     pub sigma_m: [f64; 2],
     /// How it creeps, m/√s.
     pub creep_m_sqrt_s: [f64; 2],
+    /// How it settles into the ground in the first half second, m/√s: nothing until that is seen.
+    pub settling_m_sqrt_s: [f64; 2],
     /// What it moves by between two looks when it is felt to be stirred while it touches, in plan and height, m.
     pub stirred_m: [f64; 2],
     /// Largest normalised innovation squared of a tip that stands (3 degrees of freedom).
@@ -111,6 +115,7 @@ impl Tuning {
         tuning.start.clock_s = 0.0;
         tuning.gnss.white_share = [1.0; 2];
         tuning.gnss.slow_share = [0.0; 2];
+        tuning.gnss.lasting_share = [0.0; 2];
         tuning.gnss.least_slow_m = 0.0;
         tuning.gnss.float_m = 0.0;
         tuning.gnss.single_m = 0.0;
@@ -135,6 +140,7 @@ impl Tuning {
         // A receiver in the hand moves between obstacles: what its solutions are off by is new each time.
         tuning.gnss.white_share = [1.0, 1.0];
         tuning.gnss.slow_share = [0.5, 0.35];
+        tuning.gnss.lasting_share = [0.0; 2];
         tuning.gnss.gate = 60.0;
         tuning
     }
@@ -168,6 +174,7 @@ impl Default for Tuning {
                 white_share: [0.42, 0.42],
                 least_white_m: 0.004,
                 slow_share: [0.9, 0.35],
+                lasting_share: [0.4, 0.2],
                 least_slow_m: 0.005,
                 slow_time_s: 20.0,
                 float_m: 0.5,
@@ -179,7 +186,8 @@ impl Default for Tuning {
                 after_strike_s: 0.12,
                 before_lift_s: 0.06,
                 sigma_m: [1.2e-3, 0.6e-3],
-                creep_m_sqrt_s: [7e-4, 3.5e-4],
+                creep_m_sqrt_s: [1e-3, 3.5e-4],
+                settling_m_sqrt_s: [0.0; 2],
                 stirred_m: [4e-3, 1e-3],
                 gate: 16.0,
                 walking_whole_s: 1.0,
