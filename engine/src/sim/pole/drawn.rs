@@ -186,3 +186,44 @@ fn opening(draw: &mut Draw) -> Opening {
         pace: draw.times(0.6, 1.5),
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::{Route, Trouble, Worlds, simulate_in};
+    use super::*;
+
+    #[test]
+    fn a_seed_draws_the_same_world_again_and_another_seed_another() {
+        let short = |seed| simulate_in(Worlds::Drawn, Route::I(10.0), seed, Trouble::None);
+        let (first, again, other) = (short(1), short(1), short(2));
+        assert_eq!(first.imu[..500], again.imu[..500]);
+        assert_eq!(first.gnss, again.gnss);
+        assert!(first.antenna_b_m != other.antenna_b_m && first.gnss[0] != other.gnss[0]);
+    }
+
+    #[test]
+    fn worlds_are_those_of_the_field() {
+        let worlds: Vec<World> = (0..200).map(world).collect();
+        let within = |of: &dyn Fn(&World) -> f64, from: f64, to: f64| {
+            let (least, most) = worlds
+                .iter()
+                .map(of)
+                .fold((f64::INFINITY, f64::NEG_INFINITY), |(least, most), x| (least.min(x), most.max(x)));
+            assert!(least >= from && most <= to, "{least} {most}");
+            // All of the range is drawn from.
+            assert!(least < from + 0.3 * (to - from) && most > to - 0.3 * (to - from), "{least} {most}");
+        };
+        within(&|world| (world.pole.antenna_m - world.pole.tip_m).norm(), 1.4, 2.52);
+        within(&|world| world.imu.rate_hz, 50.0, 400.0);
+        within(&|world| world.gnss.rate_hz, 1.0, 20.0);
+        within(&|world| world.gnss.apart_s, -0.05, 0.05);
+        within(&|world| world.opening.lasts_s[0], 20.0, 100.0);
+        within(&|world| world.imu.gyro_noise_deg_s_rthz, 0.001, 0.014);
+        within(
+            &|world| libm::log2(world.gnss.told_m[0] / world.gnss.white_m[0].hypot(world.gnss.slow_m[0])),
+            -1.0,
+            1.0,
+        );
+        assert!(worlds.iter().all(|world| (world.pole.c_bs.determinant() - 1.0).abs() < 1e-12));
+    }
+}
