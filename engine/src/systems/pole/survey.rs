@@ -117,9 +117,11 @@ pub fn compute(
 ) -> Result<Survey, SurveyCause> {
     checks::check(recording, instrument, frame)?;
     let earth = Earth::turning(frame);
-    let tuning = &match options.tuning.zero_velocity_m_s {
-        None => sensor_class::tuned(&options.tuning, &recording.imu),
-        Some(_) => options.tuning.clone(),
+    // The paper's estimator learns nothing, and what is taken for granted of a sensor in the hand is wide as it is.
+    let learns = options.tuning.zero_velocity_m_s.is_none() && instrument.tip_b_m.is_some();
+    let tuning = &match learns {
+        true => sensor_class::tuned(&options.tuning, &recording.imu),
+        false => options.tuning.clone(),
     };
     let apart_s = match options.smoothed && tuning.start.clock_s > 0.0 {
         true => clock_apart(recording, instrument, &earth, options.lands, tuning),
@@ -164,7 +166,8 @@ pub fn compute(
             start
         } else {
             let mut first = go(tuning, &restless, &islands, &start, Wanted::Start);
-            for _ in 0..MOST_WIDENED {
+            let most = if learns { MOST_WIDENED } else { 0 };
+            for _ in 0..most {
                 // What is refused because the sigmas are too small carries the way off still more.
                 let now = learnt::variance_factor(&first.closures);
                 if now < factor * LEAST_WIDENED {
@@ -177,11 +180,13 @@ pub fn compute(
             for (restless, landing) in restless.iter_mut().zip(&first.landings) {
                 *restless = landing.restless;
             }
-            found = learnt::widened(&learnt::tuned(tuning, &first), factor);
+            if learns {
+                found = learnt::widened(&learnt::tuned(tuning, &first), factor);
+            }
             start::restarted(&start, first)
         };
         let mut pass = go(&found, &restless, &islands, &again, Wanted::Smoothed);
-        if tuning.zero_velocity_m_s.is_none() {
+        if learns {
             let now = learnt::variance_factor(&pass.closures);
             if now > factor * LEAST_WIDENED {
                 found = learnt::widened(&found, now / factor);
