@@ -174,7 +174,7 @@ impl Default for Tuning {
                 white_share: [0.42, 0.42],
                 least_white_m: 0.004,
                 slow_share: [0.9, 0.35],
-                lasting_share: [0.3, 0.1],
+                lasting_share: [0.4, 0.2],
                 least_slow_m: 0.005,
                 slow_time_s: 20.0,
                 float_m: 0.5,
