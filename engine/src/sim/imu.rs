@@ -119,6 +119,8 @@ pub struct Imu {
     earth: Earth,
     period_ns: i64,
     averaging: bool,
+    /// A mean is taken over so many parts of its interval.
+    parts: u32,
     /// Time, rate and specific force at the last sample, in s.
     last: Option<(f64, Vector3<f64>, Vector3<f64>)>,
 }
@@ -135,7 +137,14 @@ impl Imu {
     pub(super) fn of(triads: ImuTriads, model: &ImuModel, mounting: Mounting, earth: Earth) -> Imu {
         let ImuTriads { gyros, accelerometers } = triads;
         let (period_ns, averaging) = (model.period_ns(), model.averaging);
-        Imu { gyros, accelerometers, mounting, earth, period_ns, averaging, last: None }
+        Imu { gyros, accelerometers, mounting, earth, period_ns, averaging, parts: 1, last: None }
+    }
+
+    /// The same, whose means follow what lasts no longer than this, s: a blow is shorter than the interval of a slow sensor.
+    #[must_use]
+    pub(super) fn following(mut self, shortest_s: f64) -> Imu {
+        self.parts = libm::ceil(self.period_ns as f64 * 1e-9 / shortest_s - 1e-6).max(1.0) as u32;
+        self
     }
 
     /// Takes the reading at a time, ns, one period after the last. Returns it with the true motion of the sensor, in its own
@@ -164,12 +173,15 @@ impl Imu {
 
     /// Rate and specific force over the interval that ends at a time, in s.
     fn mean(&self, motion: &impl Motion, t_s: f64) -> (Vector3<f64>, Vector3<f64>) {
-        let interval_s = self.period_ns as f64 * 1e-9;
+        let part_s = self.period_ns as f64 * 1e-9 / f64::from(self.parts);
         let mut mean = (Vector3::zeros(), Vector3::zeros());
-        for (node, weight) in QUADRATURE {
-            let (w, f) = self.felt(&self.mounting.place(&motion.at(t_s - (1.0 - node) * interval_s)));
-            mean.0 += w * weight;
-            mean.1 += f * weight;
+        for part in 0..self.parts {
+            let end_s = t_s - f64::from(part) * part_s;
+            for (node, weight) in QUADRATURE {
+                let (w, f) = self.felt(&self.mounting.place(&motion.at(end_s - (1.0 - node) * part_s)));
+                mean.0 += w * (weight / f64::from(self.parts));
+                mean.1 += f * (weight / f64::from(self.parts));
+            }
         }
         mean
     }

@@ -32,6 +32,7 @@ pub(crate) enum Purpose {
     StationNoise,
     StationSlowError,
     EncoderNoise,
+    PoleWorld,
 }
 
 /// A stream of random numbers.

@@ -1,7 +1,7 @@
 //! Surveys that never were: what goes wrong on them is said, and what is said of the points holds.
 
 use lodestep_engine::parse::gnss::{GnssQuality, GnssRow};
-use lodestep_engine::sim::pole::{Route, SimulatedSurvey, Trouble, simulate};
+use lodestep_engine::sim::pole::{Route, SimulatedSurvey, Trouble, Worlds, simulate, simulate_in};
 use lodestep_engine::systems::pole::points::Point;
 use lodestep_engine::systems::pole::recorder::Recorder;
 use lodestep_engine::systems::pole::recording::{Instrument, Stop};
@@ -94,6 +94,29 @@ fn the_point_of_a_way_there_and_back_lies_where_it_turns() {
     let [first, last] = [simulated.truth[0].tip_n_m, simulated.truth[simulated.truth.len() - 1].tip_n_m];
     assert!((first[0] - last[0]).hypot(first[1] - last[1]) < 0.6, "it ends where it began");
     assert!(computed(&simulated, true, 0.0).points.len() == 1);
+}
+
+/// Another pole, sensor, receiver, ground and walker each time.
+#[test]
+fn in_worlds_that_are_drawn_a_point_is_within_its_sigmas_or_something_is_said() {
+    for seed in 0..4 {
+        let simulated = simulate_in(Worlds::Drawn, ROUTE, seed, Trouble::None);
+        let survey = computed(&simulated, true, 0.0);
+        let [point] = &survey.points[..] else { panic!("seed {seed}: one point was visited") };
+        let off = sigmas(point, &simulated);
+        assert!(off < 4.0 || !survey.findings.is_empty(), "seed {seed}: {off} sigmas, {point:?}");
+    }
+}
+
+/// A receiver whose clock is ahead of the sensor's by a fortieth of a second.
+#[test]
+fn clocks_that_are_apart_are_found_to_be() {
+    let mut simulated = simulate(ROUTE, 1, Trouble::None);
+    simulated.gnss.iter_mut().for_each(|epoch| epoch.t_ns += 25_000_000);
+    let survey = computed(&simulated, true, 0.0);
+    let apart_s = survey.figures.clock_apart_s;
+    assert!((apart_s - 0.025).abs() < 0.004, "{apart_s}");
+    assert!(sigmas(&survey.points[0], &simulated) < 4.0);
 }
 
 /// Many receivers give one position a second.

@@ -6,6 +6,7 @@ use nalgebra::Vector2;
 
 use super::super::random::{Purpose, Random};
 use super::trouble::Trouble;
+use super::world::World;
 
 /// A route with the length of its gap, m.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -51,6 +52,9 @@ pub(super) struct Stand {
     /// How it moves while it stands: by how much in all, and from when on for how long, s.
     pub(super) slip_m: [f64; 3],
     pub(super) slips_s: [f64; 2],
+    /// How far it sinks from the landing on, m, and for how long, s.
+    pub(super) sunk_m: f64,
+    pub(super) sinks_s: f64,
     /// The direction of walking there, rad from east to north.
     pub(super) direction_rad: f64,
 }
@@ -65,13 +69,11 @@ pub(super) struct Course {
     pub(super) target: usize,
 }
 
-/// Before and after, the pole is leaned about its tip for so long, s; at the very start it is held for some seconds.
-pub(super) const MANOEUVRE_S: f64 = 60.0;
-pub(super) const HELD_S: f64 = 6.0;
-
 impl Course {
-    pub(super) fn draw(route: Route, seed: u64, trouble: Trouble) -> Course {
+    pub(super) fn draw(route: Route, world: &World, seed: u64, trouble: Trouble) -> Course {
+        let (gait, ground, opening) = (&world.gait, &world.ground, &world.opening);
         let mut random = Random::new(seed, Random::COMMON, Purpose::Course);
+        let mut sinking = Random::new(seed, 0, Purpose::Course);
         let heading_rad = random.uniform(0.0, std::f64::consts::TAU);
         let (legs, sky_m): (Vec<f64>, f64) = match route {
             Route::I(gap_m) => (vec![gap_m + 20.0], 10.0),
@@ -102,17 +104,18 @@ impl Course {
             (place, direction_rad)
         };
         // The target lies in the middle: an even number of equal steps.
-        let steps = 2 * (libm::round(whole_m / 2.0 / random.uniform(1.85, 2.15)) as usize).max(1);
+        let steps =
+            2 * (libm::round(whole_m / 2.0 / random.uniform(gait.step_m[0], gait.step_m[1])) as usize).max(1);
         let target = steps / 2;
         let mut stands = Vec::new();
         let mut t_s = 0.0;
         let mut up_m = 0.0;
         for step in 0..=steps {
             let lasts_s = match step {
-                0 => HELD_S + MANOEUVRE_S,
-                _ if step == steps => MANOEUVRE_S + 2.0,
-                _ if step == target => random.uniform(7.5, 10.5),
-                _ => random.uniform(0.68, 1.02),
+                0 => opening.held_s + opening.lasts_s[0],
+                _ if step == steps => opening.lasts_s[1] + 2.0,
+                _ if step == target => random.uniform(gait.point_s[0], gait.point_s[1]),
+                _ => random.uniform(gait.ground_s[0], gait.ground_s[1]),
             };
             let aside = if step == target { 0.0 } else { 0.06 };
             let (place, direction_rad) = at(whole_m * step as f64 / steps as f64);
@@ -123,14 +126,21 @@ impl Course {
                 place_m: [place.x + aside * random.normal(), place.y + aside * random.normal(), up_m],
                 slip_m: [0.0; 3],
                 slips_s: [t_s + 0.3 * lasts_s, 0.15],
+                sunk_m: 0.0,
+                sinks_s: ground.sinks_s.min(lasts_s),
                 direction_rad,
             };
-            let slips = random.uniform(0.0, 1.0) < 0.35 && step != target && step > 0 && step < steps;
-            let by = [0.003 * random.normal(), 0.003 * random.normal(), -0.0008 * random.normal().abs()];
+            let slips = random.uniform(0.0, 1.0) < ground.slips && step != target && step > 0 && step < steps;
+            let [plan_m, down_m] = ground.slip_m;
+            let by = [plan_m * random.normal(), plan_m * random.normal(), -down_m * random.normal().abs()];
             if slips {
                 stand.slip_m = by;
             }
-            t_s += lasts_s + random.uniform(1.75, 2.25);
+            // A point is something solid, and at both ends the pole stands already.
+            if step != target && step > 0 && step < steps {
+                stand.sunk_m = sinking.uniform(0.0, ground.sink_m);
+            }
+            t_s += lasts_s + random.uniform(gait.air_s[0], gait.air_s[1]);
             stands.push(stand);
         }
         let troubled = target / 2 + 1;

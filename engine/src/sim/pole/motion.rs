@@ -6,7 +6,8 @@ use super::super::jet::Jet;
 use super::super::jet_rotation::JetRotation;
 use super::super::motion::{Kinematics, Motion};
 use super::super::random::{Purpose, Random};
-use super::course::{Course, HELD_S, MANOEUVRE_S, Stand};
+use super::course::{Course, Stand};
+use super::world::World;
 
 /// A sine: amplitude, rad; rate, rad/s; phase, rad.
 type Wave = [f64; 3];
@@ -19,6 +20,12 @@ pub(super) struct PoleMotion {
     tip_b_m: Vector3<f64>,
     /// How far the tip rolls as the pole leans by one, m.
     roundness_m: f64,
+    /// How far the sensor is bent aside, m: as the pole leans by a fifth, and by the push of a step.
+    bend_m: [f64; 2],
+    /// How high the tip is lifted, m.
+    lift_m: f64,
+    /// Held at the start, s, and leaned until then.
+    opening_s: [f64; 2],
     /// Lean to the front at the end of each stand, and to the back at its start, rad.
     leans: Vec<[f64; 2]>,
     /// Angle of the x axis at each stand, rad from east to north.
@@ -43,24 +50,25 @@ struct Ring {
 }
 
 /// The blow itself lasts so long, s.
-const BLOW_S: f64 = 0.015;
+pub(super) const BLOW_S: f64 = 0.015;
+/// A load comes and goes in this time, s.
+const LOADED_S: f64 = 0.2;
 
 impl PoleMotion {
-    pub(super) fn new(
-        course: Course,
-        tip_b_m: Vector3<f64>,
-        roundness_m: f64,
-        seed: u64,
-        leaned: bool,
-    ) -> PoleMotion {
+    pub(super) fn new(course: Course, world: &World, seed: u64, leaned: bool) -> PoleMotion {
+        let (pole, gait, opening) = (&world.pole, &world.gait, &world.opening);
+        let [landing, lifting] = gait.leans;
         let mut random = Random::new(seed, Random::COMMON, Purpose::Gait);
-        let leans =
-            course.stands.iter().map(|_| [random.uniform(0.08, 0.2), random.uniform(0.1, 0.24)]).collect();
+        let leans = course
+            .stands
+            .iter()
+            .map(|_| [random.uniform(landing[0], landing[1]), random.uniform(lifting[0], lifting[1])])
+            .collect();
         let held_rad = random.uniform(0.0, std::f64::consts::TAU);
         let turns = course
             .stands
             .iter()
-            .map(|stand| held_rad + stand.direction_rad + 0.05 * random.normal())
+            .map(|stand| held_rad + stand.direction_rad + gait.turn_rad * random.normal())
             .collect();
         let mut waves = |count: usize, amplitude: f64, hz: [f64; 2]| -> Vec<Wave> {
             (0..count)
@@ -70,24 +78,31 @@ impl PoleMotion {
                 })
                 .collect()
         };
+        let (lean_rad, turn_rad) = (opening.lean_rad, opening.turn_rad);
+        let [leans_hz, turns_hz] =
+            [[0.08, 0.45], [0.02, 0.12]].map(|hz: [f64; 2]| hz.map(|hz| hz * opening.pace));
         let manoeuvre =
-            [waves(3, 0.11, [0.08, 0.45]), waves(3, 0.11, [0.08, 0.45]), waves(2, 0.15, [0.02, 0.12])];
-        let tremble = [waves(3, 0.002, [0.8, 4.0]), waves(3, 0.002, [0.8, 4.0])];
+            [waves(3, lean_rad, leans_hz), waves(3, lean_rad, leans_hz), waves(2, turn_rad, turns_hz)];
+        let tremble = [waves(3, gait.tremble_rad, [0.8, 4.0]), waves(3, gait.tremble_rad, [0.8, 4.0])];
+        let [speed_m_s, hz, decay_s] = pole.ring;
         let mut random = Random::new(seed, 1, Purpose::Gait);
         let rings = course
             .stands
             .iter()
             .map(|stand| Ring {
                 direction_rad: stand.direction_rad + 0.3 * random.normal(),
-                speed_m_s: random.uniform(0.03, 0.15),
-                rate_rad_s: std::f64::consts::TAU * random.uniform(7.0, 15.0),
-                decay_s: random.uniform(0.06, 0.14),
+                speed_m_s: random.uniform(speed_m_s[0], speed_m_s[1]),
+                rate_rad_s: std::f64::consts::TAU * random.uniform(hz[0], hz[1]),
+                decay_s: random.uniform(decay_s[0], decay_s[1]),
             })
             .collect();
         PoleMotion {
             course,
-            tip_b_m,
-            roundness_m,
+            tip_b_m: pole.tip_m,
+            roundness_m: pole.roundness_m,
+            bend_m: pole.bend_m,
+            lift_m: gait.lift_m,
+            opening_s: [opening.held_s, opening.held_s + opening.lasts_s[0] - 1.0],
             leans,
             turns,
             manoeuvre,
@@ -146,7 +161,7 @@ impl PoleMotion {
         };
         let mut manoeuvres = vec![(stands[last].from_s + 1.0, stands[last].to_s)];
         if self.manoeuvre_is_done {
-            manoeuvres.push((HELD_S, HELD_S + MANOEUVRE_S - 1.0));
+            manoeuvres.push((self.opening_s[0], self.opening_s[1]));
         }
         for (from_s, to_s) in manoeuvres {
             if !(from_s..to_s).contains(&t_s) {
@@ -175,7 +190,8 @@ impl PoleMotion {
             // What rolls all the time moves evenly, what slips begins and ends.
             let share = if stand.slips_s[1] > stand.to_s - stand.from_s { progress } else { progress.ramp() };
             let at = |axis: usize| Jet::constant(stand.place_m[axis]) + share * stand.slip_m[axis];
-            [at(0), at(1), at(2)]
+            let sunk = Jet::progress(t_s, stand.from_s, stand.from_s + stand.sinks_s).ramp() * stand.sunk_m;
+            [at(0), at(1), at(2) - sunk]
         };
         let touch = if t_s < stand.to_s || next >= stands.len() {
             slipped(stand, t_s)
@@ -186,7 +202,7 @@ impl PoleMotion {
             let (from, to) = (slipped(stand, t_s), slipped(after, t_s));
             let ramp = progress.ramp();
             let at = |axis: usize| from[axis] + (to[axis] - from[axis]) * ramp;
-            [at(0), at(1), at(2) + progress.bump() * 0.15]
+            [at(0), at(1), at(2) + progress.bump() * self.lift_m]
         };
         let up = attitude.turn([Jet::constant(0.0), Jet::constant(0.0), Jet::constant(1.0)]);
         [touch[0] + up[0] * self.roundness_m, touch[1] + up[1] * self.roundness_m, touch[2]]
@@ -219,11 +235,30 @@ impl PoleMotion {
     }
 }
 
+impl PoleMotion {
+    /// What the load on a standing pole bends the sensor aside by, m: towards where it leans, and by the push of a step
+    /// forward. The sensor's attitude is what it is: it is the tip that is not at the end of its arm.
+    fn bent(&self, t_s: f64) -> [Jet; 3] {
+        let still = [Jet::constant(0.0); 3];
+        let [by_lean_m, by_push_m] = self.bend_m;
+        let Some(stand) = self.stands(t_s).filter(|_| self.bend_m != [0.0; 2]) else { return still };
+        let up = self.attitude(t_s).turn([Jet::constant(0.0), Jet::constant(0.0), Jet::constant(1.0)]);
+        let loaded = Jet::progress(t_s, stand.from_s, stand.from_s + LOADED_S).ramp();
+        let unloaded = Jet::progress(t_s, stand.to_s, stand.to_s - LOADED_S).ramp();
+        let load = if stand.from_s == 0.0 { unloaded } else { loaded * unloaded };
+        let (sin, cos) = libm::sincos(stand.direction_rad);
+        let pushed = Jet::progress(t_s, stand.from_s, stand.to_s).bump() * by_push_m;
+        let leaned = load * (by_lean_m / 0.2);
+        [up[0] * leaned + pushed * cos, up[1] * leaned + pushed * sin, Jet::constant(0.0)]
+    }
+}
+
 impl Motion for PoleMotion {
     fn at(&self, t_s: f64) -> Kinematics {
         let attitude = self.attitude(t_s);
         let stiff = Kinematics::from_jets(self.tip(t_s, &attitude), &attitude).at_lever_arm(&-self.tip_b_m);
-        let rung = self.rung(t_s);
+        let (rung, bent) = (self.rung(t_s), self.bent(t_s));
+        let rung = [0, 1, 2].map(|axis: usize| rung[axis] + bent[axis]);
         Kinematics {
             position_n_m: stiff.position_n_m + Vector3::from(rung.map(|jet| jet.value)),
             velocity_n_m_s: stiff.velocity_n_m_s + Vector3::from(rung.map(|jet| jet.rate)),
@@ -246,20 +281,26 @@ fn sum(waves: &[Wave], t_s: f64) -> Jet {
 
 #[cfg(test)]
 mod tests {
-    use super::super::Trouble;
+    use super::super::{Trouble, Worlds};
     use super::*;
     use crate::sim::motion::tests::largest_inconsistency;
 
-    fn motion(trouble: Trouble, seed: u64) -> PoleMotion {
-        let course = Course::draw("I40".parse().unwrap(), seed, trouble);
-        PoleMotion::new(course, Vector3::new(0.01, -0.02, -1.0), 0.004, seed, true)
+    fn motion(worlds: Worlds, trouble: Trouble, seed: u64) -> PoleMotion {
+        let world = World::of(worlds, seed);
+        let course = Course::draw("I40".parse().unwrap(), &world, seed, trouble);
+        PoleMotion::new(course, &world, seed, true)
     }
 
     #[test]
     fn the_velocity_never_jumps_whatever_the_tip_lands_on() {
-        for trouble in [Trouble::None, Trouble::Slip, Trouble::MovingGround] {
+        for (worlds, trouble) in [
+            (Worlds::Usual, Trouble::None),
+            (Worlds::Usual, Trouble::Slip),
+            (Worlds::Usual, Trouble::MovingGround),
+            (Worlds::Drawn, Trouble::None),
+        ] {
             for seed in 0..3 {
-                let motion = motion(trouble, seed);
+                let motion = motion(worlds, trouble, seed);
                 for stand in &motion.course.stands {
                     for t_s in
                         [stand.from_s, stand.to_s, stand.slips_s[0], stand.slips_s[0] + stand.slips_s[1]]
@@ -281,7 +322,7 @@ mod tests {
 
     #[test]
     fn ground_that_moves_takes_the_tip_along_for_a_whole_landing() {
-        let motion = motion(Trouble::MovingGround, 0);
+        let motion = motion(Worlds::Usual, Trouble::MovingGround, 0);
         let moving = motion.course.stands.iter().filter(|stand| {
             let speed_m_s = (motion.tip_m(stand.to_s - 0.01) - motion.tip_m(stand.from_s + 0.01)).norm()
                 / (stand.to_s - stand.from_s - 0.02);

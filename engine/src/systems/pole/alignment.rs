@@ -56,6 +56,8 @@ const SHORTEST_S: f64 = 5.0;
 const LONGEST_S: f64 = 20.0;
 /// A heading that is as sure as this will do, rad.
 const SURE_RAD: f64 = 0.15;
+/// Where none is, one that is as sure as this is tried: what comes after it has to make it surer before the sky is lost.
+const HALF_SURE_RAD: f64 = 0.25;
 /// Positions and forces that agree no better than this are not of one pole, m/s².
 const MOST_RESIDUAL_M_S2: f64 = 0.5;
 /// An attitude is taken back so far at most, and over no longer interval between samples, ns.
@@ -103,7 +105,11 @@ pub(super) fn align(
         return Err(NotAligned::NoFixes);
     }
     let mut search = Search::default();
-    search.go_on(imu, &fixes, antenna_b_m, earth).ok_or(search.best)
+    if let Some(aligned) = search.go_on(imu, &fixes, antenna_b_m, earth) {
+        return Ok(aligned);
+    }
+    let mut again = Search { sure_rad: HALF_SURE_RAD, ..Search::default() };
+    again.go_on(imu, &fixes, antenna_b_m, earth).ok_or(search.best)
 }
 
 /// The search for that window, which goes on as fixes come in.
@@ -112,13 +118,14 @@ pub(super) struct Search {
     from: usize,
     to: usize,
     looked_ns: i64,
+    sure_rad: f64,
     best: NotAligned,
 }
 
 impl Default for Search {
     fn default() -> Search {
         let best = NotAligned::NoManoeuvre { sigma_rad: std::f64::consts::PI, residual_m_s2: f64::NAN };
-        Search { from: 0, to: 0, looked_ns: i64::MIN / 2, best }
+        Search { from: 0, to: 0, looked_ns: i64::MIN / 2, sure_rad: SURE_RAD, best }
     }
 }
 
@@ -145,7 +152,7 @@ impl Search {
             self.looked_ns = end_ns;
             let Some(aligned) = solve(imu, &fixes[self.from..self.to], antenna_b_m, earth) else { continue };
             let sigma_rad = aligned.covariance[(2, 2)].sqrt();
-            if sigma_rad < SURE_RAD && aligned.residual_m_s2 < MOST_RESIDUAL_M_S2 {
+            if sigma_rad < self.sure_rad && aligned.residual_m_s2 < MOST_RESIDUAL_M_S2 {
                 return Some(taken_back(aligned, imu, fixes));
             }
             if let NotAligned::NoManoeuvre { sigma_rad: least, .. } = self.best

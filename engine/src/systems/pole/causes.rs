@@ -88,6 +88,13 @@ pub enum SurveyCause {
         /// Its name.
         point: String,
     },
+    /// A point that is hardly known.
+    Adrift {
+        /// Its name.
+        point: String,
+        /// Its largest sigma, m.
+        sigma_m: f64,
+    },
     /// A tip that did not stay where it was held on a point.
     MovedOnPoint {
         /// Its name.
@@ -230,7 +237,7 @@ impl Cause for SurveyCause {
             C::SampleGap { .. } => SAMPLE_GAP,
             C::Chatter { .. } => CHATTER,
             C::LeverArm { .. } => LEVER_ARM,
-            C::NotStanding { .. } => NOT_STANDING,
+            C::NotStanding { .. } | C::Adrift { .. } => NOT_STANDING,
             C::VisitsApart { .. } => VISITS_APART,
             C::MovedOnPoint { .. } => MOVED_ON_POINT,
             C::Misclosure { .. } => MISCLOSURE,
@@ -278,6 +285,9 @@ impl Cause for SurveyCause {
             C::NotStanding { point } => {
                 format!("the tip was not found standing on the point {point}: do not trust it")
             }
+            C::Adrift { point, sigma_m } => format!(
+                "the point {point} is known to {sigma_m:.2} m (1σ) only: too few landings were found on the way to it, or north was not well known"
+            ),
             C::MovedOnPoint { point, moved_m } => format!(
                 "the tip moved by {moved_m:.3} m while it was held on the point {point}: the point is where it stood first, with sigmas enlarged by that"
             ),
@@ -367,6 +377,7 @@ impl Cause for SurveyCause {
                 ("estimated_m", (*estimated_m).into()),
             ]),
             C::NotStanding { point } | C::NotCovered { point } => figures([("point", name(point))]),
+            C::Adrift { point, sigma_m } => figures([("point", name(point)), ("sigma_m", (*sigma_m).into())]),
             C::MovedOnPoint { point, moved_m } => {
                 figures([("point", name(point)), ("moved_m", (*moved_m).into())])
             }
@@ -437,6 +448,7 @@ pub(super) fn examples() -> Vec<SurveyCause> {
         C::NotStanding { point: point() },
         C::VisitsApart { point: point(), apart_m: 0.2, sigmas: 4.0 },
         C::MovedOnPoint { point: point(), moved_m: 0.1 },
+        C::Adrift { point: point(), sigma_m: 0.6 },
         C::Misclosure { at_s: 132.0, off_m: 0.4, sigmas: 4.1 },
         C::NotCovered { point: point() },
         C::WithoutTip { point: point() },

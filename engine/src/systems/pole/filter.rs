@@ -36,6 +36,8 @@ pub(super) struct Filter {
     slow: (Vector3<f64>, f64),
     pub(super) roundness_m: f64,
     pub(super) place_n: Vector3<f64>,
+    /// What the receiver's clock shows more than the sensor's, s.
+    pub(super) clock_s: f64,
     couplings: [RateCoupling; 3],
 }
 
@@ -73,6 +75,7 @@ impl Filter {
         }
         STATES.cross.iter().for_each(|cross| set(cross.block(), all(start.cross_rad)));
         set(STATES.antenna.block(), all(start.lever_arm_m));
+        set(STATES.clock.block(), Vector3::new(start.clock_s, 0.0, 0.0));
         // What is in the hand leans in no way that is known, and walks without a stick.
         if tip_b_m.is_some() {
             let [plan, height] = start.phase_m;
@@ -96,6 +99,7 @@ impl Filter {
             slow: (Vector3::zeros(), f64::INFINITY),
             roundness_m: 0.0,
             place_n: Vector3::zeros(),
+            clock_s: 0.0,
             couplings: Default::default(),
         }
     }
@@ -160,16 +164,28 @@ impl Filter {
         self.strapdown.nav.c_nb * self.up_b
     }
 
-    /// The measurement that the solution is at `p_n_m`, with so much noise of its own.
-    pub(super) fn fix(&self, p_n_m: &Vector3<f64>, white_n_m: &Vector3<f64>) -> Observation<3> {
+    /// The measurement that the solution is at `p_n_m`, with so much noise of its own, while the gyro reads `w_ib_b`: where
+    /// the receiver's clock is ahead by δ the antenna was there δ earlier, and was behind by v δ.
+    pub(super) fn fix(
+        &self,
+        p_n_m: &Vector3<f64>,
+        white_n_m: &Vector3<f64>,
+        w_ib_b: &Vector3<f64>,
+    ) -> Observation<3> {
         let noise = Matrix3::from_diagonal(&white_n_m.component_mul(white_n_m));
         let position = self.antenna.position(&self.strapdown);
         let up_n = self.up_n();
         let leaning = self.phase[0] * up_n.x + self.phase[1] * up_n.y;
-        let measured = p_n_m - self.slow_n - leaning;
+        let nav = &self.strapdown.nav;
+        let turning = (w_ib_b - nav.gyro_bias_b).cross(&self.antenna.arm_b_m);
+        let antenna_n_m_s = nav.v_n + nav.c_nb * turning;
+        let mut by_clock = Matrix3::zeros();
+        by_clock.set_column(0, &antenna_n_m_s);
+        let measured = p_n_m - self.slow_n - leaning + antenna_n_m_s * self.clock_s;
         let observation = position
             .observed(&self.strapdown, &self.antenna, &measured, &noise)
-            .with_variable(Some(STATES.slow), -Matrix3::identity());
+            .with_variable(Some(STATES.slow), -Matrix3::identity())
+            .with_variable(Some(STATES.clock), by_clock);
         match self.tip {
             None => observation,
             Some(_) => observation
@@ -266,6 +282,7 @@ impl Filter {
         }
         self.roundness_m += correction[STATES.roundness.block()].x;
         self.place_n -= correction[STATES.place.block()];
+        self.clock_s += correction[STATES.clock.block()].x;
     }
 
     /// How the errors show in what is reported: the position of the touch (or the antenna without a tip), and the heading

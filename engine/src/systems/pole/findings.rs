@@ -19,10 +19,13 @@ const SHORTEST_LANDING_NS: i64 = 620_000_000;
 const SHORTEST_STEP_NS: i64 = 600_000_000;
 /// A tip that slips by less is drawn anew, and nobody need know, m: every third landing on gravel does.
 const LEAST_TOLD_M: f64 = 0.01;
+/// A point that is known no better than this was not carried by landings, m.
+const MOST_ADRIFT_M: f64 = 0.25;
 /// Visits of a point that differ by so many sigmas contradict each other.
 const MOST_APART_SIGMAS: f64 = 2.5;
-/// A gap that closes worse than this is not what the filter takes it for: one in a thousand does by chance.
-const MOST_MISCLOSURE_SIGMAS: f64 = 2.33;
+/// A gap that closes worse than this is not what the filter takes it for. One that closes a little worse than it should is told by
+/// the sigmas, which are as much wider.
+const MOST_MISCLOSURE_SIGMAS: f64 = 3.0;
 
 /// What a pass has seen.
 pub(super) fn of(
@@ -164,6 +167,11 @@ pub(super) fn of_points(points: &[Point], stops: &[Stop], instrument: &Instrumen
         let name = || point.name.clone();
         if !point.stood {
             found(SurveyCause::NotStanding { point: name() }, t_ns);
+        }
+        let sigma_m =
+            (0..3).map(|axis| point.covariance_n_m2[(axis, axis)].max(0.0).sqrt()).fold(0.0, f64::max);
+        if sigma_m > point.moved_m + MOST_ADRIFT_M {
+            found(SurveyCause::Adrift { point: name(), sigma_m }, t_ns);
         }
         if point.moved_m > 0.0 {
             found(SurveyCause::MovedOnPoint { point: name(), moved_m: point.moved_m }, t_ns);

@@ -1,5 +1,7 @@
 //! The tip on the ground: when it is taken to stand, what is measured then, and what becomes of a landing that does not stand.
 
+use nalgebra::Vector3;
+
 use super::aids::TIP;
 use super::pass::{Runner, Setting};
 use crate::event::AidOutcome;
@@ -15,6 +17,8 @@ const STANDS_M_S: f64 = 0.08;
 const FELT_LESS_S: [f64; 2] = [0.05, 0.12];
 /// Between two landings that are parted by less than this no step was made, ns.
 const STEP_NS: i64 = 600_000_000;
+/// A tip has settled so long after it has struck, ns.
+const SETTLED_NS: i64 = 550_000_000;
 /// What comes down again nearer than this has not slipped, m.
 const LEAST_SLIP_M: f64 = 0.03;
 
@@ -30,6 +34,23 @@ pub(super) struct Landing {
     pub(super) moved_m: f64,
     /// Sum of the normalised innovations squared.
     pub(super) nis: f64,
+    /// What the looks scattered by while the tip settled, and after that.
+    pub(super) settling: [Scatter; 2],
+}
+
+/// By how much looks were off: squares in plan (of both axes) and height, m², and how many they were.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(super) struct Scatter {
+    pub(super) squares_m2: [f64; 2],
+    pub(super) looks: usize,
+}
+
+impl Scatter {
+    fn take(&mut self, off_m: &Vector3<f64>) {
+        self.squares_m2[0] += off_m.xy().norm_squared();
+        self.squares_m2[1] += off_m.z * off_m.z;
+        self.looks += 1;
+    }
 }
 
 impl Landing {
@@ -134,6 +155,7 @@ impl Runner {
             self.standing = Some(Standing { contact, looked_ns: t_ns, refused_ns: Vec::new() });
         }
         let Some(standing) = &mut self.standing else { return };
+        let settles = t_ns - setting.contacts[contact].from_ns < SETTLED_NS;
         if !new {
             let dt_s = (t_ns - standing.looked_ns) as f64 * 1e-9;
             if setting.is_stirred(standing.looked_ns, t_ns) {
@@ -141,6 +163,9 @@ impl Runner {
             }
             standing.looked_ns = t_ns;
             self.filter.creep(landing.creep_m_sqrt_s, dt_s);
+            if settles {
+                self.filter.creep(landing.settling_m_sqrt_s, dt_s);
+            }
         }
         let Some(observation) = self.filter.stands(landing.sigma_m) else { return };
         let (nis, used) = self.filter.weigh(&observation, landing.gate);
@@ -148,6 +173,9 @@ impl Runner {
         of.looks += 1;
         of.nis += nis;
         if used {
+            if !new {
+                of.settling[usize::from(!settles)].take(&observation.innovation);
+            }
             return;
         }
         of.refused += 1;

@@ -409,7 +409,7 @@ impl Runner {
         if fix.quality != Quality::Fixed && setting.tuning.zero_velocity_m_s.is_none() {
             white = at_least(fix.sigma_n_m * 0.5, 0.05);
         }
-        let observation = self.filter.fix(&fix.p_n_m, &white);
+        let observation = self.filter.fix(&fix.p_n_m, &white, &self.w_ib_b);
         let (nis, used) = self.filter.weigh(&observation, gnss.gate);
         let since_ns = number.checked_sub(1).map_or(0, |last| fix.t_ns - setting.fixes[last].t_ns);
         if since_ns > LONG_GAP_NS && episode == (Quality::Fixed, None) {
@@ -431,11 +431,11 @@ impl Runner {
             // the two is right.
             self.fixes_refused = 0;
             self.filter.draw_slow_error(slow, gnss.slow_time_s);
-            let (_, back) = self.filter.weigh(&self.filter.fix(&fix.p_n_m, &white), gnss.gate);
+            let (_, back) = self.filter.weigh(&self.filter.fix(&fix.p_n_m, &white, &self.w_ib_b), gnss.gate);
             if !back {
                 self.pass.jumps.push(fix.t_ns);
                 self.filter.draw_slow_error(worst(gnss.float_m), gnss.float_time_s);
-                self.filter.weigh(&self.filter.fix(&fix.p_n_m, &white), f64::INFINITY);
+                self.filter.weigh(&self.filter.fix(&fix.p_n_m, &white, &self.w_ib_b), f64::INFINITY);
             }
         }
         let last = setting.fixes.get(number + 1).is_none_or(|next| next.t_ns - fix.t_ns > LONG_GAP_NS);

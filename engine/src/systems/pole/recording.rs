@@ -76,3 +76,13 @@ pub struct Recording {
     /// What was left out of the samples and the positions.
     pub left_out: Vec<Anomaly>,
 }
+
+impl Recording {
+    /// The same with the positions on the sensor's clock, where the receiver's shows so much more, s.
+    pub(super) fn together(&self, apart_s: f64) -> Recording {
+        let mut together = self.clone();
+        let apart_ns = libm::round(apart_s * 1e9) as i64;
+        together.fixes.iter_mut().for_each(|fix| fix.t_ns -= apart_ns);
+        together
+    }
+}

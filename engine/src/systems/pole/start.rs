@@ -58,14 +58,6 @@ pub(super) fn at_rest(
     contact::force_at_rest(&imu[..until], instrument, gravity_m_s2, &aligned.gyro_bias_b)
 }
 
-/// What a stand's looks scatter by is only its new part: what a hand and a round tip make lasts from look to look, so that
-/// more is taken for new than is seen.
-const MORE_THAN_SEEN: f64 = 1.75;
-/// So many looks say how well a tip stands: some ten seconds.
-const FEWEST_LOOKS: usize = 100;
-/// In which shares of what is told a stand's sigma is looked for.
-const STAND_SHARES: [f64; 2] = [0.25, 2.0];
-
 /// The filter at the aligned sample. The first attitude may be some degrees off: what was recorded up to it says it better,
 /// about itself.
 pub(super) fn begin(
@@ -80,8 +72,38 @@ pub(super) fn begin(
     if tuning.zero_velocity_m_s.is_some() {
         return start;
     }
+    let pass = opening(recording, earth, tuning, aligned, contacts, &start, aligned.window_ns[1]);
+    restarted(&start, pass)
+}
+
+/// The first minutes under open sky are enough to tell the clocks by, ns.
+const TOLD_BY_NS: i64 = 60_000_000_000;
+
+/// What the receiver's clock shows more than the sensor's, by the opening, s.
+pub(super) fn clock_s(
+    recording: &Recording,
+    instrument: &Instrument,
+    earth: &Earth,
+    tuning: &Tuning,
+    aligned: &Aligned,
+    contacts: &[Interval],
+) -> f64 {
+    let start = begin(recording, instrument, earth, tuning, aligned, contacts);
+    let until_ns = aligned.window_ns[1] + TOLD_BY_NS;
+    opening(recording, earth, tuning, aligned, contacts, &start, until_ns).end.clock_s
+}
+
+/// A pass over what was recorded until then.
+fn opening(
+    recording: &Recording,
+    earth: &Earth,
+    tuning: &Tuning,
+    aligned: &Aligned,
+    contacts: &[Interval],
+    start: &Filter,
+    until_ns: i64,
+) -> Pass {
     let (imu, fixes) = (&recording.imu, &recording.fixes);
-    let until_ns = aligned.window_ns[1];
     let opening = Setting {
         tuning,
         earth,
@@ -93,22 +115,7 @@ pub(super) fn begin(
         felt: recording.switch.is_none(),
         still: None,
     };
-    let pass = pass::go(&opening, &start, aligned.sample, Wanted::Start, i64::MAX / 4);
-    restarted(&start, pass)
-}
-
-/// The tuning with what a pass has seen of standing tips: each look says how well the tip stands where it stood at the one before.
-pub(super) fn with_stands(tuning: &Tuning, pass: &Pass) -> Tuning {
-    let steady = || pass.landings.iter().filter(|landing| landing.refused == 0);
-    let looks: usize = steady().map(|landing| landing.looks).sum();
-    let mut tuning = tuning.clone();
-    if looks >= FEWEST_LOOKS {
-        let nis: f64 = steady().map(|landing| landing.nis).sum::<f64>() / (3 * looks) as f64;
-        let [least, most] = STAND_SHARES;
-        let share = (MORE_THAN_SEEN * nis.sqrt()).clamp(least, most);
-        tuning.landing.sigma_m = tuning.landing.sigma_m.map(|sigma_m| sigma_m * share);
-    }
-    tuning
+    pass::go(&opening, start, aligned.sample, Wanted::Start, i64::MAX / 4)
 }
 
 /// The filter at its start.

@@ -23,6 +23,8 @@ pub(super) struct States {
     pub(super) roundness: StateVariable,
     /// Where the tip stands, in n, m: drawn anew at each landing.
     pub(super) place: StateVariable,
+    /// What the receiver's clock shows more than the sensor's, s.
+    pub(super) clock: StateVariable,
     /// How many blocks there are.
     pub(super) blocks: usize,
 }
@@ -38,7 +40,20 @@ pub(super) const STATES: States = {
     let tip = layout.add(3);
     let roundness = layout.add(1);
     let place = layout.add(3);
-    States { imu, cross, walking, antenna, phase, slow, tip, roundness, place, blocks: layout.blocks() }
+    let clock = layout.add(1);
+    States {
+        imu,
+        cross,
+        walking,
+        antenna,
+        phase,
+        slow,
+        tip,
+        roundness,
+        place,
+        clock,
+        blocks: layout.blocks(),
+    }
 };
 
 /// Three-vectors of the error vector.

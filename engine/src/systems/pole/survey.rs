@@ -11,11 +11,18 @@ use super::points::{self, Point};
 use super::recording::{Fix, Instrument, Recording};
 use super::smoothing::{self, Smoothed};
 use super::tuning::Tuning;
-use super::{checks, findings, outcome, refusals, start};
+use super::{checks, findings, learnt, outcome, refusals, sensor_class, start};
 use crate::anomaly::Anomaly;
 use crate::event::AidOutcome;
 use crate::geo::LocalFrame;
 use crate::ins::earth::Earth;
+
+/// Clocks that are less apart are one, s: what is left of it the filter finds.
+const LEAST_APART_S: f64 = 0.003;
+
+/// A first pass is made anew at most so often with wider gates, where variances prove to be so many times larger.
+const MOST_WIDENED: usize = 2;
+const LEAST_WIDENED: f64 = 1.6;
 
 /// What is to be computed.
 #[derive(Clone, Debug)]
@@ -91,6 +98,8 @@ pub struct Figures {
     pub tip_b_m: Option<[f64; 3]>,
     /// How far the tip rolls as the pole leans by one, m.
     pub roundness_m: f64,
+    /// What the receiver's clock shows more than the sensor's, s.
+    pub clock_apart_s: f64,
     /// When the first attitude was found: from and until, s.
     pub aligned_s: [f64; 2],
 }
@@ -108,7 +117,18 @@ pub fn compute(
 ) -> Result<Survey, SurveyCause> {
     checks::check(recording, instrument, frame)?;
     let earth = Earth::turning(frame);
-    let tuning = &options.tuning;
+    // The paper's estimator learns nothing, and what is taken for granted of a sensor in the hand is wide as it is.
+    let learns = options.tuning.zero_velocity_m_s.is_none() && instrument.tip_b_m.is_some();
+    let tuning = &match learns {
+        true => sensor_class::tuned(&options.tuning, &recording.imu),
+        false => options.tuning.clone(),
+    };
+    let apart_s = match options.smoothed && tuning.start.clock_s > 0.0 {
+        true => clock_apart(recording, instrument, &earth, options.lands, tuning),
+        false => 0.0,
+    };
+    let together = (apart_s.abs() > LEAST_APART_S).then(|| recording.together(apart_s));
+    let recording = together.as_ref().unwrap_or(recording);
     let imu = &recording.imu;
     let aligned = alignment::align(imu, &recording.fixes, &instrument.antenna_b_m, &earth)
         .map_err(NotAligned::cause)?;
@@ -139,18 +159,41 @@ pub fn compute(
         pass::go(&setting, start, aligned.sample, wanted, every_ns)
     };
     let mut restless = vec![false; contacts.len()];
+    let mut factor = 1.0;
+    let mut found = tuning.clone();
     let pass = if options.smoothed {
-        let (again, tuning) = if tuning.zero_velocity_m_s.is_some() {
-            (start, tuning.clone())
+        let again = if tuning.zero_velocity_m_s.is_some() {
+            start
         } else {
-            let first = go(tuning, &restless, &islands, &start, Wanted::Start);
+            let mut first = go(tuning, &restless, &islands, &start, Wanted::Start);
+            let most = if learns { MOST_WIDENED } else { 0 };
+            for _ in 0..most {
+                // What is refused because the sigmas are too small carries the way off still more.
+                let now = learnt::variance_factor(&first.closures);
+                if now < factor * LEAST_WIDENED {
+                    break;
+                }
+                factor = now;
+                let wider = learnt::widened(tuning, factor);
+                first = go(&wider, &restless, &islands, &start, Wanted::Start);
+            }
             for (restless, landing) in restless.iter_mut().zip(&first.landings) {
                 *restless = landing.restless;
             }
-            let tuning = start::with_stands(tuning, &first);
-            (start::restarted(&start, first), tuning)
+            if learns {
+                found = learnt::widened(&learnt::tuned(tuning, &first), factor);
+            }
+            start::restarted(&start, first)
         };
-        let pass = go(&tuning, &restless, &islands, &again, Wanted::Smoothed);
+        let mut pass = go(&found, &restless, &islands, &again, Wanted::Smoothed);
+        if learns {
+            let now = learnt::variance_factor(&pass.closures);
+            if now > factor * LEAST_WIDENED {
+                found = learnt::widened(&found, now / factor);
+                pass = go(&found, &restless, &islands, &again, Wanted::Smoothed);
+            }
+            factor = learnt::variance_factor(&pass.closures);
+        }
         if pass.doubts.is_empty() {
             pass
         } else {
@@ -158,24 +201,38 @@ pub fn compute(
             for (island, off_n_m, covariance) in &smoothed.islands {
                 islands[*island].trusted = agrees(off_n_m, covariance);
             }
-            go(&tuning, &restless, &islands, &again, Wanted::Smoothed)
+            go(&found, &restless, &islands, &again, Wanted::Smoothed)
         }
     } else {
         go(tuning, &restless, &islands, &start, Wanted::Filtered)
     };
     refusals::look_at(&pass, &restless, recording, instrument)?;
-    let figures = figures(&pass, &aligned);
+    let mut figures = figures(&pass, &aligned);
+    if together.is_some() {
+        figures.clock_apart_s += apart_s;
+    }
     let aids = aids(&pass, &contacts);
     let mut findings = recording.left_out.clone();
     findings.extend(findings::of(&pass, recording, instrument, tuning, &contacts, &restless, &islands));
     let looks: Vec<i64> = pass.looks.iter().map(|look| look.t_ns).collect();
     let asked: Vec<usize> =
         recording.stops.iter().map(|stop| nearest(&looks, (stop.t_start_ns + stop.t_end_ns) / 2)).collect();
-    let Smoothed { poses, covariances, between, .. } = if options.smoothed {
+    let Smoothed { poses, mut covariances, mut between, .. } = if options.smoothed {
         smoothing::smooth(pass, &asked).ok_or(SurveyCause::NotFinite)?
     } else {
         filtered(pass, &asked)
     };
+    let lasting_m2 = match options.smoothed {
+        true => learnt::lasting_m2(&found, &recording.fixes),
+        false => Vector3::zeros(),
+    };
+    for covariance in &mut covariances {
+        *covariance *= factor;
+        (0..3).for_each(|axis| covariance[(axis, axis)] += lasting_m2[axis]);
+    }
+    for covariance in between.iter_mut().flatten() {
+        *covariance = *covariance * factor + Matrix3::from_diagonal(&lasting_m2);
+    }
     let rows: Vec<Row> = poses.iter().map(|pose| outcome::row(pose, &looks, &covariances)).collect();
     let mut visits = outcome::visits(recording, instrument, &poses);
     if !options.smoothed {
@@ -196,6 +253,37 @@ pub fn compute(
     }
     findings.extend(findings::of_points(&points, &recording.stops, instrument));
     Ok(Survey { rows, points, findings, figures, aids })
+}
+
+/// What the receiver's clock shows more than the sensor's, by the leaning under open sky, s. Told once about where the first
+/// attitude was found with it, and once more about what that says: the two are not known without each other.
+fn clock_apart(
+    recording: &Recording,
+    instrument: &Instrument,
+    earth: &Earth,
+    lands: bool,
+    tuning: &Tuning,
+) -> f64 {
+    let mut apart_s = 0.0;
+    for _ in 0..2 {
+        let shifted = (apart_s != 0.0).then(|| recording.together(apart_s));
+        let recording = shifted.as_ref().unwrap_or(recording);
+        let aligned = match alignment::align(&recording.imu, &recording.fixes, &instrument.antenna_b_m, earth)
+        {
+            Ok(aligned) => aligned,
+            Err(_) => return apart_s,
+        };
+        let contacts = match lands {
+            true => start::contacts(recording, instrument, earth, &aligned),
+            false => Vec::new(),
+        };
+        let found_s = start::clock_s(recording, instrument, earth, tuning, &aligned, &contacts);
+        apart_s += found_s;
+        if found_s.abs() < LEAST_APART_S {
+            break;
+        }
+    }
+    apart_s
 }
 
 /// Stretches of fixes that are neither the first nor the last.
@@ -249,6 +337,7 @@ fn figures(pass: &Pass, aligned: &Aligned) -> Figures {
         antenna_b_m: pass.end.antenna.arm_b_m.into(),
         tip_b_m: pass.end.tip.map(|tip| tip.arm_b_m.into()),
         roundness_m: pass.end.roundness_m,
+        clock_apart_s: pass.end.clock_s,
         aligned_s: aligned.window_ns.map(seconds),
     }
 }

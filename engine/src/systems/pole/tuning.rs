@@ -45,6 +45,8 @@ pub struct StartSigmas {
     pub phase_m: [f64; 2],
     /// The tip's roundness, m.
     pub roundness_m: f64,
+    /// What the receiver's clock shows more than the sensor's, s.
+    pub clock_s: f64,
 }
 
 /// How far GNSS solutions can be believed.
@@ -57,6 +59,8 @@ pub struct GnssTuning {
     pub least_white_m: f64,
     /// Share of the stated sigma that stays for some time, in plan and height.
     pub slow_share: [f64; 2],
+    /// Share of it that lasts for longer than a survey, in plan and height.
+    pub lasting_share: [f64; 2],
     /// At least so much of it, m.
     pub least_slow_m: f64,
     /// How long it stays, s.
@@ -83,6 +87,8 @@ pub struct LandingTuning {
     pub sigma_m: [f64; 2],
     /// How it creeps, m/√s.
     pub creep_m_sqrt_s: [f64; 2],
+    /// How it settles into the ground in the first half second, m/√s: nothing until that is seen.
+    pub settling_m_sqrt_s: [f64; 2],
     /// What it moves by between two looks when it is felt to be stirred while it touches, in plan and height, m.
     pub stirred_m: [f64; 2],
     /// Largest normalised innovation squared of a tip that stands (3 degrees of freedom).
@@ -106,8 +112,10 @@ impl Tuning {
         tuning.start.lever_arm_m = 0.0;
         tuning.start.phase_m = [0.0; 2];
         tuning.start.roundness_m = 0.0;
+        tuning.start.clock_s = 0.0;
         tuning.gnss.white_share = [1.0; 2];
         tuning.gnss.slow_share = [0.0; 2];
+        tuning.gnss.lasting_share = [0.0; 2];
         tuning.gnss.least_slow_m = 0.0;
         tuning.gnss.float_m = 0.0;
         tuning.gnss.single_m = 0.0;
@@ -128,9 +136,11 @@ impl Tuning {
         tuning.imu.accelerometer_bias_m_s2.sigma = 2.0;
         tuning.start.gyro_bias_rad_s = 0.005;
         tuning.start.lever_arm_m = 0.1;
+        tuning.start.clock_s = 0.0;
         // A receiver in the hand moves between obstacles: what its solutions are off by is new each time.
         tuning.gnss.white_share = [1.0, 1.0];
         tuning.gnss.slow_share = [0.5, 0.35];
+        tuning.gnss.lasting_share = [0.0; 2];
         tuning.gnss.gate = 60.0;
         tuning
     }
@@ -158,11 +168,13 @@ impl Default for Tuning {
                 lever_arm_m: 2.5e-3,
                 phase_m: [0.03, 0.006],
                 roundness_m: 6e-3,
+                clock_s: 0.03,
             },
             gnss: GnssTuning {
                 white_share: [0.42, 0.42],
                 least_white_m: 0.004,
                 slow_share: [0.9, 0.35],
+                lasting_share: [0.4, 0.2],
                 least_slow_m: 0.005,
                 slow_time_s: 20.0,
                 float_m: 0.5,
@@ -174,7 +186,8 @@ impl Default for Tuning {
                 after_strike_s: 0.12,
                 before_lift_s: 0.06,
                 sigma_m: [1.2e-3, 0.6e-3],
-                creep_m_sqrt_s: [7e-4, 3.5e-4],
+                creep_m_sqrt_s: [1e-3, 3.5e-4],
+                settling_m_sqrt_s: [0.0; 2],
                 stirred_m: [4e-3, 1e-3],
                 gate: 16.0,
                 walking_whole_s: 1.0,

@@ -7,7 +7,7 @@ use std::path::PathBuf;
 use anyhow::{Context as _, Result};
 use clap::{ArgMatches, Args, Command, FromArgMatches as _};
 use lodestep_engine::geo::LocalFrame;
-use lodestep_engine::sim::pole::{GnssEpoch, Route, SimulatedSurvey, Trouble, simulate};
+use lodestep_engine::sim::pole::{GnssEpoch, Route, SimulatedSurvey, Trouble, Worlds, simulate_in};
 
 use crate::cli::output_file::cannot;
 use crate::cli::track_output::write_text;
@@ -31,6 +31,10 @@ struct PoleArgs {
     /// What goes wrong: none, slip, slip-on-point, moving-ground, float, float-told, wrong-fix, chatter, tip-off or no-manoeuvre
     #[arg(long, value_name = "TROUBLE", default_value = "none")]
     trouble: Trouble,
+
+    /// The world it happens in: usual, or drawn for another pole, sensor, receiver, ground and walker at each seed
+    #[arg(long, value_name = "usual|drawn", default_value = "usual")]
+    world: Worlds,
 }
 
 /// The command with its help.
@@ -42,7 +46,7 @@ pub(super) fn command() -> Command {
 /// Writes one survey.
 pub(super) fn run(matches: &ArgMatches) -> Result<()> {
     let args = PoleArgs::from_arg_matches(matches)?;
-    let survey = simulate(args.route, args.seed, args.trouble);
+    let survey = simulate_in(args.world, args.route, args.seed, args.trouble);
     fs::create_dir_all(&args.out).with_context(|| cannot(&args.out))?;
     let frame = survey.site.local_frame();
     let files = [
@@ -65,14 +69,19 @@ fn seconds(t_ns: i64) -> f64 {
     t_ns as f64 * 1e-9
 }
 
+/// Decimals that a time takes: clocks of drawn worlds do not meet at whole milliseconds.
+fn decimals(t_ns: i64) -> usize {
+    if t_ns % 1_000_000 == 0 { 3 } else { 6 }
+}
+
 // A string takes whatever is written to it: what `write!` gives back below says nothing.
 
 fn imu(survey: &SimulatedSurvey) -> String {
     let mut text = "t_s,gyr_x_rad_s,gyr_y_rad_s,gyr_z_rad_s,acc_x_m_s2,acc_y_m_s2,acc_z_m_s2\n".to_owned();
     for sample in &survey.imu {
         let ([wx, wy, wz], [fx, fy, fz]) = (sample.w_ib_b_rad_s, sample.f_b_m_s2);
-        let t_s = seconds(sample.t_ns);
-        let _ = writeln!(text, "{t_s:.3},{wx:.6},{wy:.6},{wz:.6},{fx:.5},{fy:.5},{fz:.5}");
+        let (t_s, decimals) = (seconds(sample.t_ns), decimals(sample.t_ns));
+        let _ = writeln!(text, "{t_s:.decimals$},{wx:.6},{wy:.6},{wz:.6},{fx:.5},{fy:.5},{fz:.5}");
     }
     text
 }
@@ -82,9 +91,10 @@ fn gnss(epochs: &[GnssEpoch], frame: &LocalFrame) -> String {
     for epoch in epochs {
         let place = frame.to_geodetic(epoch.p_n_m);
         let ([e, n, u], quality) = (epoch.sigma_n_m, epoch.quality);
+        let decimals = decimals(epoch.t_ns);
         let _ = writeln!(
             text,
-            "{:.3},{:.10},{:.10},{:.4},{e:.4},{n:.4},{u:.4},{quality}",
+            "{:.decimals$},{:.10},{:.10},{:.4},{e:.4},{n:.4},{u:.4},{quality}",
             seconds(epoch.t_ns),
             place.latitude_deg,
             place.longitude_deg,
