@@ -5,7 +5,7 @@
 //! strapdowns, one sample at a time, aided by `stance_aids` (a foot that stands), `two_feet` (what
 //! they know of each other) and `visits` (markers), with `north` (what they say of how a walk is turned), `lost` for a foot of which nothing was
 //! heard, `position` for its points and `sensor_states` for what is only looked at. What sensors contradict (`contradictions` names it) is found at the
-//! start by `start_field` and on the way by `doubts`, `field_turn`, `turn_scale` and, of the height, `ride`; `field_reach` learns how far a disturbance of the field reaches, `known_ground` where the walk has been before; `beyond` is what it adds to the sigmas. `replayed` is what late visits and smoothing ask of it
+//! start by `start_field` and on the way by `doubts`, `field_turn` and, of the height, `ride`; `field_reach` learns how far a disturbance of the field reaches; `beyond` is what it adds to the sigmas. `replayed` is what late visits and smoothing ask of it
 //! (`crate::replay`), on steps as `kept_step` keeps them. `foot` is what is kept of one foot, `odometer` how far it
 //! went, `tuning` every parameter, `foot_noise` what its sensor adds to the truth. `system` joins them to what a session asks of a system; `declaration` says what that is to the
 //! rest of the house, with `side` (the streams), `aids`, `parameters` and `causes` (what can be wrong).
