@@ -16,11 +16,6 @@ const SWINGS_OF_A_MEAN: f64 = 32.0;
 const ALONG_SHARE: f64 = 0.0095;
 /// and less upwards, where soles, slopes and the mounting leave 0.8 %.
 const UP_SHARE: f64 = 0.032;
-/// A clock that runs wrongly by a hundredth leaves 0.6 % upwards and a fifth of that along the way, the other way round. Beyond
-/// this upwards the way may be wrong,
-const CLOCK_UP_SHARE: f64 = 0.012;
-/// by so many times as much: lengths go by the square of the time.
-const CLOCK_TIMES: f64 = 2.0;
 /// And the feet differ by less than this share of what they have in common.
 const ALIKE_SHARE: f64 = 0.5;
 
@@ -37,17 +32,6 @@ impl Closing {
     pub(super) fn take(&mut self, open: &Vector3<f64>) {
         self.swings += 1.0;
         self.open += (Vector2::new(open.x, open.z) - self.open) / self.swings.min(SWINGS_OF_A_MEAN);
-    }
-
-    /// By which share the way may be wrong, if both clocks run wrongly.
-    fn by_clocks(&self, other: &Closing) -> f64 {
-        if self.swings.min(other.swings) < SWINGS {
-            return 0.0;
-        }
-        let (common, apart) = (0.5 * (self.open + other.open), 0.5 * (self.open - other.open));
-        let as_by_clocks = common.x * common.y < 0.0 && common.y.abs() > CLOCK_UP_SHARE;
-        let alike = apart.norm() < ALIKE_SHARE * common.norm();
-        if as_by_clocks && alike { CLOCK_TIMES * common.y.abs() } else { 0.0 }
     }
 
     /// What both have in common, as a share, where it is more than chance.
@@ -68,12 +52,6 @@ impl<const B: usize, const F: usize> Filter<B, F> {
         // Feet that are not held when they stand leave everything open.
         if !setting.aids.zupt || self.feet.iter().any(|foot| foot.doubts.common_share > 0.0) {
             return;
-        }
-        let by_clocks = own.by_clocks(&other);
-        if by_clocks > 0.0 {
-            // Too little to be told, but not to be allowed for.
-            let way_m = (self.middle_p_n() - self.last_sure_place_n).xy().norm();
-            self.beyond.reach(by_clocks * way_m, 0.0);
         }
         let Some(share) = own.in_common(&other) else { return };
         for foot in &mut self.feet {
@@ -99,8 +77,6 @@ mod tests {
         assert!(of(-0.011, -0.012).in_common(&of(-0.010, -0.017)).is_some());
         assert!(of(-0.011, 0.001).in_common(&of(0.006, 0.0)).is_none());
         assert!(of(0.003, 0.004).in_common(&of(0.002, -0.003)).is_none());
-        assert!(of(-0.004, 0.02).by_clocks(&of(-0.005, 0.017)) > 0.03);
-        assert_eq!(of(0.004, 0.02).by_clocks(&of(0.005, 0.017)), 0.0);
         assert!(Closing::default().in_common(&of(0.1, 0.1)).is_none());
     }
 }

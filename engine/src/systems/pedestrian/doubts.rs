@@ -9,7 +9,6 @@ use super::contradictions::Contradiction;
 use super::field_turn::FieldTurn;
 use super::filter::{Filter, Setting, seconds};
 use super::gyro_jump::GyroJump;
-use super::turn_scale::TurnScale;
 use crate::anomaly::Cause;
 use crate::event::Event;
 use crate::ins::layout::ErrorState;
@@ -64,8 +63,6 @@ pub(crate) struct Doubts {
     in_the_air: u8,
     /// How its gyro's bias has been.
     pub(super) gyro_jump: GyroJump,
-    /// How its turns agree with those of the field.
-    pub(super) turn_scale: TurnScale,
     /// What its swings leave open on the mean,
     pub(super) closing: Closing,
     /// and what both feet have of it in common, as a share, once it has been told.
@@ -112,7 +109,6 @@ impl<const B: usize, const F: usize> Filter<B, F> {
         }
         self.judge_field(setting, sensor, told);
         self.judge_gyro(setting, sensor, told);
-        self.judge_turns();
         self.judge_closing(setting, sensor, told);
         if F == 2 {
             self.judge_common_closing(setting, sensor, told);
@@ -156,16 +152,12 @@ impl<const B: usize, const F: usize> Filter<B, F> {
         doubts.open_share2 += (share * share - doubts.open_share2) / swings;
         let open = Vector3::new(along, across, v_n.z);
         doubts.open_shares += (open - doubts.open_shares) / swings;
-        // Who runs comes down on the heel so hard that a sensor leaves more open than in a walk.
-        if fastest_m_s < FASTEST_WALK_M_S {
-            doubts.closing.take(&open);
-        }
+        doubts.closing.take(&open);
         doubts.landing_m_s += (speed_m_s - doubts.landing_m_s) / swings;
-        let (open, way, misread) = (doubts.open_share(), doubts.way_share(), doubts.turn_scale.misread_share);
+        let (open, way) = (doubts.open_share(), doubts.way_share());
         // Of two feet each makes half of the way of their middle.
         let turned_rad = if doubts.swings > 1 { turned_rad } else { 0.0 };
-        let turn_share = open.max(misread);
-        self.beyond.go_on(way, way_m / F as f64, turn_share * turned_rad / F as f64);
+        self.beyond.go_on(way, way_m / F as f64, open * turned_rad / F as f64);
         if doubts.open_share2.sqrt() > OPEN_SHARE && doubts.swings >= OPEN_SWINGS && !doubts.told_open {
             doubts.told_open = true;
             let landing_speed_m_s = doubts.landing_m_s;

@@ -37,7 +37,6 @@ mod field_turn;
 pub mod foot_separation;
 mod gyro_jump;
 mod kept_step;
-mod known_ground;
 mod known_places;
 mod lost;
 mod north;
@@ -52,7 +51,6 @@ pub mod stance_magnetics;
 mod start;
 mod start_field;
 pub mod swing;
-mod turn_scale;
 mod two_feet;
 mod visits;
 

@@ -367,7 +367,6 @@ fn refused() -> Sought {
 impl Slow {
     fn turn(&mut self, r: &Matrix3<f64>, about_n: &Vector3<f64>) {
         self.place_n = about_n + r * (self.place_n - about_n);
-        self.ground.turn(r, about_n);
     }
 }
 

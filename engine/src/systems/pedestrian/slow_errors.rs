@@ -18,7 +18,6 @@ use serde::{Deserialize, Serialize};
 
 use super::filter::{Filter, Setting, seconds};
 use super::foot::FootState;
-use super::known_ground::KnownGround;
 use super::tuning::{SlowErrorsTuning, Tuning};
 use crate::ins::layout::{BLOCKS_A_SENSOR, ErrorState};
 
@@ -132,7 +131,7 @@ impl<const B: usize, const F: usize> Filter<B, F> {
         let places = self.feet.iter().map(|foot| foot.field_reach.places(slow.deflection_length_m));
         // Each place shows two components. Of a variance that is only estimated from n of them, what comes next has one
         // that is larger by n/(n − 2).
-        let components = 2.0 * self.slow.ground.new_share() * places.fold(0.0, f64::max);
+        let components = 2.0 * places.fold(0.0, f64::max);
         (FIRST_COMPONENTS * first + components * shown) / (FIRST_COMPONENTS + components - 2.0)
     }
 
@@ -156,10 +155,7 @@ impl<const B: usize, const F: usize> Filter<B, F> {
         let elapsed_s = seconds(t_ns - self.slow.t_ns).max(0.0);
         self.slow.place_n = place_n;
         self.slow.t_ns = t_ns;
-        // Where the walk has been before, the field is bent as it was: what it says is not said anew.
-        let length_m = self.deflection_length_m(slow);
-        let new = self.slow.ground.take(&place_n, walked_m, length_m);
-        let kept = libm::exp(-walked_m * new / length_m).max(LEAST_KEPT);
+        let kept = libm::exp(-walked_m / self.deflection_length_m(slow)).max(LEAST_KEPT);
         self.slow.surroundings[DEFLECTION] *= kept;
         let block = surroundings(F);
         self.eskf.scale(block, &Vector3::new(kept, 1.0, 1.0));
@@ -187,13 +183,11 @@ pub(crate) struct Slow {
     pub(crate) surroundings: Vector3<f64>,
     pub(super) place_n: Vector3<f64>,
     t_ns: i64,
-    /// Where the walk has been.
-    pub(super) ground: KnownGround,
 }
 
 impl Slow {
     pub(crate) fn new(place_n: Vector3<f64>, t_ns: i64) -> Self {
-        Slow { surroundings: Vector3::zeros(), place_n, t_ns, ground: KnownGround::default() }
+        Slow { surroundings: Vector3::zeros(), place_n, t_ns }
     }
 }
 

@@ -33,8 +33,6 @@ const ODD_FIELD_STANCES: u32 = 5;
 const USUAL_FIELD_SHARE: f64 = 0.01;
 /// Beyond this from the usual a field counts less, µT: more than a foot's own iron does in a turn.
 const STRANGE_FIELD_UT: f64 = 2.0;
-/// By this much a sound field strays from what the gyro has kept, 1σ, rad: noise, and iron that turns with the foot.
-const GYRO_KEEPS_RAD: f64 = 0.03;
 /// Below this a horizontal field tells no direction, µT.
 const WEAKEST_HORIZONTAL_UT: f64 = 1.0;
 /// A swing that is integrated rightly ends slower than this, m/s: 0.1 at most for the CMP10A, 0.8 for
@@ -176,13 +174,7 @@ impl<const B: usize, const F: usize> Filter<B, F> {
         let disturbed_rad = self.weigh_field(sensor, &(c_nb * mag_b_ut));
         let sigma_rad = libm::hypot(tuning.magnetic_heading_sigma_rad, disturbed_rad);
         let observation = self.heading_observation(setting, sensor, &c_nb, &mag_b_ut, sigma_rad);
-        let told_rad = observation.innovation[0];
-        let outcome = self.update(&observation, GATE_1);
-        let after_c_nb = self.feet[sensor].nav.c_nb;
-        let left = self.heading_observation(setting, sensor, &after_c_nb, &mag_b_ut, sigma_rad).innovation[0];
-        let foot = &mut self.feet[sensor];
-        foot.doubts.turn_scale.take(heading(&c_nb), told_rad, heading(&after_c_nb), left);
-        Some(outcome)
+        Some(self.update(&observation, GATE_1))
     }
 
     /// The field's azimuth, with what deviates it as far as that is estimated.
@@ -222,8 +214,7 @@ impl<const B: usize, const F: usize> Filter<B, F> {
     /// learns what is usual for this foot.
     ///
     /// A disturbance points anywhere. Of its three components two show, in the horizontal and in the
-    /// vertical strength, and the third, which turns the field, is as large as those on the mean. From place to place it
-    /// shows, too, where the gyro has kept the heading: in how large disturbances are on this walk all three count.
+    /// vertical strength, and the third, which turns the field, is as large as those on the mean.
     pub(super) fn weigh_field(&mut self, sensor: usize, b_n_ut: &Vector3<f64>) -> f64 {
         let (horizontal_ut, up_ut) = (b_n_ut.xy().norm(), b_n_ut.z);
         let usual = self.feet[sensor].usual_field_ut.get_or_insert((horizontal_ut, up_ut));
@@ -236,12 +227,8 @@ impl<const B: usize, const F: usize> Filter<B, F> {
         let disturbed_rad = off_ut / horizontal_ut.max(WEAKEST_HORIZONTAL_UT);
         let foot = &mut self.feet[sensor];
         foot.field_stances = (foot.field_stances + 1.0).min(1.0 / USUAL_FIELD_SHARE);
-        let strayed_rad2 =
-            foot.doubts.turn_scale.strayed_rad.min(1.0).powi(2) - GYRO_KEEPS_RAD * GYRO_KEEPS_RAD;
-        let all_three_rad2 = 2.0 / 3.0 * (disturbed_rad.min(1.0).powi(2) + strayed_rad2.max(0.0));
-        foot.field_spread_rad2 += (disturbed_rad.min(1.0).powi(2).max(all_three_rad2)
-            - foot.field_spread_rad2)
-            / foot.field_stances;
+        foot.field_spread_rad2 +=
+            (disturbed_rad.min(1.0).powi(2) - foot.field_spread_rad2) / foot.field_stances;
         foot.field_reach.take(&foot.nav.p_n, Vector2::new(off_horizontal_ut, off_up_ut));
         disturbed_rad
     }
