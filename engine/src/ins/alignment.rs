@@ -63,7 +63,8 @@ impl StandingStart {
         if self.still_at_first {
             return Vector3::zeros();
         }
-        Vector3::new(0.0, 0.0, gravity_m_s2 * self.begins_s) - level(&self.f_b, heading_rad) * self.gained_b_m_s
+        Vector3::new(0.0, 0.0, gravity_m_s2 * self.begins_s)
+            - level(&self.f_b, heading_rad) * self.gained_b_m_s
     }
 
     /// The attitude at the first sample when the x axis of the body has the azimuth `heading_rad`
@@ -237,9 +238,7 @@ impl Aligner {
                 + (f_b.norm() - REST_FORCE_M_S2).abs() / STILL_SPECIFIC_FORCE_M_S2
                 + UNREST_PER_S * late_s
         };
-        (0..=last)
-            .map(|start| self.judge(start, start + count))
-            .min_by(|a, b| doubt(a).total_cmp(&doubt(b)))
+        (0..=last).map(|start| self.judge(start, start + count)).min_by(|a, b| doubt(a).total_cmp(&doubt(b)))
     }
 
     fn median_interval_s(&self) -> f64 {
@@ -343,7 +342,8 @@ mod tests {
             };
             let shaken = if in_stride < 60 { 4.0 * wobble(k) } else { 0.1 * wobble(k) };
             // About the axis along which it is fast, so that gravity does not mix with it.
-            let tilt = if in_stride < 30 { 0.02 * in_stride as f64 } else { 0.6 - 0.02 * (in_stride - 30) as f64 };
+            let tilt =
+                if in_stride < 30 { 0.02 * in_stride as f64 } else { 0.6 - 0.02 * (in_stride - 30) as f64 };
             let tilt = if in_stride < 60 { tilt } else { 0.0 };
             let (sin, cos) = libm::sincos(tilt);
             sample(k, [rate, 0.0, 0.0], [force + shaken, 9.8 * sin, 9.8 * cos])

@@ -61,7 +61,9 @@ async fn pages_together_are_the_list_each_row_once_and_in_order() {
         let whole = whole.as_array().unwrap();
         assert_eq!(whole.len(), in_all, "{list}");
         let paged = follow(&server, &list, 2).await;
-        assert_eq!(&paged, whole, "{list}");
+        // By their ids: a removed walk is taken out of its faults in the background meanwhile.
+        let ids = |rows: &[Value]| rows.iter().map(|row| row["id"].clone()).collect::<Vec<_>>();
+        assert_eq!(ids(&paged), ids(whole), "{list}");
     }
 }
 
