@@ -385,7 +385,7 @@ async fn list(State(app): State<App>, Query(query): Query<ListQuery>) -> Result<
     let rows = sessions::page(app.store.read(), filter, page.before, page.rows_to_read()).await?;
     let asked = [
         ("inspector_id", query.inspector_id.map(|id| id.to_string())),
-        ("state", query.state.map(|state| columns::to_word(state))),
+        ("state", query.state.map(columns::to_word)),
     ];
     Ok(page
         .answer(rows, ("/api/v1/sessions", &asked), |session| (utc::to_us(session.started_at), session.id)))

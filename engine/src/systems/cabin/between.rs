@@ -8,6 +8,9 @@ use super::rig::Target;
 use super::rows::RayRow;
 use super::session::EPOCH_NS;
 
+/// The platform's attitude c_bp, how it changes with the legs, and the rotator's axes in b.
+pub(super) type PlatformAttitude = (Matrix3<f64>, Matrix6<f64>, [Vector3<f64>; 2]);
+
 /// Encoders are read across a hole, and beyond their last reading, for so long at least, ns.
 const HOLE_NS: i64 = 160_000_000;
 /// Beyond the last reading for one and a half times the usual time between two and an epoch, and so long at least and at most, ns.
@@ -165,10 +168,7 @@ impl Filter {
     }
 
     /// The platform's attitude in b at a time, how it changes with the legs, and the rotator's axes.
-    pub(super) fn platform_attitude(
-        &self,
-        t_ns: i64,
-    ) -> Option<(Matrix3<f64>, Matrix6<f64>, [Vector3<f64>; 2])> {
+    pub(super) fn platform_attitude(&self, t_ns: i64) -> Option<PlatformAttitude> {
         let Between { from, to, share, .. } = self.between(t_ns)?;
         let turned = Rotation3::from_matrix_unchecked(to.c_bp * from.c_bp.transpose()).scaled_axis();
         Some((Rotation3::from_scaled_axis(turned * share).into_inner() * from.c_bp, to.by_legs, to.axes_b))

@@ -206,11 +206,11 @@ impl Filter {
             by_legs.fixed_view_mut::<3, 1>(3, leg).copy_from(&turn);
         }
         let mut angles_b = Vector3::zeros();
-        for axis in 0..2 {
-            let (place_n, turn_n) = (point.c_nb * place.by_angles[axis], point.c_nb * axes_b[axis]);
+        for (axis, axis_b) in axes_b.iter().enumerate() {
+            let (place_n, turn_n) = (point.c_nb * place.by_angles[axis], point.c_nb * axis_b);
             moved.push((self.states.rotator + axis, [-place_n.x, -place_n.y, -place_n.z]));
             turned.push((self.states.rotator + axis, [-turn_n.x, -turn_n.y, -turn_n.z]));
-            angles_b += axes_b[axis] * self.angle_biases()[axis];
+            angles_b += axis_b * self.angle_biases()[axis];
         }
         let delayed = point.c_nb * place.rate_b;
         moved.push((self.states.encoder_delay, [delayed.x, delayed.y, delayed.z]));

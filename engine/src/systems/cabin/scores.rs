@@ -51,6 +51,8 @@ pub(super) struct Innovation<'a> {
 /// Where a group of devices has the body: how far off, m, and by how many sigmas.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct OffPlace {
+    /// Whether anything of the group was taken or refused.
+    pub(super) is_seen: bool,
     pub(super) off_n: Vector3<f64>,
     pub(super) score: f64,
 }
@@ -115,6 +117,7 @@ impl Scores {
     /// Where each group has the body.
     pub(super) fn places(&self) -> impl Iterator<Item = OffPlace> + use<'_> {
         self.places.iter().map(|sums| OffPlace {
+            is_seen: sums.iter().all(|sum| sum.own > 0.0),
             off_n: Vector3::from(sums.map(|sum| sum.with / sum.own.max(1e-300))),
             score: sums.iter().map(|sum| sum.score().powi(2)).sum::<f64>().sqrt(),
         })

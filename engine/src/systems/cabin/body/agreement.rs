@@ -155,6 +155,11 @@ impl Body {
         if !self.rig.has_imu || self.sensor_off_ns.is_some_and(|last_ns| t_ns - last_ns < OFF_EVERY_NS) {
             return false;
         }
+        // Antennas alone that are off alike are late or wrong themselves, where stations write that are not.
+        let stations = self.scores.places().nth(self.rig.make_names.len());
+        if stations.is_some_and(|place| place.is_seen && place.score <= OFF_SIGMAS) {
+            return false;
+        }
         let off: Vec<Vector3<f64>> =
             self.scores.places().filter(|place| place.score > OFF_SIGMAS).map(|place| place.off_n).collect();
         let far = off.iter().filter(|off_n| off_n.norm() > OFF_M).count();
