@@ -104,8 +104,6 @@ pub(super) struct Body {
     sensor_watch: SensorWatch,
     scores: Scores,
     sensor_leap: Option<SensorLeap>,
-    /// When the sensor was last taken to be off, ns.
-    sensor_off_ns: Option<i64>,
     noise_judged_ns: i64,
     /// The rows of the last epoch that were weighed.
     weighed: Vec<Weighed>,
@@ -153,7 +151,6 @@ impl Body {
             sensor_watch: SensorWatch::default(),
             scores: Scores::default(),
             sensor_leap: None,
-            sensor_off_ns: None,
             noise_judged_ns: i64::MIN,
             weighed: Vec::new(),
         }

@@ -9,7 +9,6 @@ use nalgebra::{Matrix3, Vector3};
 use serde::{Deserialize, Serialize};
 
 use super::covariance::Sparse;
-use super::states::POSITION;
 
 /// What was weighed is forgotten by half in this time, s: for scores, and for mean squares.
 const HALF_S: f64 = 2.0;
@@ -48,30 +47,16 @@ pub(super) struct Innovation<'a> {
     pub(super) taken: bool,
 }
 
-/// Where a group of devices has the body: how far off, m, and by how many sigmas.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct OffPlace {
-    /// Whether anything of the group was taken or refused.
-    pub(super) is_seen: bool,
-    pub(super) off_n: Vector3<f64>,
-    pub(super) score: f64,
-}
-
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub(super) struct Scores {
     states: Vec<Sum>,
-    /// By group that has an origin of its own: each make, then the stations.
-    places: Vec<[Sum; 3]>,
     devices: Vec<Squares>,
     last_ns: Option<i64>,
 }
 
 impl Scores {
     /// A device's row; what was refused says nothing of states, which it could not move.
-    pub(super) fn note(&mut self, aid: usize, group: usize, row: &Innovation<'_>) {
-        if self.places.len() <= group {
-            self.places.resize(group + 1, [Sum::default(); 3]);
-        }
+    pub(super) fn note(&mut self, aid: usize, row: &Innovation<'_>) {
         if self.devices.len() <= aid {
             self.devices.resize(aid + 1, Squares::default());
         }
@@ -79,10 +64,6 @@ impl Scores {
         for (state, column) in row.jacobian {
             let column = Vector3::from(*column);
             let (own, with) = (column.dot(&(row.information * column)), column.dot(&weighed));
-            let of_place = state.checked_sub(POSITION).and_then(|axis| self.places[group].get_mut(axis));
-            if let Some(sum) = of_place {
-                *sum = Sum { own: sum.own + own, with: sum.with + with };
-            }
             if row.taken {
                 if self.states.len() <= *state {
                     self.states.resize(state + 1, Sum::default());
@@ -101,7 +82,7 @@ impl Scores {
         let dt_s = self.last_ns.map_or(0.0, |last_ns| (t_ns - last_ns).max(0) as f64 * 1e-9);
         self.last_ns = Some(t_ns);
         let [kept, squares_kept] = [HALF_S, SQUARES_HALF_S].map(|half_s| libm::exp2(-dt_s / half_s));
-        for sum in self.states.iter_mut().chain(self.places.iter_mut().flatten()) {
+        for sum in &mut self.states {
             *sum = Sum { own: sum.own * kept, with: sum.with * kept };
         }
         for squares in &mut self.devices {
@@ -112,15 +93,6 @@ impl Scores {
     /// The score of a state, and how far off it is by itself, in its unit.
     pub(super) fn of(&self, state: usize) -> (f64, f64) {
         self.states.get(state).map_or((0.0, 0.0), |sum| (sum.score(), sum.with / sum.own.max(1e-300)))
-    }
-
-    /// Where each group has the body.
-    pub(super) fn places(&self) -> impl Iterator<Item = OffPlace> + use<'_> {
-        self.places.iter().map(|sums| OffPlace {
-            is_seen: sums.iter().all(|sum| sum.own > 0.0),
-            off_n: Vector3::from(sums.map(|sum| sum.with / sum.own.max(1e-300))),
-            score: sums.iter().map(|sum| sum.score().powi(2)).sum::<f64>().sqrt(),
-        })
     }
 
     /// The mean square of the normalised innovations of the device in the middle of those numbered so; `None` where too few write.

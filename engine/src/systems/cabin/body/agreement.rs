@@ -24,15 +24,6 @@ const JUDGED_EVERY_NS: i64 = 500_000_000;
 /// It is told from this factor on, and is this at most.
 const TOLD_FACTOR: f64 = 3.0;
 const MOST_FACTOR: f64 = 16.0;
-/// The inertial sensor is off where groups of different origins are off alike: each by so many sigmas, and two of them so far, m, in
-/// directions whose cosine is above this.
-const OFF_SIGMAS: f64 = 6.0;
-const OFF_M: f64 = 0.003;
-const ALIKE: f64 = 0.8;
-/// It is not taken to be off again within this time, ns.
-const OFF_EVERY_NS: i64 = 500_000_000;
-/// How long such an error has been growing, s.
-const GROWN_S: f64 = 0.5;
 /// A state creeps where its score is so many sigmas, and none of another device is nearly as much.
 const CREEPS_SIGMAS: f64 = 4.0;
 const CLEARER: f64 = 1.2;
@@ -123,11 +114,11 @@ impl Body {
     }
 
     /// A row that was weighed just now.
-    pub(super) fn note_innovation(&mut self, aid: usize, group: usize, measured: &Measured, taken: bool) {
+    pub(super) fn note_innovation(&mut self, aid: usize, measured: &Measured, taken: bool) {
         let Some(filter) = &self.filter else { return };
         let (innovation, information) = &filter.weighed;
         let row = Innovation { jacobian: &measured.jacobian, innovation, information, taken };
-        self.scores.note(aid, group, &row);
+        self.scores.note(aid, &row);
     }
 
     /// The end of an epoch: what the innovations say.
@@ -137,9 +128,6 @@ impl Body {
             return;
         }
         self.leap_is_followed(t_ns, watch);
-        if self.sensor_is_off(t_ns, watch) {
-            return;
-        }
         // Where devices contradict each other nobody knows who is right: nobody's noise, and nobody's error, explains it.
         if self.doubt.is_there() {
             return;
@@ -148,35 +136,6 @@ impl Body {
         if t_ns - self.started_ns > SETTLED_NS {
             self.creeping(t_ns, aids, watch);
         }
-    }
-
-    /// An inertial sensor that is off moves the pose away from makes and stations alike.
-    fn sensor_is_off(&mut self, t_ns: i64, watch: &mut Watch) -> bool {
-        if !self.rig.has_imu || self.sensor_off_ns.is_some_and(|last_ns| t_ns - last_ns < OFF_EVERY_NS) {
-            return false;
-        }
-        // Antennas alone that are off alike are late or wrong themselves, where stations write that are not.
-        let stations = self.scores.places().nth(self.rig.make_names.len());
-        if stations.is_some_and(|place| place.is_seen && place.score <= OFF_SIGMAS) {
-            return false;
-        }
-        let off: Vec<Vector3<f64>> =
-            self.scores.places().filter(|place| place.score > OFF_SIGMAS).map(|place| place.off_n).collect();
-        let far = off.iter().filter(|off_n| off_n.norm() > OFF_M).count();
-        let alike = |a: &Vector3<f64>, b: &Vector3<f64>| a.dot(b) > ALIKE * a.norm() * b.norm();
-        if far < 2 || !off.iter().all(|a| off.iter().all(|b| alike(a, b))) {
-            return false;
-        }
-        let off_m = off.iter().map(Vector3::norm).fold(0.0, f64::max);
-        if let Some(filter) = &mut self.filter {
-            filter.doubt_sensor(off_m, GROWN_S);
-        }
-        self.sensor_off_ns = Some(t_ns);
-        self.scores.forget();
-        self.refused = 0;
-        let source = if self.is_cabin { "imu" } else { "platform_imu" };
-        watch.wrong(source, CabinCause::WrongReadings { off_m }, t_ns, 1);
-        true
     }
 
     /// Rows that scatter more than stated are believed less.

@@ -121,7 +121,7 @@ impl Body {
         let taken = filter.weigh(&measured, filter.tuning.gate);
         self.weighed.push(Weighed { aid, t_ns: row.t_ns, nis: filter.nis, taken });
         self.doubt.note(aid, taken, measured.innovation.norm());
-        self.note_innovation(aid, self.rig.antennas[row.antenna].make, &measured, taken);
+        self.note_innovation(aid, &measured, taken);
         if taken {
             aids.took(aid, row.t_ns);
         } else {
@@ -158,7 +158,7 @@ impl Body {
         let taken = filter.weigh(&measured, filter.tuning.gate);
         self.weighed.push(Weighed { aid, t_ns: row.t_ns, nis: filter.nis, taken });
         self.doubt.note(aid, taken, off_m(&measured, row.slant_m));
-        self.note_innovation(aid, self.rig.make_names.len(), &measured, taken);
+        self.note_innovation(aid, &measured, taken);
         let filter = self.filter.as_mut()?;
         if let Some(columns) = leg_columns(&measured, filter.states.legs) {
             let (innovation, information) = &filter.weighed;
