@@ -31,7 +31,7 @@ pub(super) fn examples() -> Vec<Anomaly> {
         C::Ahead { ahead_s: 18.0 },
         C::Stuck,
         C::Noisy { times: 4.0 },
-        C::WrongReadings { off_m: 0.02 },
+        C::BiasLeap { force_m_s2: 0.1, rate_rad_s: 0.0002 },
         C::Creeps { sigmas: 7.0 },
         C::NoStart { why: "expected fixes of three antennas at once, found none".to_owned() },
         C::Unordered { rows: 3 },

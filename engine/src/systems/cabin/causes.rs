@@ -136,10 +136,12 @@ pub enum CabinCause {
         /// How many times the stated sigma.
         times: f64,
     },
-    /// An inertial sensor that devices of different origins contradict alike.
-    WrongReadings {
-        /// By how much, m.
-        off_m: f64,
+    /// An inertial sensor whose readings leapt and whose biases have followed: the leap was its own.
+    BiasLeap {
+        /// The leap, m/s².
+        force_m_s2: f64,
+        /// The same of the gyro, rad/s.
+        rate_rad_s: f64,
     },
     /// An error that creeps in: it is where its own process does not bring it.
     Creeps {
@@ -200,7 +202,7 @@ impl CabinCause {
             C::Ahead { .. } => "clock_ahead",
             C::Stuck => "stuck",
             C::Noisy { .. } => "noisy",
-            C::WrongReadings { .. } => "wrong_readings",
+            C::BiasLeap { .. } => "bias_leap",
             C::Creeps { .. } => "creeps",
             C::NoStart { .. } => "no_start",
             C::Unordered { .. } => "unordered",
@@ -271,9 +273,8 @@ impl CabinCause {
             C::Noisy { times } => format!(
                 "it scatters {times:.1} times as much as stated; poses are told with as much more sigma"
             ),
-            C::WrongReadings { off_m } => format!(
-                "devices of different origins agree that the pose by it is {:.0} mm off; its biases are taken to be any",
-                1e3 * off_m
+            C::BiasLeap { force_m_s2, rate_rad_s } => format!(
+                "its readings leapt by {force_m_s2:.3} m/s² and {rate_rad_s:.6} rad/s and stayed there: its biases are estimated afresh"
             ),
             C::Creeps { sigmas } => format!(
                 "its error creeps away, {sigmas:.0} sigmas from what it may be; it is taken to be unknown"
@@ -319,7 +320,10 @@ impl CabinCause {
                 figures([("level_deg", (*level_deg).into()), ("yaw_deg", (*yaw_deg).into())])
             }
             C::NoPose { angles_rad: [a, b], .. } => figures([("a_rad", (*a).into()), ("b_rad", (*b).into())]),
-            C::LegOff { off_m } | C::WrongReadings { off_m } => figures([("off_m", (*off_m).into())]),
+            C::LegOff { off_m } => figures([("off_m", (*off_m).into())]),
+            C::BiasLeap { force_m_s2, rate_rad_s } => {
+                figures([("force_m_s2", (*force_m_s2).into()), ("rate_rad_s", (*rate_rad_s).into())])
+            }
             C::AngleOff { off_rad } => figures([("off_rad", (*off_rad).into())]),
             C::Noisy { times } => figures([("times", (*times).into())]),
             C::Creeps { sigmas } => figures([("sigmas", (*sigmas).into())]),
@@ -365,7 +369,7 @@ impl CabinCause {
             C::Ahead { .. } => kind("clock_ahead", 79),
             C::Stuck => kind("stuck", 80),
             C::Noisy { .. } => kind("noisy", 82),
-            C::WrongReadings { .. } => kind("wrong_readings", 83),
+            C::BiasLeap { .. } => kind("bias_leap", 83),
             C::Creeps { .. } => kind("creeps", 84),
             C::NoStart { .. } => kind("no_start", 81),
             C::Unordered { .. } => kind("unordered", 73),

@@ -25,6 +25,7 @@ const OTHER_SURVEY: AnomalyKind = kind("other_survey", 43);
 const FAR_FROM_SITE: AnomalyKind = kind("far_from_site", 44);
 const MISCLOSURE: AnomalyKind = kind("misclosure", 45);
 const MOVED_ON_POINT: AnomalyKind = kind("moved_on_point", 46);
+const UNCERTAIN_POINT: AnomalyKind = kind("uncertain_point", 47);
 
 /// What is wrong, and by how much. Times are seconds of the session.
 #[derive(Clone, Debug, PartialEq)]
@@ -237,7 +238,8 @@ impl Cause for SurveyCause {
             C::SampleGap { .. } => SAMPLE_GAP,
             C::Chatter { .. } => CHATTER,
             C::LeverArm { .. } => LEVER_ARM,
-            C::NotStanding { .. } | C::Adrift { .. } => NOT_STANDING,
+            C::NotStanding { .. } => NOT_STANDING,
+            C::Adrift { .. } => UNCERTAIN_POINT,
             C::VisitsApart { .. } => VISITS_APART,
             C::MovedOnPoint { .. } => MOVED_ON_POINT,
             C::Misclosure { .. } => MISCLOSURE,

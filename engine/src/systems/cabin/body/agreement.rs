@@ -105,8 +105,8 @@ impl Body {
         });
         if follows {
             let source = if self.is_cabin { "imu" } else { "platform_imu" };
-            let off_m = 0.5 * leap.by_b[0].norm();
-            watch.wrong(source, CabinCause::WrongReadings { off_m }, t_ns, 1);
+            let [force_m_s2, rate_rad_s] = leap.by_b.map(|by_b| by_b.norm());
+            watch.wrong(source, CabinCause::BiasLeap { force_m_s2, rate_rad_s }, t_ns, 1);
         }
         if follows || t_ns - leap.t_ns > FOLLOWS_WITHIN_NS {
             self.sensor_leap = None;
